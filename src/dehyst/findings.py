@@ -1,0 +1,30 @@
+"""Findings: what was noticed about data or model, each with a code and a cure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing a user should know before trusting a result.
+
+    Attributes
+    ----------
+    code
+        Short kebab-case name that programs can match, for example ``"rate-dependent"``.
+    message
+        What was found, the numbers, why it matters, and what to do about it.
+
+    Examples
+    --------
+    >>> Finding("gap", "no samples between 1.0 s and 3.0 s").code
+    'gap'
+    """
+
+    code: str
+    message: str
+
+    def as_dict(self) -> dict[str, str]:
+        """Return ``{"code": ..., "message": ...}`` as printed by ``--json``."""
+        return {"code": self.code, "message": self.message}

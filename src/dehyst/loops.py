@@ -1,0 +1,108 @@
+"""Turning points and loops of a signal, robust to noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+# A swing counts as a turn when it exceeds this share of the signal's range: above sensor noise, below any
+# loop that an identification would use.
+TURN_FRACTION = 0.05
+
+
+def turning_points(signal: npt.ArrayLike, swing: float | None = None) -> npt.NDArray[np.int64]:
+    """Indices where a signal turns by more than `swing`.
+
+    Parameters
+    ----------
+    signal
+        Values x, (T,), finite.
+    swing
+        Smallest swing that counts, > 0. [unit of x] By default 5 % of the range of x.
+
+    Returns
+    -------
+    indices : (m,)
+        First sample, every extreme between two swings larger than `swing`, last sample.
+
+    Examples
+    --------
+    >>> turning_points([0.0, 1.0, 0.99, 1.0, -1.0, 0.0], swing=0.5).tolist()
+    [0, 1, 4, 5]
+    """
+    x = np.asarray(signal, dtype=np.float64)
+    if x.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if swing is None:
+        swing = TURN_FRACTION * float(np.ptp(x))
+    # Only local extremes can be turning points: the loop below runs over those, not over every sample.
+    step = np.sign(np.diff(x))
+    moving = np.flatnonzero(step)
+    if moving.size == 0 or swing <= 0.0:
+        return np.array([0, x.size - 1], dtype=np.int64)[: min(2, x.size)]
+    turns = moving[np.flatnonzero(np.diff(step[moving])) + 1]
+    candidates = [0, *turns.tolist(), x.size - 1]
+    values = x[candidates].tolist()
+    found = [0]
+    low = high = 0
+    direction = 0
+    for i, value in enumerate(values):
+        if value > values[high]:
+            high = i
+        if value < values[low]:
+            low = i
+        if direction >= 0 and values[high] - value > swing:
+            if direction > 0 or candidates[high] > 0:
+                found.append(candidates[high])
+            direction, low, high = -1, i, i
+        elif direction <= 0 and value - values[low] > swing:
+            if direction < 0 or candidates[low] > 0:
+                found.append(candidates[low])
+            direction, low, high = 1, i, i
+    found.append(x.size - 1)
+    return np.unique(np.array(found, dtype=np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSummary:
+    """How often and how far a signal went back and forth.
+
+    Attributes
+    ----------
+    turns
+        Number of inner turning points.
+    loops
+        Complete back-and-forth cycles, ``turns // 2``.
+    swings
+        Distances between successive turning points, (turns + 1,). [unit of x]
+    coverage
+        Share of all swings that turn before both extremes: 0 for full loops only.
+    """
+
+    turns: int
+    loops: int
+    swings: Array
+    coverage: float
+
+
+def summarise_loops(signal: npt.ArrayLike, swing: float | None = None) -> LoopSummary:
+    """Count the loops of a signal and measure their swings.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> summarise_loops(np.sin(np.linspace(0.0, 6 * np.pi, 301))).loops
+    3
+    """
+    x = np.asarray(signal, dtype=np.float64)
+    points = turning_points(x, swing)
+    swings = np.abs(np.diff(x[points]))
+    turns = max(0, points.size - 2)
+    span = float(np.ptp(x)) if x.size else 0.0
+    inner = swings[1:-1]
+    minor = float(np.mean(inner < 0.9 * span)) if inner.size and span > 0 else 0.0
+    return LoopSummary(turns=turns, loops=turns // 2, swings=swings, coverage=minor)

@@ -1,0 +1,177 @@
+"""Recording: what a test rig logged, ready for identification."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import RecordingError
+from dehyst.findings import Finding
+
+Array = npt.NDArray[np.float64]
+
+MINIMUM_SAMPLES = 4
+
+
+def _signal(values: npt.ArrayLike, role: str, name: str) -> Array:
+    try:
+        array = np.array(values, dtype=np.float64, copy=True, order="C")
+    except (TypeError, ValueError) as fault:
+        raise RecordingError(
+            f"{role} of recording '{name}' is not a sequence of numbers ({fault}). "
+            f"Pass a one-dimensional array of numbers: Recording(input=x, output=y, time=t).",
+            role=role,
+        ) from None
+    if array.ndim != 1:
+        raise RecordingError(
+            f"{role} of recording '{name}' has shape {array.shape}, but one value a sample is needed. "
+            f"Pass one column, shape (T,), for example data[:, 0].",
+            role=role,
+            shape=array.shape,
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise RecordingError(
+            f"{role} of recording '{name}' has {bad.size} samples that are not finite, the first at "
+            f"index {bad[0]}. A play operator would carry them into every later sample. Drop those samples "
+            f"(keep = numpy.isfinite(x) & numpy.isfinite(y)), or let dehyst.read_log do it.",
+            role=role,
+            indices=bad,
+        )
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One log of an actuator: input and output sampled together.
+
+    Values stay in the units of the log; a rate-independent model has no other units than its data.
+
+    Parameters
+    ----------
+    input
+        What drives the actuator, x, (T,), for example pressure. [input_unit]
+    output
+        What the actuator does, y, (T,), for example angle. [output_unit]
+    time
+        Time of each sample, (T,), strictly increasing within a piece, or None. [s]
+    name
+        Used in messages and figures.
+    input_name, output_name
+        Names of the two signals, for axis labels.
+    input_unit, output_unit
+        Units, or "" where they are not known.
+    breaks
+        Indices k, increasing, such that nothing is known about the input between samples k-1 and k: the
+        memory of the actuator is unknown after each.
+    findings
+        What reading the log found and cured.
+    provenance
+        Where the samples came from: file, columns, rows.
+
+    Raises
+    ------
+    RecordingError
+        If lengths differ, a sample is not finite, time runs backward within a piece, or fewer than 4 samples remain.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.linspace(0.0, 10.0, 101)
+    >>> rec = Recording(input=np.sin(t), output=2 * np.sin(t), time=t, input_unit="bar")
+    >>> len(rec)
+    101
+    >>> rec.input_label
+    'input [bar]'
+    """
+
+    input: Array
+    output: Array
+    time: Array | None = None
+    name: str = "recording"
+    input_name: str = "input"
+    output_name: str = "output"
+    input_unit: str = ""
+    output_unit: str = ""
+    breaks: tuple[int, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__  # frozen: normalise once, here
+        put(self, "input", _signal(self.input, "input", self.name))
+        put(self, "output", _signal(self.output, "output", self.name))
+        put(self, "findings", tuple(self.findings))
+        put(self, "provenance", MappingProxyType(dict(self.provenance)))
+        put(self, "breaks", tuple(int(k) for k in self.breaks))
+        if self.input.size != self.output.size:
+            raise RecordingError(
+                f"recording '{self.name}' has {self.input.size} input samples but {self.output.size} output "
+                f"samples; sample k of both must belong together. Cut or resample them to one clock first.",
+                input=self.input.size,
+                output=self.output.size,
+            )
+        if self.input.size < MINIMUM_SAMPLES:
+            raise RecordingError(
+                f"recording '{self.name}' has {self.input.size} samples; a loop needs at least "
+                f"{MINIMUM_SAMPLES}. Check the window (--from, --to) and the run (--run).",
+                samples=self.input.size,
+            )
+        edges = (0, *self.breaks, self.input.size)
+        if any(b <= a for a, b in zip(edges, edges[1:], strict=False)):
+            raise RecordingError(
+                f"breaks of recording '{self.name}' must increase strictly and lie between 1 and "
+                f"{self.input.size - 1}, got {self.breaks}.",
+                breaks=self.breaks,
+            )
+        if self.time is not None:
+            self._check_time(edges)
+
+    def _check_time(self, edges: tuple[int, ...]) -> None:
+        time = _signal(self.time if self.time is not None else [], "time", self.name)
+        object.__setattr__(self, "time", time)
+        if time.size != self.input.size:
+            raise RecordingError(
+                f"recording '{self.name}' has {time.size} time stamps for {self.input.size} samples. "
+                f"Pass one time per sample, or time=None.",
+                time=time.size,
+                samples=self.input.size,
+            )
+        backward = np.flatnonzero(np.diff(time) <= 0) + 1
+        inside = np.setdiff1d(backward, np.array(edges[1:-1], dtype=np.int64))
+        if inside.size:
+            raise RecordingError(
+                f"time of recording '{self.name}' does not increase at {inside.size} samples, the first at index "
+                f"{inside[0]}. The order of the samples decides the memory of the model. Sort or drop them, "
+                f"or let dehyst.read_log do it.",
+                indices=inside,
+            )
+
+    def __len__(self) -> int:
+        return int(self.input.size)
+
+    @property
+    def input_label(self) -> str:
+        """Axis label of the input, ``name [unit]``."""
+        return f"{self.input_name} [{self.input_unit}]" if self.input_unit else self.input_name
+
+    @property
+    def output_label(self) -> str:
+        """Axis label of the output, ``name [unit]``."""
+        return f"{self.output_name} [{self.output_unit}]" if self.output_unit else self.output_name
+
+    @property
+    def pieces(self) -> tuple[slice, ...]:
+        """Index ranges between breaks; within each the memory is continuous."""
+        edges = (0, *self.breaks, len(self))
+        return tuple(slice(a, b) for a, b in zip(edges, edges[1:], strict=False))
+
+    def with_findings(self, *more: Finding) -> Recording:
+        """Return the same recording with further findings."""
+        return replace(self, findings=(*self.findings, *more))
