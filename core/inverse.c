@@ -1,0 +1,36 @@
+#include "dehyst.h"
+
+int32_t dehyst_pi_invert(int32_t n, const dehyst_real *threshold, const dehyst_real *weight,
+                         const dehyst_real *z, dehyst_real *inverse_threshold,
+                         dehyst_real *inverse_weight, dehyst_real *inverse_z)
+{
+    if (n < 1 || threshold[0] > 0 || threshold[0] < 0) {
+        return -1; /* without r_1 = 0 the model has a dead zone: many inputs give one output */
+    }
+    const dehyst_real sign = weight[0] < 0 ? (dehyst_real)-1 : (dehyst_real)1;
+    dehyst_real sum = 0;
+    dehyst_real before = 0;
+    dehyst_real radius = 0;
+    for (int32_t i = 0; i < n; ++i) {
+        before = sum;
+        sum += weight[i];
+        if (!(sign * sum > 0)) {
+            return i + 1;
+        }
+        /* r'_i - r'_{i-1} = S_{i-1} (r_i - r_{i-1}): the sum of the header without its cancellation */
+        if (i > 0) {
+            radius += sign * before * (threshold[i] - threshold[i - 1]);
+        }
+        inverse_threshold[i] = radius;
+        inverse_weight[i] = i == 0 ? 1 / sum : -weight[i] / sum / before;
+        inverse_z[i] = sum; /* S_i, kept here until the second pass replaces it */
+    }
+    /* z'_n = S_n z_n and z'_i - z'_{i+1} = S_i (z_i - z_{i+1}) */
+    dehyst_real state = sum * z[n - 1];
+    inverse_z[n - 1] = state;
+    for (int32_t i = n - 2; i >= 0; --i) {
+        state += inverse_z[i] * (z[i] - z[i + 1]);
+        inverse_z[i] = state;
+    }
+    return 0;
+}

@@ -1,0 +1,189 @@
+// nanobind binding of the core: arrays in, arrays out, no formula.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "dehyst.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+using In = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Out = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+
+namespace {
+
+Out own(std::vector<double> &&values)
+{
+    auto *kept = new std::vector<double>(std::move(values));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    return Out(kept->data(), {kept->size()}, owner);
+}
+
+std::vector<double> copy(const In &array) { return {array.data(), array.data() + array.size()}; }
+
+void require(bool holds, const char *message)
+{
+    if (!holds) throw std::invalid_argument(message);
+}
+
+// Parameters of a model, owned; `view` is what the core reads.
+struct Parameters {
+    std::vector<double> before_u, before_v, threshold, weight, after_u, after_v;
+    dehyst_model view{};
+
+    Parameters(const In &r, const In &w, double center, double offset, const In &bu, const In &bv, const In &au,
+               const In &av)
+        : before_u(copy(bu)), before_v(copy(bv)), threshold(copy(r)), weight(copy(w)), after_u(copy(au)),
+          after_v(copy(av))
+    {
+        require(!threshold.empty() && threshold.size() == weight.size(), "thresholds and weights differ in length");
+        require(before_u.size() == before_v.size() && before_u.size() != 1, "map 'before' is not a list of pairs");
+        require(after_u.size() == after_v.size() && after_u.size() != 1, "map 'after' is not a list of pairs");
+        view.before = {static_cast<int32_t>(before_u.size()), before_u.data(), before_v.data()};
+        view.hysteresis = {static_cast<int32_t>(threshold.size()), threshold.data(), weight.data(), center, offset};
+        view.after = {static_cast<int32_t>(after_u.size()), after_u.data(), after_v.data()};
+    }
+    Parameters(const Parameters &) = delete;
+    Parameters &operator=(const Parameters &) = delete;
+};
+
+// A model with its state: one call a sample in real time, or a whole array at once.
+class Stepper {
+  public:
+    Stepper(const In &r, const In &w, double center, double offset, const In &bu, const In &bv, const In &au,
+            const In &av, const In &z0)
+        : parameters_(r, w, center, offset, bu, bv, au, av), start_(copy(z0)), z_(start_)
+    {
+        require(start_.size() == parameters_.threshold.size(), "state and thresholds differ in length");
+        state_.z = z_.data();
+        reset();
+    }
+    Stepper(const Stepper &) = delete;
+    Stepper &operator=(const Stepper &) = delete;
+
+    double step(double x) { return dehyst_model_step(&parameters_.view, &state_, x); }
+
+    std::size_t run(const double *x, double *y, std::size_t samples)
+    {
+        std::size_t rejected = 0;
+        for (std::size_t k = 0; k < samples; ++k) {
+            y[k] = dehyst_model_step(&parameters_.view, &state_, x[k]);
+            rejected += state_.flags & DEHYST_REJECTED;
+        }
+        return rejected;
+    }
+
+    nb::tuple simulate(const In &x)
+    {
+        std::vector<double> y(x.size());
+        const std::size_t rejected = run(x.data(), y.data(), x.size());
+        return nb::make_tuple(own(std::move(y)), rejected);
+    }
+
+    void reset() { dehyst_model_reset(&parameters_.view, &state_, start_.data()); }
+
+    Out save() const
+    {
+        std::vector<double> image(z_);
+        image.push_back(state_.output);
+        image.push_back(static_cast<double>(state_.flags));
+        return own(std::move(image));
+    }
+
+    void restore(const In &image)
+    {
+        require(image.size() == z_.size() + 2, "saved state belongs to a model with another number of operators");
+        for (std::size_t i = 0; i < image.size(); ++i)
+            require(dehyst_accept(image.data()[i]) != 0, "saved state is not finite");
+        const double flags = image.data()[z_.size() + 1];
+        require(flags == 0.0 || flags == 2.0 || flags == 3.0, "saved state carries unknown flags");
+        for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = image.data()[i];
+        state_.output = image.data()[z_.size()];
+        state_.flags = static_cast<uint32_t>(flags);
+    }
+
+    Out state() const { return own(std::vector<double>(z_)); }
+    double output() const { return state_.output; }
+    bool rejected() const { return (state_.flags & DEHYST_REJECTED) != 0; }
+    bool rejected_ever() const { return (state_.flags & DEHYST_REJECTED_EVER) != 0; }
+
+  private:
+    Parameters parameters_;
+    std::vector<double> start_, z_;
+    dehyst_state state_{};
+};
+
+nb::tuple play_bank(const In &x, const In &r, const In &z0)
+{
+    require(r.size() == z0.size() && r.size() > 0, "thresholds and state differ in length");
+    const std::size_t samples = x.size(), n = r.size();
+    auto *bank = new std::vector<double>(samples * n);
+    nb::capsule owner(bank, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    std::vector<double> z = copy(z0);
+    for (std::size_t k = 0; k < samples; ++k) {
+        if (dehyst_accept(x.data()[k])) dehyst_play_step(static_cast<int32_t>(n), r.data(), x.data()[k], z.data());
+        for (std::size_t i = 0; i < n; ++i) (*bank)[k * n + i] = z[i];
+    }
+    return nb::make_tuple(Matrix(bank->data(), {samples, n}, owner), own(std::move(z)));
+}
+
+nb::tuple pi_invert(const In &r, const In &w, const In &z)
+{
+    require(r.size() == w.size() && r.size() == z.size() && r.size() > 0, "arrays differ in length");
+    std::vector<double> ri(r.size()), wi(r.size()), zi(r.size());
+    const int32_t fault = dehyst_pi_invert(static_cast<int32_t>(r.size()), r.data(), w.data(), z.data(), ri.data(),
+                                           wi.data(), zi.data());
+    return nb::make_tuple(fault, own(std::move(ri)), own(std::move(wi)), own(std::move(zi)));
+}
+
+Out stop_to_play(double slope, const In &s)
+{
+    require(s.size() > 0, "no stop weights");
+    std::vector<double> w(s.size());
+    dehyst_stop_to_play(static_cast<int32_t>(s.size()), slope, s.data(), w.data());
+    return own(std::move(w));
+}
+
+Out map_values(const In &u, const In &v, const In &x)
+{
+    require(u.size() == v.size() && u.size() != 1, "map is not a list of pairs");
+    const dehyst_map map = {static_cast<int32_t>(u.size()), u.data(), v.data()};
+    std::vector<double> y(x.size());
+    for (std::size_t k = 0; k < x.size(); ++k) y[k] = dehyst_map_value(&map, x.data()[k]);
+    return own(std::move(y));
+}
+
+}  // namespace
+
+NB_MODULE(_native, m)
+{
+    m.doc() = "dehyst's C core: play banks, Prandtl-Ishlinskii steps, closed inverse, monotone maps.";
+    m.attr("INPUT_LIMIT") = DEHYST_INPUT_LIMIT;
+    m.def("accept", [](double x) { return dehyst_accept(x) != 0; }, "x"_a);
+    m.def("play_bank", &play_bank, "x"_a, "thresholds"_a, "state"_a,
+          "Outputs (T, n) of n play operators and their final states (n,).");
+    m.def("pi_invert", &pi_invert, "thresholds"_a, "weights"_a, "state"_a,
+          "(fault, r', w', z') of the closed inverse; fault 0, or the index of the offending partial sum.");
+    m.def("stop_to_play", &stop_to_play, "slope"_a, "stop_weights"_a, "Play weights of a stop form.");
+    m.def("map_values", &map_values, "u"_a, "v"_a, "x"_a, "Values of a piecewise linear map.");
+    nb::class_<Stepper>(m, "Stepper", "A model with its state, one call a sample.")
+        .def(nb::init<const In &, const In &, double, double, const In &, const In &, const In &, const In &,
+                      const In &>(),
+             "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
+             "after_v"_a, "state"_a)
+        .def("__call__", &Stepper::step, "x"_a, "Output for the next sample x.")
+        .def("simulate", &Stepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
+        .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
+        .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")
+        .def("restore", &Stepper::restore, "image"_a, "Continue from a saved image.")
+        .def_prop_ro("state", &Stepper::state, "Play states z (n,).")
+        .def_prop_ro("output", &Stepper::output, "Last good output.")
+        .def_prop_ro("rejected", &Stepper::rejected, "The last sample was rejected.")
+        .def_prop_ro("rejected_ever", &Stepper::rejected_ever, "Some sample since the last reset was rejected.");
+}
