@@ -1,0 +1,1 @@
+"""Identification: data -> model, with what the data can and cannot tell."""

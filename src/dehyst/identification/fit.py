@@ -1,0 +1,217 @@
+"""What an identification returns: model, scores, certificate, findings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.findings import Finding
+from dehyst.models import HysteresisModel, StaticCurve
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """How far a model is from data.
+
+    Attributes
+    ----------
+    rmse
+        Root of the mean squared error. [output]
+    rmse_percent
+        RMSE in percent of the range of the output over the whole log.
+    nrmse
+        RMSE over the standard deviation of the scored output: 1 is what a constant reaches.
+    max
+        Largest absolute error. [output]
+    """
+
+    rmse: float
+    rmse_percent: float
+    nrmse: float
+    max: float
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the four figures as printed by ``--json``."""
+        return {"rmse": self.rmse, "rmse_percent": self.rmse_percent, "nrmse": self.nrmse, "max": self.max}
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What proves, or limits, the trust in a fit.
+
+    Attributes
+    ----------
+    kkt_residual
+        Largest violation of the optimality conditions of the quadratic program, relative to |H_j| |y|:
+        the gradient on free weights and its negative part on weights at their bound.
+    round_trip_error
+        max |model(inverse(y)) - y| over the log's output, relative to its range.
+    inverse_gain
+        Largest slope of the inverse. [input/output]
+    nonzero_weights
+        Number of operators with weight.
+    operators
+        Number n of operators offered to the optimisation.
+    undetermined
+        Thresholds of operators that never moved in the training samples: the data says nothing about them,
+        and they carry no weight. [input]
+    initial_state
+        Memory assumed before the first sample: "zero", "rest", "rising", "falling" or "unknown".
+    """
+
+    kkt_residual: float
+    round_trip_error: float
+    inverse_gain: float
+    nonzero_weights: int
+    operators: int
+    undetermined: tuple[float, ...]
+    initial_state: str
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One family and setting that ``family="auto"`` compared.
+
+    Attributes
+    ----------
+    family
+        Model family.
+    initial_state
+        Memory assumed before the first sample.
+    smoothing
+        Smoothing of the output map, or None for families without one.
+    error_percent
+        RMSE on loops held out inside the training part, percent of the output's range.
+    uncertainty_percent
+        Standard error of it.
+    chosen
+        Whether this one became the model.
+    """
+
+    family: str
+    initial_state: str
+    smoothing: float | None
+    error_percent: float
+    uncertainty_percent: float
+    chosen: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFacts:
+    """What the data shows by itself, before any model.
+
+    Attributes
+    ----------
+    orientation
+        "counter-clockwise" (the output lags, as in muscles and piezos), "clockwise" (force against
+        displacement), "mixed" or "none". For falling curves the output is mirrored first.
+    trend
+        +1 if the output rises with the input, -1 if it falls.
+    width_percent
+        Mean vertical width of the loop, percent of the output's range.
+    loops
+        Complete input cycles.
+    rate_dependence_percent
+        Part of the output that follows the input's rate beyond any rate-independent model, percent of range
+        (standard deviation); None without time stamps.
+    drift_percent
+        Change of the output from the first to the last loop at the same input, percent of range.
+    """
+
+    orientation: str
+    trend: int
+    width_percent: float
+    loops: int
+    rate_dependence_percent: float | None
+    drift_percent: float
+
+
+@dataclass(frozen=True)
+class Fit:
+    """An identified model with everything needed to judge it.
+
+    Attributes
+    ----------
+    family
+        Family of the model: "pi", "pi-cumulative", "modified-pi", "stop".
+    model
+        The model; ``model.inverse()`` is the compensator.
+    recordings
+        The data, one per log.
+    predictions
+        Output of the model for each recording, (T,). [output]
+    train_masks, test_masks
+        Which samples of each recording were fitted, which were held out, (T,). Samples whose memory was
+        unknown belong to neither.
+    train, test
+        Scores on fitted and on held-out samples; test is None when nothing was held out.
+    static
+        The best curve without hysteresis.
+    static_train, static_test
+        Its scores on the same samples.
+    certificate
+        Optimality, round trip, gain, undetermined operators.
+    facts
+        Orientation, rate dependence and drift of the data.
+    candidates
+        What "auto" compared, best first; empty for a named family.
+    warnings
+        Findings of reading and identification, each with a code and a cure.
+    settings
+        Settings of the call, as plain values.
+    verdict
+        The judgement in one sentence.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst
+    >>> x = 2 * np.sin(np.linspace(0, 20, 400)) * np.linspace(1, 0.3, 400)
+    >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi")
+    >>> bool(fit.test.rmse_percent < 0.1)
+    True
+    """
+
+    family: str
+    model: HysteresisModel
+    recordings: tuple[Recording, ...]
+    predictions: tuple[Array, ...]
+    train_masks: tuple[Mask, ...]
+    test_masks: tuple[Mask, ...]
+    train: Score
+    test: Score | None
+    static: StaticCurve
+    static_train: Score
+    static_test: Score | None
+    certificate: Certificate
+    facts: LoopFacts
+    candidates: tuple[Candidate, ...]
+    warnings: tuple[Finding, ...]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    verdict: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain values, the content of ``dehyst identify --json``."""
+        return {
+            "family": self.family,
+            "n": self.certificate.operators,
+            "nonzero_weights": self.certificate.nonzero_weights,
+            "train": self.train.as_dict(),
+            "test": None if self.test is None else self.test.as_dict(),
+            "static_train": self.static_train.as_dict(),
+            "static_test": None if self.static_test is None else self.static_test.as_dict(),
+            "kkt_residual": self.certificate.kkt_residual,
+            "round_trip_error": self.certificate.round_trip_error,
+            "inverse_gain": self.certificate.inverse_gain,
+            "initial_state": self.certificate.initial_state,
+            "verdict": self.verdict,
+            "warnings": [finding.as_dict() for finding in self.warnings],
+        }

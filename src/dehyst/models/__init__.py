@@ -1,0 +1,25 @@
+"""Hysteresis models: frozen parameters and their formulas."""
+
+from dehyst.models.base import HysteresisModel, Stepper
+from dehyst.models.card import ModelCard, SignalCard
+from dehyst.models.modified import ModifiedPrandtlIshlinskii
+from dehyst.models.monotone import MonotoneMap
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.static import StaticCurve
+from dehyst.models.stop import StopOperatorModel
+from dehyst.models.storage import load_model, model_from_dict, model_to_dict
+
+__all__ = [
+    "HysteresisModel",
+    "ModelCard",
+    "ModifiedPrandtlIshlinskii",
+    "MonotoneMap",
+    "PrandtlIshlinskii",
+    "SignalCard",
+    "StaticCurve",
+    "Stepper",
+    "StopOperatorModel",
+    "load_model",
+    "model_from_dict",
+    "model_to_dict",
+]

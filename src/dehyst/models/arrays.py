@@ -1,0 +1,73 @@
+"""Checks that every model makes on the arrays it is given."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.errors import ParameterError
+
+Array = npt.NDArray[np.float64]
+
+
+def parameter_array(values: npt.ArrayLike, name: str) -> Array:
+    """Return a read-only contiguous copy (n,) of finite values, or say what is wrong with them."""
+    try:
+        array = np.array(values, dtype=np.float64, copy=True, order="C")
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise ParameterError(f"{name} is not a list of numbers ({fault}). Pass a one-dimensional array.") from None
+    if array.ndim != 1 or array.size == 0:
+        raise ParameterError(
+            f"{name} has shape {array.shape}; pass one value per operator, shape (n,) with n >= 1.",
+            shape=array.shape,
+        )
+    bad = np.flatnonzero(~(np.abs(array) <= _native.INPUT_LIMIT))
+    if bad.size:
+        raise ParameterError(
+            f"{name}[{bad[0]}] = {array[bad[0]]!r} is not a finite number of physical size "
+            f"(limit {_native.INPUT_LIMIT:g}); the model would answer with infinities. Correct or drop it.",
+            index=int(bad[0]),
+        )
+    array.flags.writeable = False
+    return array
+
+
+def parameter_number(value: float, name: str) -> float:
+    """Return a finite float, or say what is wrong with it."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ParameterError(f"{name} = {value!r} is not a number.") from None
+    if not math.isfinite(number) or abs(number) > _native.INPUT_LIMIT:
+        raise ParameterError(f"{name} = {number!r} is not a finite number of physical size; pass a finite one.")
+    return number
+
+
+def strictly_increasing(array: Array, name: str) -> None:
+    """Raise ParameterError at the first value that is not larger than the one before it."""
+    fault = np.flatnonzero(np.diff(array) <= 0)
+    if fault.size:
+        k = int(fault[0])
+        raise ParameterError(
+            f"{name} must increase strictly, but {name}[{k + 1}] = {array[k + 1]:g} follows {array[k]:g}. "
+            f"Sort them and drop repeated ones.",
+            index=k + 1,
+        )
+
+
+def signal_array(values: npt.ArrayLike, name: str) -> Array:
+    """Return samples as a contiguous float array (T,); non-finite ones stay, the core rejects them."""
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as fault:
+        raise ParameterError(f"{name} is not a sequence of numbers ({fault}).") from None
+    if np.ndim(values) != 1:
+        raise ParameterError(
+            f"{name} has shape {np.shape(values)}; pass one value a sample, shape (T,), for example data[:, 0], "
+            f"or use model.stepper() for single samples.",
+            shape=np.shape(values),
+        )
+    return array

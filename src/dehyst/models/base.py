@@ -1,0 +1,154 @@
+"""What every hysteresis model can do: simulate, step in real time, invert, be saved."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst._native import Stepper
+from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array, signal_array
+from dehyst.models.card import ModelCard
+
+__all__ = ["HysteresisModel", "RejectedSamplesWarning", "Stepper"]
+
+_NO_MAP = np.zeros(0)
+
+
+class RejectedSamplesWarning(UserWarning):
+    """Some samples were not finite; the last good output was held for them."""
+
+
+class HysteresisModel(ABC):
+    """A rate-independent model y = Gamma[x] with a state, frozen after construction.
+
+    Subclasses give the parameters of the core's general form y = after(H[before(x)]), H a
+    Prandtl-Ishlinskii operator; everything else follows from it.
+    """
+
+    family: ClassVar[str]
+    card: ModelCard
+
+    @abstractmethod
+    def inverse(self) -> HysteresisModel:
+        """Return the model that undoes this one, state included: x = inverse.simulate(model.simulate(x))."""
+
+    @abstractmethod
+    def with_state(self, state: npt.ArrayLike | None) -> Self:
+        """Return the same model starting from another state (n,)."""
+
+    @abstractmethod
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same model with another description of its signals."""
+
+    @abstractmethod
+    def stepper(self) -> Stepper:
+        """Return the model as a function of one sample, for real time.
+
+        The state lives in the stepper, not in the model: ``step(x_k)`` advances it, ``step.save()`` and
+        ``step.restore(image)`` copy it, ``step.reset()`` returns to the model's start state. A sample that is
+        not finite holds the last good output, sets ``step.rejected`` and leaves the state untouched.
+        """
+
+    @property
+    @abstractmethod
+    def inverse_gain(self) -> float:
+        """Largest slope |dx/dy| of the inverse: how much it amplifies noise. [input/output]"""
+
+    @property
+    @abstractmethod
+    def nonzero_weights(self) -> int:
+        """Number of operators that carry weight."""
+
+    def simulate(self, x: npt.ArrayLike) -> Array:
+        """Return the model's output for an input signal, starting from the model's state.
+
+        Parameters
+        ----------
+        x
+            Input samples, (T,). [input] A sample that is not finite is rejected: the last good output is held.
+
+        Returns
+        -------
+        y : (T,)
+            Output samples. [output]
+
+        Warns
+        -----
+        RejectedSamplesWarning
+            If samples were rejected, with their number.
+        """
+        y, rejected = self.stepper().simulate(signal_array(x, "input x"))
+        if rejected:
+            warnings.warn(
+                f"{rejected} of {y.size} samples are not finite (or beyond {_native.INPUT_LIMIT:g}); the last good "
+                f"output was held for them and the state did not move. Clean the input, or read it with "
+                f"dehyst.read_log.",
+                RejectedSamplesWarning,
+                stacklevel=2,
+            )
+        return y
+
+    def final_state(self, x: npt.ArrayLike) -> Array:
+        """Return the play states (n,) after an input signal, for ``with_state``."""
+        step = self.stepper()
+        step.simulate(signal_array(x, "input x"))
+        return step.state
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the model to a JSON file, atomically; `dehyst.load_model` reads it back bit for bit.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written. An earlier file of that name stays as it was.
+        """
+        from dehyst.models.storage import save_model  # same room; the storage knows all families
+
+        return save_model(self, path)
+
+
+def make_stepper(
+    thresholds: Array,
+    weights: Array,
+    center: float,
+    offset: float,
+    state: Array,
+    before: tuple[Array, Array] | None = None,
+    after: tuple[Array, Array] | None = None,
+) -> Stepper:
+    """Build the core's stepper from the parameters of the general form."""
+    before_u, before_v = before if before is not None else (_NO_MAP, _NO_MAP)
+    after_u, after_v = after if after is not None else (_NO_MAP, _NO_MAP)
+    return Stepper(thresholds, weights, center, offset, before_u, before_v, after_u, after_v, state)
+
+
+def check_state(state: Array, thresholds: Array) -> None:
+    """Raise unless ``|z_i - z_{i+1}| <= r_{i+1} - r_i``: only such states can follow from an input.
+
+    The closed inverse is exact for admissible states only; an arbitrary vector breaks it.
+    """
+    if state.size != thresholds.size:
+        raise ParameterError(
+            f"state has {state.size} values for {thresholds.size} play operators; pass one per operator, "
+            f"or state=None for the model at rest in its centre.",
+            state=state.size,
+            operators=thresholds.size,
+        )
+    slack = 1e-9 * max(float(thresholds[-1]), float(np.max(np.abs(state))), 1e-300)
+    fault = np.flatnonzero(np.abs(np.diff(state)) > np.diff(thresholds) + slack)
+    if fault.size:
+        k = int(fault[0])
+        raise ParameterError(
+            f"state is not admissible: |z[{k}] - z[{k + 1}]| = {abs(state[k] - state[k + 1]):g} exceeds "
+            f"r[{k + 1}] - r[{k}] = {thresholds[k + 1] - thresholds[k]:g}. No input can produce it, and the "
+            f"inverse would be wrong. Use model.final_state(x) of a real input, or state=None.",
+            index=k,
+        )

@@ -1,0 +1,181 @@
+"""The Prandtl-Ishlinskii operator and its closed inverse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.errors import InvertibilityError, ParameterError
+from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
+from dehyst.models.base import HysteresisModel, Stepper, check_state, make_stepper
+from dehyst.models.card import ModelCard
+
+
+@dataclass(frozen=True, eq=False)
+class PrandtlIshlinskii(HysteresisModel):
+    r"""Prandtl-Ishlinskii operator: a weighted sum of play operators.
+
+    .. math::
+
+        z_i[k] = \max(x_k - c - r_i, \min(x_k - c + r_i, z_i[k-1])), \qquad
+        y_k = y_0 + \sum_{i=1}^{n} w_i z_i[k]
+
+    Parameters
+    ----------
+    thresholds
+        r, (n,), strictly increasing, r_1 >= 0; the inverse needs r_1 = 0. [input]
+    weights
+        w, (n,). [output/input] The inverse needs all partial sums w_1 + ... + w_i to have one sign.
+    offset
+        y_0, output of the state zero. [output]
+    state
+        z before the first sample, (n,), of the centred input; None is zero, the state after a decaying
+        oscillation around the centre. Must be admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. [input]
+    center
+        c, subtracted from the input. [input]
+    card
+        Names and units of the signals, provenance.
+
+    Raises
+    ------
+    ParameterError
+        If shapes differ, thresholds do not increase, a value is not finite, or the state is not admissible.
+
+    References
+    ----------
+    K. Kuhnen, "Modeling, identification and compensation of complex hysteretic nonlinearities: a modified
+    Prandtl-Ishlinskii approach", European Journal of Control 9(4), 2003.
+
+    Examples
+    --------
+    >>> model = PrandtlIshlinskii(thresholds=[0.0, 0.5], weights=[1.0, 1.0])
+    >>> model.simulate([0.0, 1.0, 0.0]).tolist()
+    [0.0, 1.5, 0.5]
+    >>> model.inverse().simulate([0.0, 1.5, 0.5]).tolist()
+    [0.0, 1.0, 0.0]
+    """
+
+    thresholds: Array
+    weights: Array
+    offset: float = 0.0
+    state: Array | None = None
+    center: float = 0.0
+    card: ModelCard = ModelCard()
+    family: ClassVar[str] = "pi"
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__  # frozen: normalise once, here
+        put(self, "thresholds", parameter_array(self.thresholds, "thresholds"))
+        put(self, "weights", parameter_array(self.weights, "weights"))
+        put(self, "offset", parameter_number(self.offset, "offset"))
+        put(self, "center", parameter_number(self.center, "center"))
+        r = self.thresholds
+        if r.size != self.weights.size:
+            raise ParameterError(
+                f"{r.size} thresholds but {self.weights.size} weights; pass one weight per threshold.",
+                thresholds=r.size,
+                weights=self.weights.size,
+            )
+        if r[0] < 0:
+            raise ParameterError(f"thresholds[0] = {r[0]:g} is negative; a play has a radius r >= 0.", index=0)
+        strictly_increasing(r, "thresholds")
+        if self.state is not None:
+            put(self, "state", parameter_array(self.state, "state"))
+            check_state(self._state, r)
+
+    @property
+    def _state(self) -> Array:
+        return np.zeros(self.thresholds.size) if self.state is None else self.state
+
+    @property
+    def partial_sums(self) -> Array:
+        """S_i = w_1 + ... + w_i, (n,): the slopes of the initial loading curve. [output/input]"""
+        return np.cumsum(self.weights)
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of operators that carry weight."""
+        return int(np.count_nonzero(self.weights))
+
+    @property
+    def inverse_gain(self) -> float:
+        """Largest slope of the inverse, 1 / min_i |S_i|; right after a reversal it is 1/|w_1|. [input/output]"""
+        smallest = float(np.min(np.abs(self.partial_sums)))
+        return float("inf") if smallest == 0.0 else 1.0 / smallest
+
+    def loading_curve(self, radius: npt.ArrayLike) -> Array:
+        r"""Initial loading curve :math:`\varphi(r) = \sum_i w_i \max(r - r_i, 0)`.
+
+        It is the output, less the offset, while the input rises from the state zero; the inverse model has the
+        inverse curve.
+
+        Examples
+        --------
+        >>> PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).loading_curve([0.5, 1.0]).tolist()
+        [0.5, 1.5]
+        """
+        r = np.asarray(radius, dtype=np.float64)
+        return np.maximum(r[..., None] - self.thresholds, 0.0) @ self.weights
+
+    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
+        return make_stepper(self.thresholds, self.weights, self.center, self.offset, self._state)
+
+    def inverse(self) -> PrandtlIshlinskii:
+        r"""Return the closed inverse, itself a Prandtl-Ishlinskii operator.
+
+        .. math::
+
+            r'_i = \sum_{j \le i} w_j (r_i - r_j), \quad w'_1 = 1/w_1, \quad w'_i = -\frac{w_i}{S_i S_{i-1}},
+            \quad z'_i = \sum_{j \le i} w_j z_i + \sum_{j > i} w_j z_j
+
+        Centre and offset change places. The 2012 paper prints :math:`w_j (r_i - w_j)` in its equation (18),
+        which does not invert; see docs/explanation/paper-misprint.md.
+
+        Raises
+        ------
+        InvertibilityError
+            If r_1 > 0 or a partial sum S_i is zero or changes sign.
+        """
+        fault, r, w, z = _native.pi_invert(self.thresholds, self.weights, self._state)
+        if fault == -1:
+            raise InvertibilityError(
+                f"this model has no inverse: its smallest threshold is {self.thresholds[0]:g}, so inputs that move "
+                f"less than that give the same output. Add an operator with threshold 0 and a small positive weight.",
+                threshold=float(self.thresholds[0]),
+            )
+        if fault:
+            sums = self.partial_sums
+            raise InvertibilityError(
+                f"this model has no closed inverse: the partial sum of the first {fault} weights is "
+                f"{sums[fault - 1]:g} while the first weight is {self.weights[0]:g}; all partial sums must share one "
+                f"sign, or the output turns while the input does not. Identify with w >= 0 (family 'pi') or with "
+                f"positive partial sums (family 'pi-cumulative').",
+                index=fault - 1,
+                partial_sum=float(sums[fault - 1]),
+            )
+        state = None if self.state is None and not z.any() else z
+        try:
+            return PrandtlIshlinskii(r, w, self.center, state, self.offset, self.card.swapped())
+        except ParameterError as why:
+            raise InvertibilityError(
+                f"the inverse of this model cannot be represented in double precision: {why} Its weights span "
+                f"{np.min(np.abs(self.partial_sums)):g} to {np.max(np.abs(self.partial_sums)):g} in partial sums; raise "
+                f"eps or merge operators that lie close together.",
+            ) from None
+
+    def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
+        return replace(self, state=state)
+
+    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
+        return replace(self, card=card)
+
+    def pruned(self) -> PrandtlIshlinskii:
+        """Return the same operator without its zero weights, which is exact; threshold 0 stays."""
+        keep = self.weights != 0.0
+        keep[0] = True
+        state = None if self.state is None else self.state[keep]
+        return replace(self, thresholds=self.thresholds[keep], weights=self.weights[keep], state=state)

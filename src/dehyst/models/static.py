@@ -1,0 +1,62 @@
+"""A curve without hysteresis: what every hysteresis model has to beat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.models.base import HysteresisModel, Stepper, make_stepper
+from dehyst.models.card import ModelCard
+from dehyst.models.monotone import MonotoneMap
+
+_IDENTITY = np.ones(1)
+_ZERO = np.zeros(1)
+
+
+@dataclass(frozen=True, eq=False)
+class StaticCurve(HysteresisModel):
+    """Memoryless monotone curve y = v(x).
+
+    Parameters
+    ----------
+    curve
+        The map.
+    card
+        Names and units of the signals, provenance.
+
+    Examples
+    --------
+    >>> StaticCurve(MonotoneMap([0.0, 1.0], [0.0, 2.0])).simulate([0.5]).tolist()
+    [1.0]
+    """
+
+    curve: MonotoneMap
+    card: ModelCard = ModelCard()
+    family: ClassVar[str] = "static"
+
+    @property
+    def nonzero_weights(self) -> int:
+        """A curve has no operators with memory."""
+        return 0
+
+    @property
+    def inverse_gain(self) -> float:
+        """Largest slope of the inverse curve. [input/output]"""
+        return 1.0 / float(np.min(np.abs(self.curve.slopes)))
+
+    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
+        return make_stepper(_ZERO, _IDENTITY, 0.0, 0.0, _ZERO, before=self.curve.pairs)
+
+    def inverse(self) -> StaticCurve:
+        """Return the inverse curve."""
+        return StaticCurve(self.curve.inverse(), self.card.swapped())
+
+    def with_state(self, state: npt.ArrayLike | None) -> Self:
+        """Return the curve itself: it has no memory."""
+        return self
+
+    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
+        return replace(self, card=card)

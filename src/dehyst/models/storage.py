@@ -1,0 +1,280 @@
+"""Model files: plain JSON with a schema version and a checksum, never code."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dehyst.errors import ModelFileError, ParameterError
+from dehyst.files import write_atomically
+from dehyst.models.base import HysteresisModel
+from dehyst.models.card import ModelCard, SignalCard
+from dehyst.models.modified import ModifiedPrandtlIshlinskii
+from dehyst.models.monotone import MonotoneMap
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.static import StaticCurve
+from dehyst.models.stop import StopOperatorModel
+
+SCHEMA = 1
+# A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this.
+MAXIMUM_BYTES = 32 * 1024 * 1024
+MAXIMUM_DEPTH = 32
+
+Json = dict[str, Any]
+
+
+def _play_parameters(model: PrandtlIshlinskii) -> Json:
+    return {
+        "thresholds": model.thresholds.tolist(),
+        "weights": model.weights.tolist(),
+        "offset": model.offset,
+        "center": model.center,
+        "state": None if model.state is None else model.state.tolist(),
+    }
+
+
+def _map_parameters(mapping: MonotoneMap | None) -> Json | None:
+    return None if mapping is None else {"u": mapping.u.tolist(), "v": mapping.v.tolist()}
+
+
+def _parameters(model: HysteresisModel) -> Json:
+    if isinstance(model, PrandtlIshlinskii):
+        return _play_parameters(model)
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        return {
+            "hysteresis": _play_parameters(model.hysteresis),
+            "after": _map_parameters(model.after),
+            "before": _map_parameters(model.before),
+        }
+    if isinstance(model, StopOperatorModel):
+        return {
+            "thresholds": model.thresholds.tolist(),
+            "stop_weights": model.stop_weights.tolist(),
+            "slope": model.slope,
+            "offset": model.offset,
+            "center": model.center,
+            "state": None if model.state is None else model.state.tolist(),
+        }
+    if isinstance(model, StaticCurve):
+        return {"curve": _map_parameters(model.curve)}
+    raise ParameterError(f"no file format for models of type {type(model).__name__}.")
+
+
+def _signal(card: SignalCard) -> Json:
+    return {"name": card.name, "unit": card.unit, "low": card.low, "high": card.high}
+
+
+def _checksum(content: Json) -> str:
+    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return hashlib.sha256(canonical.encode("ascii")).hexdigest()
+
+
+def model_to_dict(model: HysteresisModel) -> Json:
+    """Return the content of a model file, checksum included.
+
+    Floats are written with 17 significant digits, so that reading gives the same bits.
+
+    Examples
+    --------
+    >>> content = model_to_dict(PrandtlIshlinskii([0.0], [2.0]))
+    >>> content["family"], content["schema"]
+    ('pi', 1)
+    """
+    content: Json = {
+        "format": "dehyst-model",
+        "schema": SCHEMA,
+        "family": model.family,
+        "parameters": _parameters(model),
+        "input": _signal(model.card.input),
+        "output": _signal(model.card.output),
+        "provenance": dict(model.card.provenance),
+    }
+    try:
+        content["sha256"] = _checksum(content)
+    except (TypeError, ValueError) as fault:
+        raise ParameterError(f"provenance must hold plain JSON values only ({fault}).") from None
+    return content
+
+
+def save_model(model: HysteresisModel, path: str | os.PathLike[str]) -> Path:
+    """Write a model file atomically."""
+    return write_atomically(path, json.dumps(model_to_dict(model), indent=1, allow_nan=False) + "\n")
+
+
+def _refuse(path: str, what: str, cure: str = "") -> ModelFileError:
+    cure = cure or "Save the model again with model.save(...) or `dehyst identify ... --save`."
+    return ModelFileError(f"model file '{path}' {what} {cure}", path=path)
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def _depth(value: Any) -> int:
+    deepest, stack = 0, [(value, 1)]
+    while stack:
+        item, level = stack.pop()
+        deepest = max(deepest, level)
+        children = item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
+        stack.extend((child, level + 1) for child in children if isinstance(child, (dict, list)))
+    return deepest
+
+
+def _numbers(value: Any, name: str) -> list[float]:
+    if not isinstance(value, list) or not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value):
+        raise ParameterError(f"{name} is not a list of numbers.")
+    return value
+
+
+def _number(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ParameterError(f"{name} is not a number.")
+    return float(value)
+
+
+def _read_play(p: Json) -> PrandtlIshlinskii:
+    return PrandtlIshlinskii(
+        np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
+        np.array(_numbers(p["weights"], "weights"), dtype=np.float64),
+        _number(p["offset"], "offset"),
+        None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
+        _number(p["center"], "center"),
+    )
+
+
+def _read_map(p: Json | None) -> MonotoneMap | None:
+    if p is None:
+        return None
+    return MonotoneMap(
+        np.array(_numbers(p["u"], "u"), dtype=np.float64), np.array(_numbers(p["v"], "v"), dtype=np.float64)
+    )
+
+
+def _read_parameters(family: Any, p: Json) -> HysteresisModel:
+    if family == "pi":
+        return _read_play(p)
+    if family == "modified-pi":
+        return ModifiedPrandtlIshlinskii(_read_play(p["hysteresis"]), _read_map(p["after"]), _read_map(p["before"]))
+    if family == "stop":
+        return StopOperatorModel(
+            np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
+            np.array(_numbers(p["stop_weights"], "stop_weights"), dtype=np.float64),
+            _number(p["slope"], "slope"),
+            _number(p["offset"], "offset"),
+            None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
+            _number(p["center"], "center"),
+        )
+    if family == "static":
+        curve = _read_map(p["curve"])
+        if curve is None:
+            raise ParameterError("curve is missing.")
+        return StaticCurve(curve)
+    raise ParameterError(f"family {family!r} is not one of pi, modified-pi, stop, static.")
+
+
+def _read_signal(p: Any, name: str) -> SignalCard:
+    if not isinstance(p, dict) or not isinstance(p.get("name"), str) or not isinstance(p.get("unit"), str):
+        raise ParameterError(f"'{name}' does not name a signal and its unit.")
+    low, high = p.get("low"), p.get("high")
+    if (low is None) != (high is None) or (low is not None and not _number(low, "low") <= _number(high, "high")):
+        raise ParameterError(f"'{name}' has no valid range ({low!r} to {high!r}).")
+    bounds = (None, None) if low is None else (_number(low, "low"), _number(high, "high"))
+    if bounds[0] is not None and not (math.isfinite(bounds[0]) and math.isfinite(bounds[1] or 0.0)):
+        raise ParameterError(f"'{name}' has an infinite range.")
+    return SignalCard(p["name"], p["unit"], *bounds)
+
+
+def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
+    """Return the model of a file's content, or refuse it by name.
+
+    Raises
+    ------
+    ModelFileError
+        If the content is not a model, of another schema version, was altered since it was saved, or its
+        parameters are not those of a model.
+    """
+    if not isinstance(content, dict) or content.get("format") != "dehyst-model":
+        raise _refuse(path, "is not a dehyst model: it lacks \"format\": \"dehyst-model\".")
+    if content.get("schema") != SCHEMA or isinstance(content.get("schema"), bool):
+        raise _refuse(
+            path,
+            f"has schema version {content.get('schema')!r}; this dehyst reads version {SCHEMA}.",
+            "Install the dehyst that wrote it, or identify again.",
+        )
+    if _depth(content) > MAXIMUM_DEPTH:
+        raise _refuse(path, f"is nested deeper than {MAXIMUM_DEPTH} levels.")
+    body = {key: value for key, value in content.items() if key != "sha256"}
+    try:
+        intact = _checksum(body) == content.get("sha256")
+    except (ValueError, RecursionError):
+        intact = False
+    if not intact:
+        raise _refuse(
+            path,
+            "does not match its checksum: it was edited or damaged after it was saved, so its numbers cannot be "
+            "trusted on a machine.",
+            "Restore it from a backup, or write edited parameters with model.save(...), which signs them anew.",
+        )
+    try:
+        model = _read_parameters(content["family"], content["parameters"])
+        provenance = content["provenance"]
+        if not isinstance(provenance, dict):
+            raise ParameterError("provenance is not an object.")
+        card = ModelCard(
+            _read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance
+        )
+    except (KeyError, TypeError, AttributeError) as fault:
+        raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault}).") from None
+    except (ParameterError, OverflowError) as fault:
+        raise _refuse(path, f"holds parameters of no model: {fault}") from None
+    return model.with_card(card)
+
+
+def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
+    """Read a model file.
+
+    Parameters
+    ----------
+    path
+        A file written by ``model.save(path)`` or ``dehyst identify ... --save``.
+
+    Returns
+    -------
+    model
+        The model, equal to the saved one bit for bit.
+
+    Raises
+    ------
+    ModelFileError
+        If the file is missing, damaged, hostile, of another schema version, or not a model.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
+    >>> _ = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).save(path)
+    >>> load_model(path).weights.tolist()
+    [1.0, 1.0]
+    """
+    source = Path(path)
+    try:
+        if not source.is_file():
+            what = "is a folder." if source.is_dir() else "does not exist."
+            raise _refuse(str(path), what, "Name a file written by `dehyst identify ... --save`.")
+        size = source.stat().st_size
+        if size > MAXIMUM_BYTES:
+            raise _refuse(str(path), f"has {size} bytes; a model never needs more than {MAXIMUM_BYTES}.")
+        text = source.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError, ValueError) as fault:
+        raise _refuse(str(path), f"cannot be read as UTF-8 text ({fault}).") from None
+    try:
+        content = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as fault:
+        raise _refuse(str(path), f"is not JSON ({fault}).") from None
+    return model_from_dict(content, str(path))
