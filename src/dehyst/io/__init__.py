@@ -1,0 +1,1 @@
+"""Logs and model files: bar and degrees stop here."""

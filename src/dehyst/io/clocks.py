@@ -1,0 +1,186 @@
+"""Clocks: which column is the time of a signal, in seconds; two clocks; signals brought to one clock."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dehyst.errors import TimeError
+from dehyst.findings import Finding
+from dehyst.io.columns import find_column
+from dehyst.io.table import Array, Table, finite
+from dehyst.units import DIMENSION, TABLE, parse_unit, words
+
+TIME_WORDS = frozenset(
+    [
+        "t",
+        "time",
+        "timestamp",
+        "timestamps",
+        "stamp",
+        "zeit",
+        "temps",
+        "tiempo",
+        "tempo",
+        "elapsed",
+        "clock",
+        "datetime",
+        "date",
+        "sec",
+        "secs",
+        "seconds",
+        "msec",
+        "usec",
+        "nsec",
+        "ms",
+        "us",
+        "ns",
+        "epoch",
+    ]
+)
+FORWARD_SHARE = 0.9  # of the steps of a clock
+# Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
+EPOCH = (9.78e8, 4.1e9)
+
+
+def is_clock(table: Table, name: str) -> bool:
+    """Whether a column looks like time: called so, or in a unit of time, and running forward."""
+    if name in table.stamps:
+        return True
+    bare, unit = parse_unit(name)
+    unit = table.units.get(name) or unit
+    called = bool(TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"
+    values = table.columns[name]
+    if called:
+        return _runs_forward(values)
+    # Without a header the first column is time if it counts up evenly.
+    return name == "column_1" and _is_even(values)
+
+
+def _runs_forward(values: Array) -> bool:
+    good = values[finite(values)]
+    if good.size < 2:
+        return False
+    step = np.diff(good)
+    return bool(np.mean(step >= 0) >= FORWARD_SHARE and np.any(step > 0))
+
+
+def _is_even(values: Array) -> bool:
+    good = values[finite(values)]
+    if good.size < 8:
+        return False
+    step = np.diff(good)
+    middle = float(np.median(step))
+    return middle > 0 and bool(np.mean(np.abs(step - middle) <= 0.5 * middle) >= FORWARD_SHARE)
+
+
+def clock_names(table: Table) -> list[str]:
+    """Columns that look like time, in the order of the log."""
+    return [name for name in table.order if name in table.columns and is_clock(table, name)]
+
+
+def seconds(table: Table, name: str) -> tuple[Array, float]:
+    """Stamps of a time column in seconds, and their origin.
+
+    Stamps that count from 1970 (date-times, epoch in s, ms, us or ns) are returned from zero, with the time of
+    the first one as origin; all others keep their own values, with origin 0.
+
+    Returns
+    -------
+    stamps : (T,) [s]
+    origin : float [s]
+        Add it to compare two clocks.
+    """
+    values = table.columns[name]
+    good = values[finite(values)]
+    if good.size == 0:
+        return np.full(values.size, np.nan), 0.0
+    middle = float(np.median(good))
+    unit = table.units.get(name, "")
+    scale = TABLE["time"].get(unit, 0.0)
+    if not scale:
+        fits = [s for s in (1.0, 1e-3, 1e-6, 1e-9) if EPOCH[0] <= middle * s < EPOCH[1]]
+        scale = fits[0] if fits else 1.0
+    is_epoch = name in table.stamps or EPOCH[0] <= middle * scale < EPOCH[1]
+    # Subtract before scaling: 1.7e18 ns has no digits to lose.
+    first = float(good[0]) if is_epoch else 0.0
+    stamps = np.where(finite(values), values, np.nan) - first
+    divisor = round(1 / scale)
+    return (stamps / divisor if scale < 1 else stamps * scale), first * scale
+
+
+def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
+    """Time column of a signal, or None if the log has none.
+
+    Raises
+    ------
+    ColumnError
+        If the time column that was asked for does not exist.
+    TimeError
+        If it has another length than the signal, or several fit and contradict each other.
+    """
+    size = table.columns[column].size
+    if wanted is not None:
+        name = find_column(table, wanted, "time")
+        if table.columns[name].size != size:
+            raise TimeError(
+                f"time column '{name}' of {table.name} has {table.columns[name].size} samples, but '{column}' has "
+                f"{size}: they are not on one clock. Name the time column of '{column}', or leave --time out.",
+                time=name,
+                column=column,
+            )
+        return name
+    if column in table.clocks:
+        return table.clocks[column]
+    candidates = [name for name in clock_names(table) if table.columns[name].size == size and name != column]
+    if len(candidates) <= 1:
+        return candidates[0] if candidates else None
+    mine = set(words(parse_unit(column)[0]))
+    shared = [len(mine & (set(words(parse_unit(name)[0])) - TIME_WORDS)) for name in candidates]
+    if max(shared) > 0 and shared.count(max(shared)) == 1:
+        return candidates[shared.index(max(shared))]
+    place = table.order.index(column)
+    left = [name for name in candidates if table.order.index(name) < place]
+    if left:
+        return left[-1]
+    first = candidates[0]
+    if all(same_clock(table, first, other) for other in candidates[1:]):
+        return first
+    raise TimeError(
+        f"{table.name} has {len(candidates)} time columns that contradict each other: {', '.join(candidates)}. Nothing "
+        f"tells which one belongs to '{column}'. Name it: --time {first}",
+        columns=tuple(candidates),
+    )
+
+
+def same_clock(table: Table, a: str, b: str) -> bool:
+    """Whether two time columns tell the same time, to a tenth of a sample, apart from where they start."""
+    if a == b:
+        return True
+    ta, tb = seconds(table, a)[0], seconds(table, b)[0]
+    if ta.size != tb.size:
+        return False
+    both = np.isfinite(ta) & np.isfinite(tb)
+    if both.sum() < 0.9 * max(np.isfinite(ta).sum(), np.isfinite(tb).sum()) or both.sum() < 2:
+        return False
+    ta, tb = ta[both], tb[both]
+    step = np.abs(np.diff(ta))
+    typical = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
+    return bool(np.max(np.abs((ta - ta[0]) - (tb - tb[0]))) <= 0.1 * typical)
+
+
+def unit_finding(table: Table, name: str, stamps: Array) -> list[Finding]:
+    """Say so when the unit of time had to be assumed and the seconds look wrong."""
+    if table.units.get(name) or name in table.stamps:
+        return []
+    step = np.diff(stamps[np.isfinite(stamps)])
+    step = step[step > 0]
+    if step.size == 0 or float(np.median(step)) < 1.0 or name in table.clocks.values():
+        return []
+    return [
+        Finding(
+            "time-unit",
+            f"time column '{name}' of {table.name} names no unit and was read as seconds, one sample every "
+            f"{float(np.median(step)):.3g} s. If these are milliseconds, call it {name}_ms; "
+            f"windows and rates depend on it.",
+        )
+    ]

@@ -1,0 +1,184 @@
+"""Which column is meant: by name, without its unit, by number; and which run."""
+
+from __future__ import annotations
+
+import difflib
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ColumnError, RunError
+from dehyst.io.table import Array, Table, finite
+from dehyst.units import parse_unit, words
+
+RUN_WORDS = frozenset(
+    [
+        "run",
+        "runs",
+        "trial",
+        "experiment",
+        "exp",
+        "test",
+        "episode",
+        "session",
+        "series",
+        "recording",
+        "measurement",
+        "messung",
+        "versuch",
+        "lauf",
+    ]
+)
+MAX_NUMBERED_RUNS = 1000
+
+
+def find_column(table: Table, wanted: str, role: str) -> str:
+    """Name of the column that a user means.
+
+    Tried in turn: the exact name, the name in any case, the name without its unit, ``#3`` for the third column.
+
+    Parameters
+    ----------
+    table
+        The log.
+    wanted
+        What the user typed.
+    role
+        ``"input"``, ``"output"`` or ``"time"``, for the message.
+
+    Raises
+    ------
+    ColumnError
+        If there is no such column, more than one, or it holds text.
+    """
+    wanted = str(wanted)
+    found = _match(table, wanted)
+    if len(found) == 1:
+        if found[0] in table.labels:
+            example = ", ".join(dict.fromkeys(table.labels[found[0]][:200].tolist()[:3]))
+            raise ColumnError(
+                f"{role} column '{found[0]}' of {table.name} holds text ({example}), not numbers. {_available(table)}",
+                column=found[0],
+                columns=tuple(table.columns),
+            )
+        if found[0] in table.columns:
+            return found[0]
+    if len(found) > 1:
+        raise ColumnError(
+            f"{role} column '{wanted}' of {table.name} may be any of {', '.join(found)}. Type one of these names.",
+            column=wanted,
+            columns=tuple(found),
+        )
+    names = list(table.columns)
+    close = difflib.get_close_matches(wanted.lower(), [name.lower() for name in names], n=1, cutoff=0.5)
+    hint = next((f"Did you mean '{name}'? " for name in names if close and name.lower() == close[0]), "")
+    raise ColumnError(
+        f"{table.name} has no {role} column '{wanted}'. {hint}{_available(table)}",
+        column=wanted,
+        columns=tuple(names),
+    )
+
+
+def _match(table: Table, wanted: str) -> list[str]:
+    if wanted in table.order:
+        return [wanted]
+    low = wanted.strip().lower()
+    for spelled in (lambda name: name.lower(), lambda name: parse_unit(name)[0].lower()):
+        found = [name for name in table.order if spelled(name) == low]
+        if found:
+            return found
+    if wanted.startswith("#") and wanted[1:].isascii() and wanted[1:].isdigit() and len(wanted) < 8:
+        index = int(wanted[1:])
+        return [table.order[index - 1]] if 1 <= index <= len(table.order) else []
+    return []
+
+
+def _available(table: Table) -> str:
+    names = list(table.columns)
+    more = f" and {len(names) - 30} more" if len(names) > 30 else ""
+    return f"Its columns of numbers are: {', '.join(names[:30])}{more}. To see what they hold: dehyst inspect LOG"
+
+
+def run_column(table: Table) -> str | None:
+    """Name of the column that tells the runs apart, or None.
+
+    A column named run, trial, experiment... that holds text or whole numbers; else a text column whose labels
+    come in unbroken blocks.
+    """
+    texts = [name for name, labels in table.labels.items() if labels.size == table.rows.size]
+    named = [name for name in texts if RUN_WORDS & set(words(name))]
+    if named:
+        return named[0]
+    for name, values in table.columns.items():
+        if RUN_WORDS & set(words(name)) and values.size == table.rows.size and _is_whole(values):
+            return name
+    return next((name for name in texts if _in_blocks(table.labels[name])), None)
+
+
+def _is_whole(values: Array) -> bool:
+    good = values[finite(values)]
+    return bool(good.size and np.all(good == np.round(good)) and np.unique(good).size <= MAX_NUMBERED_RUNS)
+
+
+def _in_blocks(labels: npt.NDArray[np.str_]) -> bool:
+    starts = np.flatnonzero(labels[1:] != labels[:-1]).size + 1
+    return starts == np.unique(labels).size and starts <= max(1, labels.size // 4)
+
+
+def run_labels(table: Table) -> npt.NDArray[np.str_] | None:
+    """Run of each row, (rows,), "" where it is missing; None if the log does not tell runs apart."""
+    name = run_column(table)
+    if name is None:
+        return None
+    if name in table.labels:
+        return table.labels[name]
+    values = table.columns[name]
+    good = finite(values)
+    labels = np.full(values.size, "", dtype="U24")
+    labels[good] = np.char.mod("%d", values[good].astype(np.int64)) if good.any() else ""
+    return labels
+
+
+def count_runs(table: Table) -> dict[str, int]:
+    """Runs in the order of the log and their number of rows."""
+    labels = run_labels(table)
+    if labels is None:
+        return {}
+    names, first, counts = np.unique(labels, return_index=True, return_counts=True)
+    order = np.argsort(first)
+    return {str(names[k]): int(counts[k]) for k in order if str(names[k])}
+
+
+def select_run(table: Table, run: str | None) -> tuple[str | None, npt.NDArray[np.bool_]]:
+    """Run that is meant and the rows that belong to it.
+
+    Raises
+    ------
+    RunError
+        If there are several runs and none is named, or no such run.
+    """
+    everything = np.ones(table.rows.size, dtype=bool)
+    runs = count_runs(table)
+    listed = ", ".join(f"{name} ({rows} rows)" for name, rows in list(runs.items())[:40])
+    if not runs:
+        if run is None:
+            return None, everything
+        raise RunError(
+            f"{table.name} does not tell runs apart, so there is no run '{run}': it has no text column and none "
+            f"called run, trial or experiment. Leave the run out, or cut a window with --from and --to.",
+            run=run,
+        )
+    if run is None and len(runs) > 1:
+        raise RunError(
+            f"{table.name} holds {len(runs)} runs and none was named: {listed}. What the actuator remembers does not "
+            f"carry over from one to the next, so name one: --run {next(iter(runs))}",
+            runs=runs,
+        )
+    chosen = next(iter(runs)) if run is None else str(run)
+    if chosen not in runs:
+        low = {name.lower(): name for name in runs}
+        close = difflib.get_close_matches(chosen.lower(), list(low), n=1, cutoff=0.5)
+        hint = f"Did you mean '{low[close[0]]}'? " if close else ""
+        raise RunError(f"{table.name} has no run '{chosen}'. {hint}It holds: {listed}.", run=chosen, runs=runs)
+    labels = run_labels(table)
+    return chosen, everything if labels is None else np.asarray(labels == chosen)

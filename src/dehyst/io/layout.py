@@ -1,0 +1,190 @@
+"""Layout of a text log: comments, preamble, delimiter, decimal sign, header, units row, first line of data."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dehyst.errors import LogError
+from dehyst.io.cells import MISSING, comma_number, is_date_time, number
+from dehyst.units import canonical
+
+COMMENTS = ("#", "%", "//")
+SAMPLE = 400  # lines that decide the layout
+BLANKS = " "  # delimiter meaning one or more blanks
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How the lines of a text log are to be read.
+
+    Attributes
+    ----------
+    delimiter
+        ``","``, ``";"``, tab, or ``" "`` for blanks.
+    decimal_comma
+        Whether numbers use a comma.
+    width
+        Cells in a line of data.
+    names
+        Column names of the header, or None if there is no header.
+    units
+        Units of the units row, or None.
+    first
+        Index of the first line of data.
+    """
+
+    delimiter: str
+    decimal_comma: bool
+    width: int
+    names: tuple[str, ...] | None
+    units: tuple[str, ...] | None
+    first: int
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line is empty or a comment."""
+    stripped = line.lstrip()
+    return not stripped or stripped.startswith(COMMENTS)
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """Cells of one line; a quoted cell may hold the delimiter, but never the end of the line.
+
+    Examples
+    --------
+    >>> split_line('1,"a,b",2', ","), split_line("  1   2 ", " ")
+    (['1', 'a,b', '2'], ['1', '2'])
+    """
+    if '"' in line:
+        try:
+            line = line.strip() if delimiter == BLANKS else line
+            return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        except csv.Error:
+            return [line]
+    return line.split() if delimiter == BLANKS else line.split(delimiter)
+
+
+def _numeric(cell: str, decimal_comma: bool) -> bool:
+    value = comma_number(cell) if decimal_comma else number(cell)
+    return value is not None and (value == value or cell.strip() != "")
+
+
+def _score(sample: Sequence[str], delimiter: str, decimal_comma: bool) -> tuple[float, int]:
+    """Share of the sample that reads as data of one width, and that width."""
+    rows = [split_line(line, delimiter) for line in sample]
+    good: Counter[int] = Counter()
+    for row in rows:
+        hits = sum(_numeric(cell, decimal_comma) or is_date_time(cell) for cell in row)
+        texts = sum(bool(cell.strip()) for cell in row) - hits
+        if hits and texts <= max(1, hits):
+            good[len(row)] += hits
+    if not good:
+        return 0.0, 0
+    width, hits = good.most_common(1)[0]
+    lines = sum(len(row) == width for row in rows)
+    cells = sum(sum(bool(cell.strip()) for cell in row) for row in rows if len(row) == width)
+    return (hits / max(1, cells)) * (lines / len(rows)), width
+
+
+def find_layout(lines: Sequence[str], name: str) -> Layout:
+    """Find the layout of a text log from its first and some later lines.
+
+    Raises
+    ------
+    LogError
+        If no delimiter makes columns of numbers.
+    """
+    body = [line for line in lines[: 4 * SAMPLE] if not is_comment(line)]
+    if not body:
+        raise LogError(
+            f"log '{name}' holds no data: its {len(lines)} lines are empty or comments. Check that it is the "
+            f"right file and that the logger had not just been started.",
+            file=name,
+        )
+    # The middle of the sample: preamble and header come first and must not vote.
+    sample = [line[:4096] for line in body[len(body) // 4 :][:SAMPLE]]
+    best: tuple[float, int, str, bool] = (0.0, 0, ",", False)
+    # At equal score the earlier wins; decimal commas are tried where the comma is not the delimiter.
+    trials = ((",", False), (";", False), ("\t", False), (BLANKS, False), (";", True), ("\t", True), (BLANKS, True))
+    for delimiter, decimal_comma in trials:
+        score, width = _score(sample, delimiter, decimal_comma)
+        if score > best[0] + 1e-9 or (score > best[0] - 1e-9 and width > best[1]):
+            best = (score, width, delimiter, decimal_comma)
+    score, width, delimiter, decimal_comma = best
+    if score < 0.2 or width < 1:
+        raise LogError(
+            f"log '{name}' holds no table of numbers that , ; tab or blanks would separate; its first line of "
+            f"text is {body[0][:60]!r}. Save it as CSV with one header line and a . or , as decimal sign.",
+            file=name,
+        )
+    return _with_header(lines, delimiter, decimal_comma, width)
+
+
+def _is_data_row(cells: Sequence[str], width: int, decimal_comma: bool) -> bool:
+    if len(cells) != width:
+        return False
+    hits = sum(_numeric(cell, decimal_comma) and cell.strip().lower() not in MISSING for cell in cells)
+    dates = sum(is_date_time(cell) for cell in cells)
+    texts = sum(bool(cell.strip()) for cell in cells) - hits - dates
+    return hits + dates > 0 and texts <= max(1, hits + dates)
+
+
+def _with_header(lines: Sequence[str], delimiter: str, decimal_comma: bool, width: int) -> Layout:
+    first = next(
+        (
+            i
+            for i, line in enumerate(lines)
+            if not is_comment(line) and _is_data_row(split_line(line, delimiter), width, decimal_comma)
+        ),
+        len(lines),
+    )
+    # Candidates for header and units row, nearest to the data first; a commented header counts too.
+    above: list[list[str]] = []
+    for line in reversed(lines[max(0, first - 50) : first]):
+        cells = _header_cells(line, delimiter)
+        if cells and len(cells) == width - 1 and _last_empty(lines[first : first + 50], delimiter, width):
+            cells = [*cells, ""]
+        if cells and len(cells) == width and any(cells):
+            above.append(cells)
+        elif not is_comment(line):
+            break  # a line of another width: what stands above it is preamble
+        if len(above) == 2:
+            break
+    names: tuple[str, ...] | None = None
+    units: tuple[str, ...] | None = None
+    if above:
+        if len(above) == 2 and _is_units_row(above[0]):
+            units, names = tuple(cell.strip("[]() ") for cell in above[0]), tuple(above[1])
+        else:
+            names = tuple(above[0])
+    return Layout(delimiter, decimal_comma, width, names, units, first)
+
+
+def _header_cells(line: str, delimiter: str) -> list[str]:
+    text = line.strip() if delimiter == BLANKS else line
+    for mark in COMMENTS:
+        if text.lstrip().startswith(mark):
+            text = text.lstrip().lstrip(mark[0])
+    if not text.strip():
+        return []
+    if delimiter == BLANKS:
+        text = re.sub(r"[ \t]+(?=[\[(])", "_", text)  # angle [deg] is one name
+    return [cell.strip() for cell in split_line(text, delimiter)]
+
+
+def _last_empty(lines: Sequence[str], delimiter: str, width: int) -> bool:
+    """Whether every line ends in a delimiter, which makes an extra, empty column."""
+    rows = [split_line(line, delimiter) for line in lines if not is_comment(line)]
+    return all(len(row) != width or not row[-1].strip() for row in rows)
+
+
+def _is_units_row(cells: Sequence[str]) -> bool:
+    known = 0
+    for cell in cells:
+        inner = cell.strip("[]() ")
+        known += bool(canonical(inner)) or inner in {"", "-", "1"} or inner != cell.strip()
+    return known >= 0.5 * len(cells) and any(cell.strip("[]()- ") for cell in cells)

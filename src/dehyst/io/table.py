@@ -1,0 +1,128 @@
+"""Table: what a log file holds, before anyone decided which column is the input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import LogError
+from dehyst.findings import Finding
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
+
+# No sensor reads this much; beyond it squares overflow and every later number is lost.
+LARGEST = 1e100
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of one log file, as they stand in the file.
+
+    Attributes
+    ----------
+    name
+        File name without its folder.
+    columns
+        Column name -> numbers, (rows,), NaN where a cell is empty or no number. Columns with a clock of their
+        own may differ in length.
+    units
+        Column name -> unit, "" where it is not known.
+    labels
+        Text columns, for example the run of each row, (rows,).
+    rows
+        Number of each row in the file, from 1: line numbers for text, sample numbers otherwise.
+    row_word
+        What `rows` counts: ``"line"``, ``"row"`` or ``"sample"``.
+    clocks
+        Column -> its own time column, where the format says so.
+    stamps
+        Columns that hold date-times, given in seconds since 1970.
+    order
+        All column names, text columns too, in the order of the file.
+    scalars
+        Single numbers of the file that may matter, for example a sampling time ``Ts``.
+    sha256
+        Fingerprint of the file's bytes, "" if not taken.
+    findings
+        What reading the file found.
+    """
+
+    name: str
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+    rows: Rows
+    labels: Mapping[str, npt.NDArray[np.str_]] = field(default_factory=dict)
+    row_word: str = "row"
+    clocks: Mapping[str, str] = field(default_factory=dict)
+    stamps: frozenset[str] = frozenset()
+    order: tuple[str, ...] = ()
+    scalars: Mapping[str, float] = field(default_factory=dict)
+    sha256: str = ""
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.order:
+            object.__setattr__(self, "order", (*self.columns, *self.labels))
+
+
+def finite(values: Array) -> npt.NDArray[np.bool_]:
+    """Which values are measurements: neither NaN nor infinite nor beyond `LARGEST`.
+
+    Examples
+    --------
+    >>> finite(np.array([1.0, np.nan, np.inf, 1e300])).tolist()
+    [True, False, False, False]
+    """
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(values) <= LARGEST)
+
+
+def list_rows(rows: Rows | Sequence[int], word: str = "line", shown: int = 4) -> str:
+    """Name the first few rows and the number of the others.
+
+    Examples
+    --------
+    >>> list_rows([3]), list_rows([3, 4, 9, 12, 15, 20])
+    ('line 3', 'lines 3, 4, 9, 12 and 2 more')
+    """
+    numbers = [str(int(row)) for row in rows[:shown]]
+    more = len(rows) - len(numbers)
+    text = f"{word}{'s' if len(rows) != 1 else ''} {', '.join(numbers)}"
+    return f"{text} and {more} more" if more > 0 else text
+
+
+def unique_names(names: Sequence[str]) -> list[str]:
+    """Make column names unique and non-empty: ``x, x, ""`` becomes ``x, x_2, column_3``.
+
+    Examples
+    --------
+    >>> unique_names(["x", "x", ""])
+    ['x', 'x_2', 'column_3']
+    """
+    found: list[str] = []
+    taken: set[str] = set()
+    for number, name in enumerate(names, 1):
+        base = name.strip() or f"column_{number}"
+        unique, k = base, 1
+        while unique in taken:
+            k += 1
+            unique = f"{base}_{k}"
+        taken.add(unique)
+        found.append(unique)
+    return found
+
+
+def require_columns(table: Table) -> Table:
+    """Return the table, or refuse one that holds no numbers at all."""
+    if not any(finite(column).any() for column in table.columns.values()):
+        texts = f" Its columns are text: {', '.join(table.labels)}." if table.labels else ""
+        raise LogError(
+            f"log '{table.name}' holds no column of numbers.{texts} Check that it is the right file, and that its "
+            f"delimiter is one of , ; tab or blanks.",
+            file=table.name,
+        )
+    return table

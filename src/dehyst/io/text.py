@@ -1,0 +1,122 @@
+"""From the bytes of a text log to its lines: compression, encoding, line ends."""
+
+from __future__ import annotations
+
+import zlib
+
+from dehyst.errors import LogError
+
+MEGABYTE = 1 << 20
+# A log of held values packs 50:1 at most; a file of zeros 1000:1. Beyond these limits it is a bomb, not a log.
+EXPANSION_LIMIT = 100
+EXPANSION_FREE = 8 * MEGABYTE
+SIZE_LIMIT = 1024 * MEGABYTE
+
+
+def expand(data: bytes, name: str) -> bytes:
+    """Undo gzip, member by member, up to a limit.
+
+    Raises
+    ------
+    LogError
+        If the stream is damaged, ends early, or expands to more than 100 times its size (and 8 MB), or 1 GB.
+    """
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    limit = min(SIZE_LIMIT, max(EXPANSION_FREE, EXPANSION_LIMIT * len(data)))
+    parts: list[bytes] = []
+    size = 0
+    rest = data
+    while rest.startswith(b"\x1f\x8b"):
+        stream = zlib.decompressobj(wbits=31)
+        try:
+            parts.append(stream.decompress(rest, limit - size + 1))
+        except zlib.error as fault:
+            raise LogError(
+                f"log '{name}' is damaged: its gzip data cannot be expanded ({fault}). Copy the file again, or "
+                f"save what can be saved with: gzip -dc {name} > log.csv",
+                file=name,
+            ) from None
+        size += len(parts[-1])
+        if size > limit:
+            raise LogError(
+                f"log '{name}' expands from {len(data)} bytes to more than {limit // MEGABYTE} MB; no log of a test "
+                f"rig packs that well, so it is not read. If it is one, unpack it first: gzip -d {name}",
+                file=name,
+                limit=limit,
+            )
+        if not stream.eof:
+            raise LogError(
+                f"log '{name}' is damaged: its gzip data ends early, after {size} bytes of text. Copy the file "
+                f"again, or save what is there with: gzip -dc {name} > log.csv",
+                file=name,
+            )
+        rest = stream.unused_data.lstrip(b"\0")
+    if rest:
+        raise LogError(
+            f"log '{name}' is damaged: {len(rest)} bytes follow its gzip data that do not belong to it. "
+            f"Copy the file again.",
+            file=name,
+        )
+    return b"".join(parts)
+
+
+def _utf16(data: bytes) -> str | None:
+    """Encoding of UTF-16 text, with or without byte-order mark: every other byte of plain text is NUL."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    head = data[:4096]
+    half = len(head) // 2
+    if half < 8:
+        return None
+    if head[1::2].count(0) > 0.8 * half and head[0::2].count(0) < 0.1 * half:
+        return "utf-16-le"
+    if head[0::2].count(0) > 0.8 * half and head[1::2].count(0) < 0.1 * half:
+        return "utf-16-be"
+    return None
+
+
+def decode(data: bytes, name: str) -> str:
+    """Decode a text log: UTF-8 or UTF-16 with or without byte-order mark, else Latin-1.
+
+    Raises
+    ------
+    LogError
+        If the bytes are not text.
+    """
+    wide = _utf16(data)
+    if wide:
+        text = data[: len(data) // 2 * 2].decode(wide, errors="replace").lstrip("\ufeff")
+    else:
+        body = data[3:] if data.startswith(b"\xef\xbb\xbf") else data
+        try:
+            text = body.decode("utf-8")
+        except UnicodeDecodeError:
+            # A few broken bytes among valid UTF-8 stay visible as U+FFFD; Latin-1 would garble every unit sign.
+            replaced = body.decode("utf-8", errors="replace")
+            bad = replaced.count("\ufffd")
+            good = sum(character > "\x7f" for character in replaced[:4096]) - replaced[:4096].count("\ufffd")
+            text = replaced if good and bad <= 3 else body.decode("latin-1")
+    head = text[:65536]
+    control = sum(head.count(chr(code)) for code in (*range(9), *range(14, 32), 0x7F))
+    if control > max(2, 0.02 * len(head)):
+        raise LogError(
+            f"log '{name}' is not text: {control} of its first {len(head)} characters are control characters. "
+            f"Known formats are .csv .txt .tsv .dat (also .gz), .mat, .npz, .npy, .bag, .db3, .mcap, .mf4, .mdf, "
+            f".parquet and .feather; give the file the ending of its format.",
+            file=name,
+        )
+    return text
+
+
+def lines_of(text: str) -> list[str]:
+    """Split text into lines at any of the three line ends.
+
+    Examples
+    --------
+    >>> lines_of("a\\r\\nb\\rc\\n")
+    ['a', 'b', 'c', '']
+    """
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.split("\n")

@@ -1,0 +1,241 @@
+"""Units: read from column names, spelled in one way, converted within one dimension.
+
+Values stay in the units of the log; this table exists for labels, for time stamps and for checks.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import UnitError
+
+# dimension -> {canonical spelling: factor to the first unit of the dimension}
+TABLE: dict[str, dict[str, float]] = {
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "mbar": 1e2, "psi": 6894.757293168361},
+    "angle": {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3},
+    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in": 0.0254},
+    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605},
+    "voltage": {"V": 1.0, "mV": 1e-3, "kV": 1e3},
+    "current": {"A": 1.0, "mA": 1e-3},
+    "torque": {"Nm": 1.0, "mNm": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+}
+DIMENSION = {unit: dimension for dimension, units in TABLE.items() for unit in units}
+
+# Other spellings, in lower case. Upper-case variants of the table itself are found without them.
+ALIASES = {
+    "pascal": "Pa", "hpa": "mbar", "bars": "bar", "psig": "psi", "psia": "psi",
+    "°": "deg", "degree": "deg", "degrees": "deg", "degs": "deg", "radian": "rad", "radians": "rad", "rads": "rad",
+    "µm": "um", "μm": "um", "micron": "um", "microns": "um", "micrometer": "um", "meter": "m", "metre": "m",
+    "meters": "m", "metres": "m", "inch": "in", "inches": "in", "millimeter": "mm", "millimetre": "mm",
+    "newton": "N", "newtons": "N", "volt": "V", "volts": "V", "ampere": "A", "amperes": "A", "amp": "A", "amps": "A",
+    "n·m": "Nm", "n*m": "Nm", "n m": "Nm", "n.m": "Nm", "n-m": "Nm",
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
+    "µs": "us", "μs": "us", "usec": "us", "micros": "us", "microseconds": "us", "nsec": "ns", "nanos": "ns",
+    "nanoseconds": "ns", "nanosec": "ns", "minutes": "min", "hour": "h", "hours": "h",
+}  # fmt: skip
+_LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | ALIASES
+
+# Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
+# another word of the name belongs to the dimension.
+_HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
+_HINTS: dict[str, frozenset[str]] = {
+    "length": frozenset(
+        [
+            "displacement",
+            "position",
+            "pos",
+            "length",
+            "x",
+            "y",
+            "z",
+            "stroke",
+            "height",
+            "distance",
+            "contraction",
+            "extension",
+            "elongation",
+            "travel",
+            "deflection",
+            "depth",
+            "disp",
+            "weg",
+        ]
+    ),
+    "force": frozenset(["force", "f", "load", "tension", "kraft", "thrust", "grip", "fx", "fy", "fz"]),
+    "voltage": frozenset(["voltage", "volt", "u", "drive", "supply", "spannung", "piezo", "uin", "uout"]),
+    "current": frozenset(["current", "i", "strom"]),
+    "torque": frozenset(["torque", "moment", "tau", "drehmoment"]),
+    "time": frozenset(
+        [
+            "time",
+            "t",
+            "timestamp",
+            "stamp",
+            "elapsed",
+            "zeit",
+            "temps",
+            "tiempo",
+            "duration",
+            "clock",
+            "dt",
+            "date",
+            "epoch",
+            "period",
+            "seconds",
+            "ros",
+            "sim",
+        ]
+    ),
+}
+
+
+def canonical(unit: str) -> str | None:
+    """Spell a unit as in `TABLE`, or return None if it is not known.
+
+    Examples
+    --------
+    >>> canonical("Degrees"), canonical("mpa"), canonical("furlong")
+    ('deg', 'MPa', None)
+    """
+    text = unit.strip()
+    if text in DIMENSION:
+        return text
+    return _LOWER.get(text.lower())
+
+
+def dimension(unit: str) -> str:
+    """Dimension of a unit, for example ``"pressure"``, or "" if the unit is not known.
+
+    Examples
+    --------
+    >>> dimension("psi"), dimension("rpm")
+    ('pressure', '')
+    """
+    known = canonical(unit)
+    return DIMENSION[known] if known else ""
+
+
+def words(name: str) -> list[str]:
+    """Words of a column name in lower case: split at punctuation, digits and changes of case.
+
+    Examples
+    --------
+    >>> words("jointAngle_2 [deg]")
+    ['joint', 'angle', 'deg']
+    """
+    spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
+    return re.findall(r"[^\W\d_]+", spaced.lower())
+
+
+def _unit_text(text: str) -> str:
+    """Unit as written in brackets: canonical where known, as it stands otherwise, "" for none."""
+    text = text.strip()
+    return "" if text in {"", "-", "--", "1", "none", "None"} else canonical(text) or text
+
+
+def _suffix_unit(bare: str, suffix: str) -> str | None:
+    low = suffix.lower()
+    hints = set(words(bare))
+    if low == "nm" and hints & _HINTS["torque"]:
+        return "Nm"
+    unit = canonical(suffix)
+    if unit is None:
+        return None
+    if low in _HINTED and not (suffix in {"N", "V"} or hints & _HINTS[DIMENSION[unit]]):
+        return None
+    return unit
+
+
+def parse_unit(name: str) -> tuple[str, str]:
+    """Split a column name into its bare name and its unit.
+
+    Understood are ``angle [deg]``, ``angle (deg)``, ``p/bar`` and a known unit after the last ``_``.
+    A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is left alone.
+
+    Parameters
+    ----------
+    name
+        Column name as in the log.
+
+    Returns
+    -------
+    bare : str
+        Name without the unit.
+    unit : str
+        Canonical spelling where the unit is known, the text in the brackets otherwise, "" if there is none.
+
+    Examples
+    --------
+    >>> parse_unit("pressure_interp_psi"), parse_unit("angle [°]"), parse_unit("p/bar"), parse_unit("aux_a")
+    (('pressure_interp', 'psi'), ('angle', 'deg'), ('p', 'bar'), ('aux_a', ''))
+    """
+    text = name.strip()
+    bracket = re.fullmatch(r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", text)
+    if bracket and not (bracket[2] or "").isdigit():  # position[0] is an index, not a unit
+        inner = bracket[2] if bracket[2] is not None else bracket[3]
+        return bracket[1].rstrip("_ "), _unit_text(inner)
+    slash = re.fullmatch(r"([^/]*[^/\s])\s*/\s*([^/]+)", text)
+    if slash and canonical(slash[2]):
+        return slash[1], _unit_text(slash[2])
+    rate = re.fullmatch(r"(.*\w)_(mm|m|cm|um|deg|rad|bar)_s", text, re.IGNORECASE)
+    if rate and set(words(rate[1])) & {"velocity", "vel", "speed", "rate", "omega", "v"}:
+        return rate[1], f"{canonical(rate[2])}/s"
+    bare, found, suffix = text.rpartition("_")
+    if not found:
+        bare, found, suffix = text.rpartition(" ")
+    unit = _suffix_unit(bare, suffix) if found and bare.strip("_ ") else None
+    return (bare.rstrip("_ "), unit) if unit else (text, "")
+
+
+def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.float64]:
+    """Convert values from one unit to another of the same dimension.
+
+    Parameters
+    ----------
+    values
+        Numbers, any shape. [source]
+    source, target
+        Units of one dimension, in any known spelling.
+
+    Returns
+    -------
+    converted : same shape
+        ``values * (factor of source / factor of target)``. [target]
+
+    Raises
+    ------
+    UnitError
+        If a unit is not known, or the two differ in dimension.
+
+    Examples
+    --------
+    >>> convert([1.0, 2.5], "bar", "kPa").tolist()
+    [100.0, 250.0]
+    """
+    known = [canonical(source), canonical(target)]
+    for given, unit in zip((source, target), known, strict=True):
+        if unit is None:
+            raise UnitError(
+                f"unit '{given}' is not known. Known are {', '.join(DIMENSION)}. Convert the values yourself "
+                f"and put the unit into the column name, for example pressure_bar.",
+                unit=given,
+            )
+    a, b = str(known[0]), str(known[1])
+    if DIMENSION[a] != DIMENSION[b]:
+        raise UnitError(
+            f"cannot convert {a} ({DIMENSION[a]}) into {b} ({DIMENSION[b]}): they measure different things. "
+            f"Check that input and output are not swapped and that the column names carry the right units.",
+            source=a,
+            target=b,
+        )
+    table = TABLE[DIMENSION[a]]
+    array = np.asarray(values, dtype=np.float64)
+    # One rounded factor, except down to the reference unit and back, keeps round trips to one ulp.
+    factor = table[a] / table[b]
+    inverse = table[b] / table[a]
+    return array / inverse if inverse.is_integer() else array * factor
