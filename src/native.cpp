@@ -13,6 +13,7 @@ namespace nb = nanobind;
 using namespace nb::literals;
 
 using In = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Out = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
 using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 
@@ -119,18 +120,27 @@ class Stepper {
     dehyst_state state_{};
 };
 
-nb::tuple play_bank(const In &x, const In &r, const In &z0)
+// Play outputs at chosen samples only: a long log is fitted in pieces that fit into memory.
+nb::tuple play_bank(const In &x, const In &r, const In &z0, const Rows &rows)
 {
     require(r.size() == z0.size() && r.size() > 0, "thresholds and state differ in length");
-    const std::size_t samples = x.size(), n = r.size();
-    auto *bank = new std::vector<double>(samples * n);
+    const std::size_t samples = x.size(), n = r.size(), kept = rows.size();
+    for (std::size_t j = 0; j < kept; ++j)
+        require(rows.data()[j] >= (j == 0 ? 0 : rows.data()[j - 1] + 1) &&
+                    rows.data()[j] < static_cast<int64_t>(samples),
+                "rows must increase strictly and lie within the signal");
+    auto *bank = new std::vector<double>(kept * n);
     nb::capsule owner(bank, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
     std::vector<double> z = copy(z0);
+    std::size_t next = 0;
     for (std::size_t k = 0; k < samples; ++k) {
         if (dehyst_accept(x.data()[k])) dehyst_play_step(static_cast<int32_t>(n), r.data(), x.data()[k], z.data());
-        for (std::size_t i = 0; i < n; ++i) (*bank)[k * n + i] = z[i];
+        if (next < kept && rows.data()[next] == static_cast<int64_t>(k)) {
+            for (std::size_t i = 0; i < n; ++i) (*bank)[next * n + i] = z[i];
+            ++next;
+        }
     }
-    return nb::make_tuple(Matrix(bank->data(), {samples, n}, owner), own(std::move(z)));
+    return nb::make_tuple(Matrix(bank->data(), {kept, n}, owner), own(std::move(z)));
 }
 
 nb::tuple pi_invert(const In &r, const In &w, const In &z)
@@ -166,8 +176,8 @@ NB_MODULE(_native, m)
     m.doc() = "dehyst's C core: play banks, Prandtl-Ishlinskii steps, closed inverse, monotone maps.";
     m.attr("INPUT_LIMIT") = DEHYST_INPUT_LIMIT;
     m.def("accept", [](double x) { return dehyst_accept(x) != 0; }, "x"_a);
-    m.def("play_bank", &play_bank, "x"_a, "thresholds"_a, "state"_a,
-          "Outputs (T, n) of n play operators and their final states (n,).");
+    m.def("play_bank", &play_bank, "x"_a, "thresholds"_a, "state"_a, "rows"_a,
+          "Outputs (m, n) of n play operators at the samples `rows` (m,), and their states (n,) after the signal.");
     m.def("pi_invert", &pi_invert, "thresholds"_a, "weights"_a, "state"_a,
           "(fault, r', w', z') of the closed inverse; fault 0, or the index of the offending partial sum.");
     m.def("stop_to_play", &stop_to_play, "slope"_a, "stop_weights"_a, "Play weights of a stop form.");
@@ -182,7 +192,7 @@ NB_MODULE(_native, m)
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")
         .def("restore", &Stepper::restore, "image"_a, "Continue from a saved image.")
-        .def_prop_ro("state", &Stepper::state, "Play states z (n,).")
+        .def_prop_ro("state", &Stepper::state, nb::rv_policy::move, "Play states z (n,).")
         .def_prop_ro("output", &Stepper::output, "Last good output.")
         .def_prop_ro("rejected", &Stepper::rejected, "The last sample was rejected.")
         .def_prop_ro("rejected_ever", &Stepper::rejected_ever, "Some sample since the last reset was rejected.");
