@@ -2,26 +2,104 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from dehyst.errors import ExcitationError, RecordingError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import Array, Table
+from dehyst.loops import summarise_loops
+from dehyst.units import dimension, parse_unit, words
+
+HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before
+STUCK_SHARE = 0.05  # of the samples of a saturated sensor sit at its extreme
+COARSE_LEVELS = 24
+COMMAND_WORDS = frozenset("cmd command commanded ref reference setpoint desired target soll des demand".split())  # noqa: SIM905
+BETWEEN_WORDS = frozenset("interp interpolated resampled filtered smooth smoothed".split())  # noqa: SIM905
+DRIVES = ("pressure", "voltage", "current")
+MOTIONS = ("angle", "length")
 
 
 def is_constant(values: Array) -> bool:
-    """Whether a signal does not move beyond rounding."""
+    """Whether a signal does not move beyond rounding.
+
+    Examples
+    --------
+    >>> is_constant(np.array([2.0, 2.0])), is_constant(np.array([0.0, 1e-9]))
+    (True, False)
+    """
     span = float(np.ptp(values)) if values.size else 0.0
     return span <= 1e-12 * float(np.max(np.abs(values), initial=0.0))
 
 
+def hold_length(values: Array) -> float:
+    """Mean number of samples a sampled-and-held signal stays at each value; 1 if it is not held.
+
+    Held means: most samples repeat the one before, and the steps between are of many sizes. Steps of one
+    size are those of a coarse converter instead; a few long rests are those of a commanded staircase.
+    """
+    step = np.diff(values)
+    moves = np.abs(step[step != 0])
+    if step.size < 20 or moves.size < 8 or moves.size > (1 - HELD_SHARE) * step.size:
+        return 1.0
+    runs = np.diff(np.flatnonzero(step != 0))
+    typical = float(np.median(runs))
+    smallest = float(np.min(moves))
+    # Rests of a staircase or a plateau are few and long; then most of the time passes in rests far above the median.
+    if typical < 3 or float(np.median(moves)) < 3 * smallest or np.unique(np.round(moves / smallest)).size < 6:
+        return 1.0
+    return typical
+
+
+def stuck_share(x: Array, y: Array) -> tuple[float, float]:
+    """Largest share of samples at which the output sits exactly at an extreme while the input still pushes outward.
+
+    A play stands still after the input has turned; a saturated sensor stands still before. Only the latter counts.
+
+    Returns
+    -------
+    share, level
+        Share of all samples, and the value the output is stuck at. [output unit]
+    """
+    centred = x - x.mean()
+    sign = np.sign(float(np.dot(centred, y - y.mean()))) or 1.0
+    span = float(np.ptp(x))
+    worst = (0.0, float(y.max()))
+    for level, outward in ((float(y.max()), sign), (float(y.min()), -sign)):
+        at = np.flatnonzero(np.concatenate(([False], y == level, [False]))[1:] != np.concatenate(([False], y == level)))
+        total = 0
+        for first, last in zip(at[0::2], at[1::2], strict=True):
+            push = outward * (x[first:last] - x[first])
+            if push.size >= 3 and float(push.max()) > 0.05 * span:
+                total += last - first
+        if total / y.size > worst[0]:
+            worst = (total / y.size, level)
+    return worst
+
+
+def levels(values: Array) -> int:
+    """Number of different values."""
+    return int(np.unique(values).size)
+
+
 def check_signal(samples: Samples, about: Context, findings: list[Finding]) -> None:
-    """Findings about a single column."""
+    """Findings about a single column: no time, held."""
+    if samples.time is None:
+        findings.append(Finding("no-time", f"{about.log} has no time column; samples are taken as evenly spaced."))
 
 
 def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, findings: list[Finding]) -> None:
-    """Findings about input and output; a signal that never moves is refused."""
+    """Findings about input and output together.
+
+    Raises
+    ------
+    ExcitationError
+        If the input never moves.
+    RecordingError
+        If the output never moves.
+    """
     x, y = samples.values
     if is_constant(x):
         raise ExcitationError(
@@ -35,3 +113,106 @@ def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, finding
             f"sensor is not connected, or it is the wrong column. Name another output column, run or window.",
             column=y_name,
         )
+    findings.extend(_held(table, x_name, y_name, samples))
+    findings.extend(_stuck(table, y_name, x, y))
+    findings.extend(_coarse(table, (("input", x_name, x), ("output", y_name, y))))
+    findings.extend(_few_loops(table, x_name, x))
+    findings.extend(_swapped(table, x_name, y_name))
+
+
+def _held(table: Table, x_name: str, y_name: str, samples: Samples) -> list[Finding]:
+    found = []
+    for role, name, values in (("input", x_name, samples.values[0]), ("output", y_name, samples.values[1])):
+        hold = hold_length(values)
+        if hold == 1.0:
+            continue
+        rate = ""
+        if samples.time is not None:
+            step = float(np.median(np.diff(samples.time)))
+            rate = f", about {1 / (hold * step):.2g} Hz" if step > 0 else ""
+        better = _between(table, name)
+        cure = (
+            f"Column '{better}' looks like the same signal between its updates: use that one."
+            if better
+            else "Log it faster, or interpolate between its updates."
+        )
+        found.append(
+            Finding(
+                f"held-{role}",
+                f"{role} '{name}' of {table.name} changes only every {hold:.0f} samples{rate} and is held in between. "
+                f"The steps look like hysteresis and the delay like a lag. {cure}",
+            )
+        )
+    return found
+
+
+def _between(table: Table, name: str) -> str | None:
+    mine = set(words(parse_unit(name)[0]))
+    for other in table.columns:
+        theirs = set(words(parse_unit(other)[0]))
+        if other != name and theirs & BETWEEN_WORDS and mine <= theirs and table.units.get(other) == table.units[name]:
+            return other
+    return None
+
+
+def _stuck(table: Table, y_name: str, x: Array, y: Array) -> list[Finding]:
+    share, level = stuck_share(x, y)
+    if share <= STUCK_SHARE:
+        return []
+    where = f"{level:.6g} {table.units.get(y_name, '')}".rstrip()
+    return [
+        Finding(
+            "saturated-output",
+            f"output '{y_name}' of {table.name} sits exactly at {where} in {100 * share:.0f} % of "
+            f"the samples while the input still pushes on: the sensor is at the end of its range, or the actuator at a "
+            f"stop. What happens beyond cannot be learned or inverted. Reduce the input's range, or cut it away.",
+        )
+    ]
+
+
+def _coarse(table: Table, signals: Sequence[tuple[str, str, Array]]) -> list[Finding]:
+    found = []
+    for role, name, values in signals:
+        count = levels(values)
+        if count <= COARSE_LEVELS and values.size >= 8 * count:
+            found.append(
+                Finding(
+                    f"quantised-{role}",
+                    f"{role} '{name}' of {table.name} takes only {count} different values in {values.size} rows; no "
+                    f"model can be better than {50 / max(1, count - 1):.2g} % of the range. Log it with more digits.",
+                )
+            )
+    return found
+
+
+def _few_loops(table: Table, x_name: str, x: Array) -> list[Finding]:
+    turns = summarise_loops(x).turns
+    if turns >= 2:
+        return []
+    what = "never turns: it moves one way only" if turns == 0 else "turns only once: there is a single loop"
+    cure = (
+        "Hysteresis cannot be seen without a way back: log at least one full loop, better two."
+        if turns == 0
+        else "A half of the log holds one branch only, so nothing can be held out: fit all of it "
+        "(--train-fraction 1), and log a second loop for a test."
+    )
+    return [Finding("few-loops", f"input '{x_name}' of {table.name} {what}. {cure}")]
+
+
+def _swapped(table: Table, x_name: str, y_name: str) -> list[Finding]:
+    """Names only, and only where both speak: a displacement that drives a force is no mistake."""
+    x_dimension, y_dimension = (dimension(table.units.get(name, "")) for name in (x_name, y_name))
+    x_command, y_command = (bool(COMMAND_WORDS & set(words(name))) for name in (x_name, y_name))
+    by_unit = y_dimension in DRIVES and x_dimension in MOTIONS
+    by_name = y_command and not x_command and x_dimension not in DRIVES
+    if not (by_unit or by_name):
+        return []
+    reason = f"a {y_dimension} drives, a {x_dimension} follows ('{y_name}' is the output here)"
+    return [
+        Finding(
+            "swapped-columns",
+            f"input and output of {table.name} look swapped: "
+            f"{reason if by_unit else f'the output {y_name} is named like a command'}. If so, type: "
+            f"--input {y_name} --output {x_name}",
+        )
+    ]

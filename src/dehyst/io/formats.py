@@ -11,10 +11,31 @@ from dehyst.io.delimited import read_delimited
 from dehyst.io.table import Table
 from dehyst.io.text import SIZE_LIMIT
 
-TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
+PathLike = str | os.PathLike[str]
+
+# First bytes by which a format is known, whatever the file is called.
+BAGS = (b"#ROSBAG V2.0", b"SQLite format 3\0", b"\x89MCAP0\r\n")
+ZIP = (b"PK\x03\x04", b"PK\x05\x06")
+NPY = b"\x93NUMPY"
+HDF5 = b"\x89HDF\r\n\x1a\n"
+MDF = (b"MDF     ", b"UnFinMF ")
+TABLES = (b"PAR1", b"ARROW1")
+BINARY = {
+    ".npz": "a NumPy archive",
+    ".npy": "a NumPy array",
+    ".h5": "HDF5",
+    ".hdf5": "HDF5",
+    ".bag": "a ROS bag",
+    ".db3": "a ROS bag",
+    ".mcap": "an MCAP file",
+    ".mf4": "MDF",
+    ".mdf": "MDF",
+    ".parquet": "Parquet",
+    ".feather": "Feather",
+}
 
 
-def read_table(path: str | os.PathLike[str]) -> Table:
+def read_table(path: PathLike) -> Table:
     """Read a log of any known format, chosen by the file's ending and first bytes.
 
     Raises
@@ -50,8 +71,56 @@ def read_table(path: str | os.PathLike[str]) -> Table:
 
 
 def _read_folder(source: Path) -> Table:
-    raise LogError(f"'{source}' is a folder. Name a log file inside it.", path=str(source))
+    """A rosbag2 folder is one log; any other folder is not."""
+    if not (source / "metadata.yaml").is_file():
+        raise LogError(
+            f"'{source}' is a folder, not a log. Name a file inside it (a rosbag2 folder would hold metadata.yaml).",
+            path=str(source),
+        )
+    digest = hashlib.sha256()
+    for part in sorted(source.iterdir()):
+        if part.suffix in {".db3", ".mcap", ".yaml"} and part.is_file():
+            digest.update(part.read_bytes())
+    from dehyst.io.ros import read_bag
+
+    return read_bag(source, digest.hexdigest())
 
 
 def _dispatch(data: bytes, source: Path, sha256: str) -> Table:
-    return read_delimited(data, source.name, sha256)
+    """Choose the reader by the first bytes, then by the ending; readers are imported when they are needed."""
+    name, ending = source.name, source.suffix.lower()
+    if data.startswith(BAGS):
+        from dehyst.io.ros import read_bag
+
+        return read_bag(source, sha256)
+    if data.startswith(ZIP):
+        from dehyst.io.numpy_files import read_npz
+
+        return read_npz(data, name, sha256)
+    if data.startswith(NPY):
+        from dehyst.io.numpy_files import read_npy
+
+        return read_npy(data, name, sha256)
+    if data.startswith(HDF5) or data[512:520] == HDF5:
+        from dehyst.io.hdf5 import read_hdf5
+
+        return read_hdf5(data, name, sha256)
+    if data.startswith(MDF):
+        from dehyst.io.mdf import read_mdf
+
+        return read_mdf(data, name, sha256)
+    if data.startswith(TABLES):
+        from dehyst.io.parquet import read_parquet
+
+        return read_parquet(data, name, sha256)
+    if data.startswith(b"MATLAB 5.0") or (ending == ".mat" and b"\0" in data[:20]):
+        from dehyst.io.matlab import read_mat
+
+        return read_mat(data, name, sha256)
+    if ending in BINARY:
+        raise LogError(
+            f"'{name}' ends in {ending}, but its first bytes ({data[:8].hex(' ')}) are not those of {BINARY[ending]}: "
+            f"it is damaged, or has the wrong ending. Copy or export it again.",
+            path=str(source),
+        )
+    return read_delimited(data, name, sha256)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,13 +15,11 @@ from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, drop_unmeasured, find_gaps, order_time
 from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, unit_finding
 from dehyst.io.columns import count_runs, find_column, run_column, select_run
-from dehyst.io.formats import read_table
+from dehyst.io.formats import PathLike, read_table
 from dehyst.io.merge import logged_in_turns, merge_clocks
 from dehyst.io.table import Array, Table
 from dehyst.recording import MINIMUM_SAMPLES, Recording
 from dehyst.units import parse_unit
-
-PathLike = str | os.PathLike[str]
 
 
 @dataclass(frozen=True, eq=False)

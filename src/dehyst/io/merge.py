@@ -71,8 +71,8 @@ def merge_clocks(x: Samples, y: Samples, about: Context, findings: list[Finding]
         Finding(
             "two-clocks",
             f"{' and '.join(about.columns)} of {about.log} are on two clocks (steps of {np.median(np.diff(tx)):.3g} "
-            f"and {np.median(np.diff(ty)):.3g} s); the output was interpolated at the {kept.rows.size} stamps of the input "
-            f"that both cover. A delay between the clocks would look like hysteresis: log both in one row if you can.",
+            f"and {np.median(np.diff(ty)):.3g} s); the output was interpolated at the {kept.rows.size} stamps of the "
+            f"input that both cover. A delay between the clocks would look like hysteresis: log both in one row.",
         )
     )
     return Samples(kept.time, (kept.values[0], output), kept.rows)

@@ -1,0 +1,242 @@
+"""What a log holds, and what to type next."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import TimeError
+from dehyst.findings import Finding
+from dehyst.io.checks import is_constant
+from dehyst.io.clean import gap_limit
+from dehyst.io.clocks import choose_clock, clock_names, seconds
+from dehyst.io.columns import count_runs, select_run
+from dehyst.io.formats import PathLike, read_table
+from dehyst.io.roles import Role, guess_roles
+from dehyst.io.table import Array, Table, finite
+from dehyst.loops import summarise_loops
+from dehyst.units import parse_unit
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnSummary:
+    """One column of a log.
+
+    Attributes
+    ----------
+    name, unit
+        As in the file.
+    samples
+        Rows of the run that hold a number.
+    minimum, maximum
+        Range, NaN if the column is empty. [unit]
+    loops
+        Complete back-and-forth cycles.
+    missing
+        Share of the rows without a number, 0 to 1.
+    constant
+        Whether it never moves.
+    role
+        ``"input"``, ``"output"``, ``"time"``, ``"run"`` or "".
+    reason
+        Why it looks like that.
+    """
+
+    name: str
+    unit: str
+    samples: int
+    minimum: float
+    maximum: float
+    loops: int
+    missing: float
+    constant: bool
+    role: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How the time column steps.
+
+    Attributes
+    ----------
+    column
+        Time column.
+    first, last
+        Range. [s]
+    median
+        Median step. [s]
+    jitter
+        Half the spread between the 5th and 95th percentile of the steps over the median, 0 for an even clock.
+    gaps, repeated, backward
+        Number of gaps, of repeated and of backward stamps.
+    """
+
+    column: str
+    first: float
+    last: float
+    median: float
+    jitter: float
+    gaps: int
+    repeated: int
+    backward: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogSummary:
+    """What `inspect_log` found.
+
+    Attributes
+    ----------
+    name
+        File name.
+    rows
+        Rows of the run.
+    columns
+        One entry a column, text columns too, in the order of the file.
+    runs
+        Run -> rows, empty if the log does not tell runs apart.
+    run
+        The run these numbers are about: the one asked for, else the first.
+    sampling
+        None without a time column.
+    input, output
+        Best guess, or None.
+    command
+        Line to type next, "" if no pair was found.
+    findings
+        What reading found.
+    """
+
+    name: str
+    rows: int
+    columns: tuple[ColumnSummary, ...]
+    runs: dict[str, int]
+    run: str | None
+    sampling: Sampling | None
+    input: str | None
+    output: str | None
+    command: str
+    findings: tuple[Finding, ...]
+
+
+def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
+    """Look at a log without deciding anything.
+
+    Parameters
+    ----------
+    path
+        Log of any format that `read_log` reads.
+    run
+        Run to look at; by default the first.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read.
+    RunError
+        If it has no such run.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> log = pathlib.Path(tempfile.mkdtemp()) / "log.csv"
+    >>> rows = [f"{k / 10},{abs(k % 14 - 7)},{2 * abs(k % 14 - 7)}" for k in range(60)]
+    >>> _ = log.write_text("time_s,pressure_bar,angle_deg\\n" + "\\n".join(rows))
+    >>> summary = inspect_log(log)
+    >>> summary.input, summary.output, summary.columns[1].loops
+    ('pressure_bar', 'angle_deg', 4)
+    """
+    table = read_table(path)
+    runs = count_runs(table)
+    chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
+    rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}
+    values = {name: v[finite(v)] for name, v in rows.items()}
+    paired = {name: v for name, v in rows.items() if finite(v).all()}
+    clocks = clock_names(table)
+    roles, x, y = guess_roles(table, values, paired, clocks)
+    columns = tuple(_summarise(table, name, rows, values, roles, mask) for name in table.order)
+    return LogSummary(
+        name=table.name,
+        rows=int(mask.sum()),
+        columns=columns,
+        runs=runs,
+        run=chosen,
+        sampling=_sampling(table, x, rows, clocks),
+        input=x,
+        output=y,
+        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None),
+        findings=table.findings,
+    )
+
+
+def _summarise(
+    table: Table,
+    name: str,
+    rows: dict[str, Array],
+    values: dict[str, Array],
+    roles: dict[str, Role],
+    mask: npt.NDArray[np.bool_],
+) -> ColumnSummary:
+    role = roles.get(name, Role("", "text"))
+    if name not in values:
+        return ColumnSummary(
+            name, "", int(mask.sum()), math.nan, math.nan, 0, 0.0, False, role.role, role.reason or "text"
+        )
+    v = values[name]
+    empty = v.size == 0
+    return ColumnSummary(
+        name=name,
+        unit=table.units.get(name) or parse_unit(name)[1],
+        samples=int(v.size),
+        minimum=math.nan if empty else float(v.min()),
+        maximum=math.nan if empty else float(v.max()),
+        loops=0 if role.role in {"time", "run"} else summarise_loops(v).loops,
+        missing=1.0 - v.size / max(1, rows[name].size),
+        constant=not empty and is_constant(v),
+        role=role.role,
+        reason=role.reason,
+    )
+
+
+def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: list[str]) -> Sampling | None:
+    clock = clocks[0] if clocks else None
+    if signal is not None:
+        with suppress(TimeError):  # two that contradict each other: show the first, identify will ask
+            clock = choose_clock(table, signal, None)
+    if clock is None:
+        return None
+    part = Table(table.name, {clock: rows[clock]}, table.units, table.rows, stamps=table.stamps)
+    t = seconds(part, clock)[0]
+    t = t[np.isfinite(t)]
+    step = np.diff(t)
+    forward = step[step > 0]
+    if forward.size == 0:
+        return None
+    median = float(np.median(forward))
+    low, high = np.percentile(forward, [5, 95])
+    return Sampling(
+        column=clock,
+        first=float(t[0]),
+        last=float(t[-1]),
+        median=median,
+        jitter=float(high - low) / (2 * median),
+        gaps=int(np.sum(step > gap_limit(t))),
+        repeated=int(np.sum(step == 0)),
+        backward=int(np.sum(step < 0)),
+    )
+
+
+def _command(path: PathLike, x: str | None, y: str | None, run: str | None) -> str:
+    if x is None or y is None:
+        return ""
+    parts = ["dehyst", "identify", str(Path(path)), "--input", x, "--output", y]
+    if run is not None:
+        parts += ["--run", run]
+    return shlex.join(parts)

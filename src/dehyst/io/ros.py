@@ -1,0 +1,75 @@
+"""ROS bags (.bag, rosbag2 folders, .db3, .mcap), by rosbags: the extra ``dehyst[ros]``."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dehyst.io.collect import MAX_WIDTH, Collector
+from dehyst.io.foreign import foreign_reader, optional
+from dehyst.io.table import Table
+
+MAX_DEPTH = 5
+BULKY = ("Image", "PointCloud", "CameraInfo", "OccupancyGrid", "Log", "ParameterEvent", "Parameter")
+
+
+def read_bag(path: Path, sha256: str) -> Table:
+    """Read all numbers of all topics: ``/joint_states.position[0]``, one clock for each topic.
+
+    The clock of a topic is ``header.stamp`` where it is set, else the time at which the bag received it.
+
+    Raises
+    ------
+    LogError
+        If it is damaged or holds no numbers.
+    MissingExtraError
+        If rosbags is not installed.
+    """
+    highlevel = optional("rosbags.highlevel", "ros", path.name)
+    typesys = optional("rosbags.typesys", "ros", path.name)
+    found = Collector(path.name)
+    with foreign_reader(path.name, "ROS bag"):
+        store = typesys.get_typestore(typesys.Stores.LATEST)
+        rows: dict[str, list[dict[str, float]]] = defaultdict(list)
+        with highlevel.AnyReader([path], default_typestore=store) as reader:
+            wanted = [c for c in reader.connections if not any(word in c.msgtype for word in BULKY)]
+            for connection, received, raw in reader.messages(connections=wanted) if wanted else ():
+                row: dict[str, float] = {"bag_time": float(received)}
+                _flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
+                rows[connection.topic].append(row)
+        for topic, messages in rows.items():
+            _add_topic(found, topic, messages)
+    return found.table(sha256)
+
+
+def _flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:
+    """Numbers of a message by path; text and long arrays are passed over."""
+    if isinstance(value, (bool, int, float, np.number, np.bool_)):
+        row[path] = float(value)
+    elif isinstance(value, (np.ndarray, list, tuple)):
+        if depth <= MAX_DEPTH and len(value) <= MAX_WIDTH:
+            for k, item in enumerate(value):
+                _flatten(row, f"{path}[{k}]", item, depth + 1)
+    elif hasattr(value, "__dataclass_fields__") and depth <= MAX_DEPTH:
+        fields = [name for name in value.__dataclass_fields__ if name != "__msgtype__"]
+        if set(fields) == {"sec", "nanosec"}:
+            # Nanoseconds since 1970 as one float keep 256 ns: far below any sampling of a bag.
+            row[path] = float(value.sec * 1_000_000_000 + value.nanosec)
+            return
+        for name in fields:
+            _flatten(row, f"{path}.{name}" if path else name, getattr(value, name), depth + 1)
+
+
+def _add_topic(found: Collector, topic: str, messages: list[dict[str, float]]) -> None:
+    names = list(dict.fromkeys(name for message in messages for name in message))
+    columns = {name: np.array([message.get(name, np.nan) for message in messages]) for name in names}
+    stamp = columns.get("header.stamp")
+    trusted = stamp is not None and stamp.size > 1 and bool(np.all(stamp > 0) and np.mean(np.diff(stamp) > 0) > 0.5)
+    clock = f"{topic}.{'header.stamp' if trusted else 'bag_time'}"
+    for name, values in columns.items():
+        unit = "ns" if name in {"bag_time", "header.stamp"} else ""
+        found.add(f"{topic}.{name}", values, unit)
+    found.clocks.update({f"{topic}.{name}": clock for name in columns})

@@ -1,0 +1,55 @@
+"""Signals to a CSV file that dehyst, and anything else, can read back."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import OutputError
+from dehyst.files import write_atomically
+from dehyst.io.formats import PathLike
+
+
+def write_csv(path: PathLike, columns: Mapping[str, npt.ArrayLike]) -> Path:
+    """Write columns of equal length, with all digits, atomically.
+
+    Parameters
+    ----------
+    path
+        File to write; an existing one is replaced.
+    columns
+        Column name with its unit (``"pressure_bar"``) -> values, (T,).
+
+    Returns
+    -------
+    path : pathlib.Path
+
+    Raises
+    ------
+    OutputError
+        If lengths differ, there is no column, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "x.csv"
+    >>> write_csv(file, {"time_s": [0.0, 0.1], "pressure_bar": [1.0, 2.5]}).read_text().split()
+    ['time_s,pressure_bar', '0.0,1.0', '0.1,2.5']
+    """
+    arrays = {name: np.asarray(values) for name, values in columns.items()}
+    sizes = {name: array.shape for name, array in arrays.items()}
+    if not arrays or len(set(sizes.values())) != 1 or any(len(shape) != 1 for shape in sizes.values()):
+        raise OutputError(
+            f"cannot write '{path}': its columns must be vectors of one length, got {sizes or 'none'}.", sizes=sizes
+        )
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(arrays)
+    # repr of a Python float is the shortest text that reads back as the same bits.
+    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
+    return write_atomically(path, stream.getvalue())
