@@ -64,8 +64,8 @@ int dehyst_accept(dehyst_real x);
 /* Advance n play states by the input x (already centred) in place. */
 void dehyst_play_step(int32_t n, const dehyst_real *threshold, dehyst_real x, dehyst_real *z);
 
-/* sum_i w_i z_i with eight fixed-order partial sums: the same bits from every compiler. */
-dehyst_real dehyst_weighted_sum(int32_t n, const dehyst_real *weight, const dehyst_real *z);
+/* offset + sum_i w_i z_i, summed by slopes in a fixed order: the same bits from every compiler. */
+dehyst_real dehyst_pi_output(const dehyst_pi *pi, const dehyst_real *z);
 
 /* Value of a map at u. */
 dehyst_real dehyst_map_value(const dehyst_map *map, dehyst_real u);

@@ -2,8 +2,7 @@
 
 dehyst_real dehyst_model_output(const dehyst_model *model, const dehyst_real *z)
 {
-    const dehyst_pi *pi = &model->hysteresis;
-    return dehyst_map_value(&model->after, pi->offset + dehyst_weighted_sum(pi->n, pi->weight, z));
+    return dehyst_map_value(&model->after, dehyst_pi_output(&model->hysteresis, z));
 }
 
 void dehyst_model_reset(const dehyst_model *model, dehyst_state *state, const dehyst_real *z0)

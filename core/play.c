@@ -10,17 +10,30 @@ void dehyst_play_step(int32_t n, const dehyst_real *threshold, dehyst_real x, de
     }
 }
 
-dehyst_real dehyst_weighted_sum(int32_t n, const dehyst_real *weight, const dehyst_real *z)
+dehyst_real dehyst_pi_output(const dehyst_pi *pi, const dehyst_real *z)
 {
-    dehyst_real part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-    const int32_t whole = n - n % 8;
-    for (int32_t i = 0; i < whole; i += 8) {
-        for (int32_t j = 0; j < 8; ++j) {
-            part[j] += weight[i + j] * z[i + j];
+    /* sum_i w_i z_i = sum_{i<n} S_i (z_i - z_{i+1}) + S_n z_n,  S_i = w_1 + ... + w_i (Abel).
+     * An inverse has weights far larger than its slopes S: the left side loses the digits that the right side keeps. */
+    const dehyst_real *r = pi->threshold;
+    const int32_t last = pi->n - 1;
+    dehyst_real slope = 0;
+    dehyst_real sum = 0;
+    int32_t i = 0;
+    if (last > 0) {
+        /* Plays dragged by the present input lie r_{i+1} - r_i apart; z_i - z_{i+1} knows that only up to the
+         * rounding of the input. With r_1 = 0 that input is z_1. */
+        const dehyst_real side = z[1] < z[0] ? (dehyst_real)1 : (dehyst_real)-1;
+        while (i < last && z[i + 1] == z[0] - side * r[i + 1]) {
+            slope += pi->weight[i];
+            sum += slope * (side * (r[i + 1] - r[i]));
+            ++i;
         }
     }
-    for (int32_t i = whole; i < n; ++i) {
-        part[i - whole] += weight[i] * z[i];
+    while (i < last) {
+        slope += pi->weight[i];
+        sum += slope * (z[i] - z[i + 1]);
+        ++i;
     }
-    return ((part[0] + part[1]) + (part[2] + part[3])) + ((part[4] + part[5]) + (part[6] + part[7]));
+    slope += pi->weight[last];
+    return pi->offset + (sum + slope * z[last]);
 }
