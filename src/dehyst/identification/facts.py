@@ -1,0 +1,117 @@
+"""What the data shows by itself: orientation, width, rate dependence, drift."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.data import DataSet
+from dehyst.loops import summarise_loops, turning_points
+
+Array = npt.NDArray[np.float64]
+
+BINS = 24
+# A loop narrower than this share of the output's range has no orientation.
+NARROW = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Orientation:
+    """Which way round the loop runs and how wide it is.
+
+    Attributes
+    ----------
+    name
+        "counter-clockwise", "clockwise", "mixed" or "none", for the rising form of the curve.
+    width
+        Mean vertical distance of the falling and the rising branch, share of the output's range.
+    """
+
+    name: str
+    width: float
+
+
+def orientation(data: DataSet) -> Orientation:
+    """Compare the output on rising and falling branches at the same input, over the training part.
+
+    The output of a lagging actuator is lower while its input rises: the loop runs counter-clockwise.
+    """
+    edges = np.linspace(-0.9, 0.9, BINS + 1)
+    sums = np.zeros((2, BINS))
+    counts = np.zeros((2, BINS))
+    for piece in data.pieces:
+        x, y = piece.x[piece.train], piece.y[piece.train]
+        if x.size < 3:
+            continue
+        points = turning_points(x, 0.1)
+        # The first branch may be a virgin curve, which lies inside the loop.
+        first = int(points[1]) if points.size > 3 else 0
+        direction = np.zeros(x.size, dtype=np.int64)
+        for begin, end in zip(points[:-1], points[1:], strict=True):
+            direction[begin:end] = 0 if x[end] > x[begin] else 1
+        cell = np.digitize(x, edges) - 1
+        keep = (cell >= 0) & (cell < BINS) & (np.arange(x.size) >= first)
+        np.add.at(sums, (direction[keep], cell[keep]), y[keep])
+        np.add.at(counts, (direction[keep], cell[keep]), 1.0)
+    both = (counts > 0).all(axis=0)
+    if not both.any():
+        return Orientation("none", 0.0)
+    distance = 0.5 * (sums[1, both] / counts[1, both] - sums[0, both] / counts[0, both])
+    width = float(np.mean(np.abs(distance)))
+    lag, lead = float(np.sum(distance[distance > 0])), float(-np.sum(distance[distance < 0]))
+    if width < NARROW:
+        return Orientation("none", width)
+    if min(lag, lead) > 0.25 * max(lag, lead):
+        return Orientation("mixed", width)
+    return Orientation("counter-clockwise" if lag > lead else "clockwise", width)
+
+
+def count_loops(data: DataSet) -> int:
+    """Complete input cycles over the training part."""
+    return sum(summarise_loops(piece.x[piece.train], 0.1).loops for piece in data.pieces if piece.train.any())
+
+
+def velocity(time: Array, x: Array) -> Array:
+    """Rate of a signal, smoothed over 1/40 of its mean cycle so that sensor noise does not pose as motion."""
+    turns = max(2, turning_points(x).size - 1)
+    window = max(1, round(x.size / turns / 20))
+    kernel = np.ones(window) / window
+    padded = np.concatenate([np.full(window, x[0]), x, np.full(window, x[-1])])
+    smooth = np.convolve(padded, kernel, mode="same")[window:-window] if window > 1 else x
+    rate: Array = np.gradient(smooth, time)
+    return rate
+
+
+def rate_share(rates: Array, residual: Array, fitted: npt.NDArray[np.bool_], scored: npt.NDArray[np.bool_]) -> float:
+    """Share of the residual's RMS on scored samples that a function of the rate, fitted elsewhere, explains.
+
+    1 - rms(residual - f(rate)) / rms(residual), f piecewise linear over quantiles of the rate; <= 0 when the
+    rate explains nothing.
+    """
+    knots = np.unique(np.quantile(rates[fitted], np.linspace(0.01, 0.99, 9)))
+    if knots.size < 3:
+        return 0.0
+    hats = np.column_stack([np.interp(rates, knots, row) for row in np.eye(knots.size)])
+    coefficients = np.linalg.lstsq(hats[fitted], residual[fitted], rcond=None)[0]
+    before = float(np.sqrt(np.mean(residual[scored] ** 2)))
+    after = float(np.sqrt(np.mean((residual[scored] - hats[scored] @ coefficients) ** 2)))
+    return 1.0 - after / before if before > 0 else 0.0
+
+
+def drift(x: Array, residual: Array) -> tuple[float, float]:
+    """Change of the residual from the first to the last cycle, and its standard error, in the residual's unit.
+
+    A line through the mean residual of each full cycle; (0, 0) with fewer than four cycles.
+    """
+    points = turning_points(x)[1:-1]
+    cycles = [residual[a:b].mean() for a, b in zip(points[:-2:2], points[2::2], strict=False) if b > a]
+    if len(cycles) < 4:
+        return 0.0, 0.0
+    k = np.arange(len(cycles), dtype=np.float64)
+    k -= k.mean()
+    slope = float(k @ np.array(cycles) / (k @ k))
+    rest = np.array(cycles) - np.mean(cycles) - slope * k
+    error = float(np.sqrt(rest @ rest / (len(cycles) - 2) / (k @ k)))
+    return slope * (len(cycles) - 1), error * (len(cycles) - 1)

@@ -1,0 +1,118 @@
+"""Least squares with bounds: QR reduction, then NNLS, then a polish on the support.
+
+    minimise |F a + P w - b|^2   subject to   w >= lower,   a free
+
+QR keeps the conditioning of the regressors (normal equations would square it), and an active set method
+returns exact zeros, which interior-point and first-order solvers do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import nnls
+
+from dehyst.errors import IdentificationError
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Minimiser and its proof.
+
+    Attributes
+    ----------
+    free
+        a, the unbounded unknowns.
+    bounded
+        w, (n,), exactly at its lower bound where the bound is active.
+    kkt_residual
+        Largest violation of the optimality conditions, relative to |column| |b|.
+    """
+
+    free: Array
+    bounded: Array
+    kkt_residual: float
+
+
+def triangle(rows: Array) -> Array:
+    """Triangular factor R (m, m) of rows (T, m): the same least-squares problem in m equations."""
+    factor: Array = np.linalg.qr(rows, mode="r")
+    return factor
+
+
+def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
+    """Solve the problem for `system` = [F | P | b] with `free` columns in F.
+
+    Parameters
+    ----------
+    system
+        Rows or their triangular factor, (T, free + n + 1).
+    free
+        Number of unbounded unknowns, whose columns come first.
+    lower
+        Lower bounds of w, (n,).
+
+    Raises
+    ------
+    IdentificationError
+        If the active set method does not end.
+
+    Examples
+    --------
+    >>> rows = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, -1.0]])
+    >>> solve_bounded(rows, 0, np.zeros(2)).bounded.tolist()
+    [1.0, 0.0]
+    """
+    r = triangle(system) if system.shape[0] > system.shape[1] else system
+    n = lower.size
+    if r.shape[0] < system.shape[1]:  # fewer equations than unknowns: the missing rows are zero
+        r = np.vstack([r, np.zeros((system.shape[1] - r.shape[0], system.shape[1]))])
+    inner, target = r[free:, free : free + n], r[free:, -1]
+    shifted = target - inner @ lower
+    # Columns of like length make the active set's choices independent of units.
+    lengths = np.linalg.norm(inner, axis=0)
+    scale = np.where(lengths > 0, lengths, 1.0)
+    try:
+        scaled, _ = nnls(inner / scale, shifted, maxiter=30 * n + 100)
+    except RuntimeError as fault:
+        raise IdentificationError(
+            f"the quadratic program with {n} weights did not reach its optimum ({fault}). The operators are too alike "
+            f"for this data: identify fewer (--n {max(2, n // 2)}), or give thresholds that lie further apart.",
+            operators=n,
+        ) from None
+    w = lower + _polish(inner, shifted, scaled / scale)
+    a = _back_substitute(r[:free, :free], r[:free, -1] - r[:free, free : free + n] @ w)
+    return Solution(a, w, _kkt_residual(inner, target, w, lower))
+
+
+def _polish(inner: Array, target: Array, v: Array) -> Array:
+    """Solve once more on the support by orthogonal factorisation; keep it if it stays feasible."""
+    support = np.flatnonzero(v > 0)
+    if support.size == 0:
+        return v
+    q, r = np.linalg.qr(inner[:, support])
+    diagonal = np.abs(np.diag(r))
+    if diagonal.min() <= 1e-13 * diagonal.max():
+        return v
+    better = np.zeros_like(v)
+    better[support] = np.linalg.solve(r, q.T @ target)
+    return better if np.all(better[support] > 0) else v
+
+
+def _back_substitute(r: Array, b: Array) -> Array:
+    if b.size == 0:
+        return b
+    solution: Array = np.linalg.lstsq(r, b, rcond=None)[0]
+    return solution
+
+
+def _kkt_residual(inner: Array, target: Array, w: Array, lower: Array) -> float:
+    gradient = inner.T @ (inner @ w - target)
+    scale = np.linalg.norm(inner, axis=0) * max(float(np.linalg.norm(target)), 1e-300)
+    relative = np.where(scale > 0, gradient / np.where(scale > 0, scale, 1.0), 0.0)
+    violation = np.where(w > lower, np.abs(relative), np.maximum(-relative, 0.0))
+    return float(np.max(violation, initial=0.0))

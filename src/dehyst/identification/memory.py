@@ -1,0 +1,70 @@
+"""What the plays remember before the first sample."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+InitialState = Literal["zero", "rest", "rising", "falling", "unknown"]
+INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
+
+# Both extremes count as visited when the signal came within this share of its range: closer than that, the
+# plays that could still remember carry next to nothing.
+VISITED = 0.02
+
+
+def state_before(kind: str, thresholds: Array, first: float, low: float, high: float) -> Array:
+    """States z0 (n,) of plays whose history before the first sample is assumed.
+
+    Parameters
+    ----------
+    kind
+        "zero": after a decaying oscillation around the centre, z0 = 0 (the 2012 paper). "rest": never moved,
+        z0 = x_0. "rising": went from the upper to the lower extreme and came up to x_0, as in a log that
+        starts within a rising branch of a periodic motion. "falling": the mirror image. "unknown": like
+        "rising"; samples whose memory matters are masked by `known_from`.
+    thresholds
+        r, (n,). [input]
+    first
+        x_0, first sample of the centred input. [input]
+    low, high
+        Extremes of the centred input. [input]
+
+    Examples
+    --------
+    >>> state_before("rising", np.array([0.0, 1.0]), first=0.5, low=-1.0, high=1.0).tolist()
+    [0.5, 0.0]
+    """
+    if kind == "zero":
+        return np.zeros(thresholds.size)
+    if kind == "rest":
+        return np.full(thresholds.size, first)
+    z = np.zeros(thresholds.size)
+    for turn in (low, high, first) if kind == "falling" else (high, low, first):
+        z = np.maximum(turn - thresholds, np.minimum(turn + thresholds, z))
+    return z
+
+
+def known_from(x: Array, low: float, high: float) -> int:
+    """Index from which on no play with 2 r < high - low remembers anything before the first sample.
+
+    That is where both extremes were visited; the length of x if they never were.
+
+    Examples
+    --------
+    >>> known_from(np.array([0.0, 1.0, 0.0, -1.0, 0.0]), -1.0, 1.0)
+    3
+    """
+    slack = VISITED * (high - low)
+    visited = (np.minimum.accumulate(x) <= low + slack) & (np.maximum.accumulate(x) >= high - slack)
+    return int(np.argmax(visited)) if visited.any() else int(x.size)
+
+
+def largest_radius(kind: str, x: Array) -> float:
+    """max |x - m|, m the value the memory starts from: beyond it no play ever moves. [input]"""
+    origin = float(x[0]) if kind == "rest" else 0.0
+    return float(np.max(np.abs(x - origin)))

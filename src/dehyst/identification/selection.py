@@ -1,0 +1,159 @@
+"""Choose a family by its error on loops held out inside the training part.
+
+The training samples are cut into five consecutive blocks. Each candidate is fitted five times without one
+block and scored on it; since the memory of a play depends on the input alone, which is known throughout, a
+block can be left out anywhere. Scores are compared by ratio (geometric mean over the blocks): blocks differ in
+difficulty, and one that holds the only virgin curve must not decide alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.data import DataSet
+from dehyst.identification.families import FAMILIES, MAP_PIECES, Regularisation, fit_family, predict
+from dehyst.identification.fit import Candidate
+from dehyst.identification.least_squares import triangle
+from dehyst.identification.memory import largest_radius
+from dehyst.identification.regressors import Bank, Rows, design, make_bank, plays_at, training_rows
+
+Array = npt.NDArray[np.float64]
+
+BLOCKS = 5
+# Rows that take part in the comparison: more change no choice, only its cost.
+COMPARED_ROWS = 4000
+FEWEST_ROWS = 40
+# A simpler family is preferred when its error is within this share of the best one.
+WITHIN_NOISE = 0.02
+REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
+STARTS = ("zero", "rest", "rising", "falling")
+# Families in the order of preference at like error, by the orientation of the loop.
+BY_ORIENTATION = {
+    "counter-clockwise": ("pi", "modified-pi"),
+    "clockwise": ("stop", "pi-cumulative"),
+    "mixed": FAMILIES,
+    "none": ("pi", "modified-pi"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What is fitted in the end.
+
+    Attributes
+    ----------
+    family, initial_state, regularisation
+        The settings; the regularisation is None for families without an output map.
+    """
+
+    family: str
+    initial_state: str
+    regularisation: Regularisation | None
+
+
+def threshold_grid(data: DataSet, operators: int, initial_state: str, given: Array | None) -> Array:
+    """r_i = (i - 1)/n max|x - m| over the training samples, scaled, or the given thresholds."""
+    if given is not None:
+        return given / data.half_range
+    radius = max(
+        largest_radius("rest" if initial_state == "rest" else "zero", piece.x[piece.train])
+        for piece in data.pieces
+        if piece.train.any()
+    )
+    return np.arange(operators) / operators * radius
+
+
+def output_knots() -> Array:
+    """Knots of the output map over the training range, scaled."""
+    return np.linspace(-1.0, 1.0, MAP_PIECES + 1)
+
+
+def possible_choices(families: Sequence[str], starts: Sequence[str]) -> Iterator[Choice]:
+    """Every setting to compare, simpler families first."""
+    for family in families:
+        for start in starts:
+            if family == "modified-pi":
+                yield from (Choice(family, start, regularisation) for regularisation in REGULARISATIONS)
+            else:
+                yield Choice(family, start, None)
+
+
+def compare(
+    data: DataSet, choices: Iterable[Choice], operators: int, eps: float, given: Array | None
+) -> list[tuple[Choice, Array]]:
+    """Return each choice with its RMSE on every held-out block, scaled, (BLOCKS,)."""
+    listed = list(choices)
+    results: list[tuple[Choice, Array]] = []
+    for start in dict.fromkeys(choice.initial_state for choice in listed):
+        bank = make_bank(data, threshold_grid(data, operators, start, given), start)
+        rows = _thinned(training_rows(data, start))
+        if sum(part.size for part in rows) < FEWEST_ROWS:
+            continue
+        plays, y = plays_at(data, bank, rows)
+        folds = _Folds(plays, y)
+        results += [
+            (choice, folds.errors(choice, bank, eps)) for choice in listed if choice.initial_state == start
+        ]
+    return results
+
+
+class _Folds:
+    """The blocks of one operator bank, reduced once and fitted by every choice."""
+
+    def __init__(self, plays: Array, y: Array) -> None:
+        self._plays, self._y = plays, y
+        self._blocks = np.array_split(np.arange(y.size), BLOCKS)
+        self._knots = output_knots()
+        whole = design(plays, y, self._knots)
+        factors = [triangle(whole[block]) for block in self._blocks]
+        self._without = [
+            triangle(np.vstack([factor for other, factor in enumerate(factors) if other != left_out]))
+            for left_out in range(BLOCKS)
+        ]
+
+    def errors(self, choice: Choice, bank: Bank, eps: float) -> Array:
+        errors = []
+        n = bank.thresholds.size
+        for block, system in zip(self._blocks, self._without, strict=True):
+            estimate = fit_family(choice.family, system, n, eps, self._knots, choice.regularisation)
+            residual = predict(estimate, self._plays[block], self._knots) - self._y[block]
+            errors.append(float(np.sqrt(np.mean(residual**2))))
+        return np.array(errors)
+
+
+def _thinned(rows: tuple[Rows, ...]) -> tuple[Rows, ...]:
+    stride = max(1, -(-sum(part.size for part in rows) // COMPARED_ROWS))
+    return tuple(part[::stride] for part in rows)
+
+
+def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate, ...]]:
+    """Return the best choice, a simpler family winning within noise, and the comparison for the report."""
+    scores = [float(np.mean(np.log(np.maximum(errors, 1e-12)))) for _, errors in results]
+    order = sorted(range(len(results)), key=scores.__getitem__)
+    winner = order[0]
+    families = list(dict.fromkeys(choice.family for choice, _ in results))
+    for index in order:
+        simpler = families.index(results[index][0].family) < families.index(results[winner][0].family)
+        if simpler and scores[index] - scores[order[0]] <= np.log1p(WITHIN_NOISE):
+            winner = index
+    candidates = [
+        _candidate(*results[index], chosen=index == winner) for index in [winner, *(k for k in order if k != winner)]
+    ]
+    return results[winner][0], tuple(candidates)
+
+
+def _candidate(choice: Choice, errors: Array, chosen: bool) -> Candidate:
+    # Scaled outputs span 2 over the training part.
+    percent = 50.0 * errors
+    return Candidate(
+        family=choice.family,
+        initial_state=choice.initial_state,
+        smoothing=None if choice.regularisation is None else choice.regularisation.smoothing,
+        error_percent=float(np.exp(np.mean(np.log(np.maximum(percent, 1e-12))))),
+        uncertainty_percent=float(np.std(percent, ddof=1) / np.sqrt(percent.size)),
+        chosen=chosen,
+    )
