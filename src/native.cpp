@@ -102,10 +102,13 @@ class Stepper {
         require(image.size() == z_.size() + 2, "saved state belongs to a model with another number of operators");
         for (std::size_t i = 0; i < image.size(); ++i)
             require(dehyst_accept(image.data()[i]) != 0, "saved state is not finite");
-        const double flags = image.data()[z_.size() + 1];
+        const double *z = image.data(), output = z[z_.size()], flags = z[z_.size() + 1];
         require(flags == 0.0 || flags == 2.0 || flags == 3.0, "saved state carries unknown flags");
-        for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = image.data()[i];
-        state_.output = image.data()[z_.size()];
+        // The held output always belongs to the states, bit for bit: this finds images of another model.
+        require(output == dehyst_model_output(&parameters_.view, z), "saved state belongs to another model");
+        z_.assign(z, z + z_.size());
+        state_.z = z_.data();
+        state_.output = output;
         state_.flags = static_cast<uint32_t>(flags);
     }
 

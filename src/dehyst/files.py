@@ -31,9 +31,10 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
         raise OutputError(f"cannot write '{target}': it is a folder. Name a file inside it.", path=str(target))
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    except OSError as fault:
+    except (OSError, ValueError) as fault:  # ValueError: a name with a null character
+        reason = getattr(fault, "strerror", None) or fault
         raise OutputError(
-            f"cannot write '{target}': {fault.strerror}. Nothing was changed. "
+            f"cannot write '{target}': {reason}. Nothing was changed. "
             f"Name a folder that exists and that you may write to.",
             path=str(target),
         ) from None
@@ -45,11 +46,11 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
         # mkstemp makes the file private; a result should be as readable as any other file of the user.
         mask = os.umask(0)
         os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, target)
+        Path(temporary).chmod(0o666 & ~mask)
+        Path(temporary).replace(target)
     except OSError as fault:
         with suppress(OSError):
-            os.unlink(temporary)
+            Path(temporary).unlink()
         raise OutputError(
             f"cannot write '{target}': {fault.strerror}. An earlier file of that name is untouched. "
             f"Free some space or name another folder.",

@@ -13,10 +13,20 @@ from dehyst.errors import ParameterError
 Array = npt.NDArray[np.float64]
 
 
+def _real(values: npt.ArrayLike) -> npt.NDArray[np.generic]:
+    """Return values that may become floats: NaN where masked, TypeError for complex numbers and dates."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    array = np.asarray(values)
+    if array.dtype.kind not in "biufOUS":
+        raise TypeError(f"values of type {array.dtype} are not real numbers")
+    return array
+
+
 def parameter_array(values: npt.ArrayLike, name: str) -> Array:
     """Return a read-only contiguous copy (n,) of finite values, or say what is wrong with them."""
     try:
-        array = np.array(values, dtype=np.float64, copy=True, order="C")
+        array = np.array(_real(values), dtype=np.float64, copy=True, order="C")
     except (TypeError, ValueError, OverflowError) as fault:
         raise ParameterError(f"{name} is not a list of numbers ({fault}). Pass a one-dimensional array.") from None
     if array.ndim != 1 or array.size == 0:
@@ -61,7 +71,7 @@ def strictly_increasing(array: Array, name: str) -> None:
 def signal_array(values: npt.ArrayLike, name: str) -> Array:
     """Return samples as a contiguous float array (T,); non-finite ones stay, the core rejects them."""
     try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
+        array = np.ascontiguousarray(_real(values), dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as fault:
         raise ParameterError(f"{name} is not a sequence of numbers ({fault}).") from None
     if np.ndim(values) != 1:

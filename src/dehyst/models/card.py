@@ -61,3 +61,6 @@ class ModelCard:
     def swapped(self) -> ModelCard:
         """Card of the inverse model: input and output change places."""
         return ModelCard(self.output, self.input, self.provenance)
+
+
+NO_CARD = ModelCard()  # of models written by hand

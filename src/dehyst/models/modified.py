@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.models.base import HysteresisModel, Stepper, make_stepper
-from dehyst.models.card import ModelCard
+from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
@@ -57,7 +57,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
     hysteresis: PrandtlIshlinskii
     after: MonotoneMap | None = None
     before: MonotoneMap | None = None
-    card: ModelCard = ModelCard()
+    card: ModelCard = NO_CARD
     family: ClassVar[str] = "modified-pi"
 
     def __post_init__(self) -> None:
@@ -78,7 +78,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
         gain = self.hysteresis.inverse_gain
         for mapping in (self.after, self.before):
             if mapping is not None:
-                gain /= float(np.min(np.abs(mapping.slopes)))
+                gain *= mapping.inverse_gain
         return gain
 
     def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class

@@ -66,6 +66,12 @@ class MonotoneMap:
         """Slopes of the segments, (m - 1,). [v/u]"""
         return np.diff(self.v) / np.diff(self.u)
 
+    @property
+    def inverse_gain(self) -> float:
+        """Largest slope of the inverse map; infinite where a slope is too small for double precision. [u/v]"""
+        flattest = float(np.min(np.abs(self.slopes)))
+        return float("inf") if flattest == 0.0 else 1.0 / flattest
+
     def __call__(self, u: npt.ArrayLike) -> Array:
         """Return the values at u, (T,)."""
         return _native.map_values(self.u, self.v, signal_array(u, "u"))

@@ -12,7 +12,7 @@ from dehyst import _native
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
 from dehyst.models.base import HysteresisModel, Stepper, check_state, make_stepper
-from dehyst.models.card import ModelCard
+from dehyst.models.card import NO_CARD, ModelCard
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class PrandtlIshlinskii(HysteresisModel):
     offset: float = 0.0
     state: Array | None = None
     center: float = 0.0
-    card: ModelCard = ModelCard()
+    card: ModelCard = NO_CARD
     family: ClassVar[str] = "pi"
 
     def __post_init__(self) -> None:
@@ -163,12 +163,12 @@ class PrandtlIshlinskii(HysteresisModel):
         except ParameterError as why:
             raise InvertibilityError(
                 f"the inverse of this model cannot be represented in double precision: {why} Its weights span "
-                f"{np.min(np.abs(self.partial_sums)):g} to {np.max(np.abs(self.partial_sums)):g} in partial sums; raise "
-                f"eps or merge operators that lie close together.",
+                f"{np.min(np.abs(self.partial_sums)):g} to {np.max(np.abs(self.partial_sums)):g} in partial sums; "
+                f"raise eps or merge operators that lie close together.",
             ) from None
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, state=state)
+        return replace(self, state=None if state is None else parameter_array(state, "state"))
 
     def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, card=card)

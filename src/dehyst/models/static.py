@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.models.base import HysteresisModel, Stepper, make_stepper
-from dehyst.models.card import ModelCard
+from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
 
 _IDENTITY = np.ones(1)
@@ -34,7 +34,7 @@ class StaticCurve(HysteresisModel):
     """
 
     curve: MonotoneMap
-    card: ModelCard = ModelCard()
+    card: ModelCard = NO_CARD
     family: ClassVar[str] = "static"
 
     @property
@@ -45,7 +45,7 @@ class StaticCurve(HysteresisModel):
     @property
     def inverse_gain(self) -> float:
         """Largest slope of the inverse curve. [input/output]"""
-        return 1.0 / float(np.min(np.abs(self.curve.slopes)))
+        return self.curve.inverse_gain
 
     def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
         return make_stepper(_ZERO, _IDENTITY, 0.0, 0.0, _ZERO, before=self.curve.pairs)

@@ -12,7 +12,7 @@ from dehyst import _native
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number
 from dehyst.models.base import HysteresisModel, Stepper
-from dehyst.models.card import ModelCard
+from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 
@@ -56,7 +56,7 @@ class StopOperatorModel(HysteresisModel):
     offset: float = 0.0
     state: Array | None = None
     center: float = 0.0
-    card: ModelCard = ModelCard()
+    card: ModelCard = NO_CARD
     family: ClassVar[str] = "stop"
 
     def __post_init__(self) -> None:
@@ -101,7 +101,7 @@ class StopOperatorModel(HysteresisModel):
         return self.as_play().inverse()
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, state=state)
+        return replace(self, state=None if state is None else parameter_array(state, "state"))
 
     def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, card=card)

@@ -22,8 +22,9 @@ from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 
 SCHEMA = 1
-# A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this.
-MAXIMUM_BYTES = 32 * 1024 * 1024
+# A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and a hostile
+# file of this size is refused within a second.
+MAXIMUM_BYTES = 8 * 1024 * 1024
 MAXIMUM_DEPTH = 32
 
 Json = dict[str, Any]
@@ -72,6 +73,7 @@ def _signal(card: SignalCard) -> Json:
 
 def _checksum(content: Json) -> str:
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    json.dumps(content, ensure_ascii=False).encode("utf-8")  # half a surrogate pair could never be printed
     return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
 
@@ -96,15 +98,21 @@ def model_to_dict(model: HysteresisModel) -> Json:
         "provenance": dict(model.card.provenance),
     }
     try:
+        content = json.loads(json.dumps(content, allow_nan=False))  # tuples and number keys as a reader will see them
         content["sha256"] = _checksum(content)
-    except (TypeError, ValueError) as fault:
+    except (TypeError, ValueError, RecursionError) as fault:
         raise ParameterError(f"provenance must hold plain JSON values only ({fault}).") from None
     return content
 
 
 def save_model(model: HysteresisModel, path: str | os.PathLike[str]) -> Path:
-    """Write a model file atomically."""
-    return write_atomically(path, json.dumps(model_to_dict(model), indent=1, allow_nan=False) + "\n")
+    """Write a model file atomically, once it is sure that it can be read back."""
+    text = json.dumps(model_to_dict(model), indent=1, allow_nan=False) + "\n"
+    try:
+        model_from_text(text, str(path))
+    except ModelFileError as fault:
+        raise ParameterError(f"this model was not saved, because its file could not be read back: {fault}") from None
+    return write_atomically(path, text)
 
 
 def _refuse(path: str, what: str, cure: str = "") -> ModelFileError:
@@ -114,6 +122,15 @@ def _refuse(path: str, what: str, cure: str = "") -> ModelFileError:
 
 def _no_constant(name: str) -> float:
     raise ValueError(f"{name} is not a JSON number")
+
+
+def _no_repetition(pairs: list[tuple[str, Any]]) -> Json:
+    content: Json = {}
+    for name, value in pairs:
+        if name in content:
+            raise ValueError(f"the key '{name:.60}' stands twice in one object")
+        content[name] = value
+    return content
 
 
 def _depth(value: Any) -> int:
@@ -175,7 +192,7 @@ def _read_parameters(family: Any, p: Json) -> HysteresisModel:
         if curve is None:
             raise ParameterError("curve is missing.")
         return StaticCurve(curve)
-    raise ParameterError(f"family {family!r} is not one of pi, modified-pi, stop, static.")
+    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, static.")
 
 
 def _read_signal(p: Any, name: str) -> SignalCard:
@@ -201,10 +218,10 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
     """
     if not isinstance(content, dict) or content.get("format") != "dehyst-model":
         raise _refuse(path, "is not a dehyst model: it lacks \"format\": \"dehyst-model\".")
-    if content.get("schema") != SCHEMA or isinstance(content.get("schema"), bool):
+    if type(content.get("schema")) is not int or content["schema"] != SCHEMA:
         raise _refuse(
             path,
-            f"has schema version {content.get('schema')!r}; this dehyst reads version {SCHEMA}.",
+            f"has schema version {content.get('schema')!s:.60}; this dehyst reads version {SCHEMA}.",
             "Install the dehyst that wrote it, or identify again.",
         )
     if _depth(content) > MAXIMUM_DEPTH:
@@ -230,10 +247,25 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
             _read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance
         )
     except (KeyError, TypeError, AttributeError) as fault:
-        raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault}).") from None
+        raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault!s:.200}).") from None
     except (ParameterError, OverflowError) as fault:
         raise _refuse(path, f"holds parameters of no model: {fault}") from None
     return model.with_card(card)
+
+
+def model_from_text(text: str, path: str = "model") -> HysteresisModel:
+    """Return the model that the text of a file describes, or refuse it by name.
+
+    Raises
+    ------
+    ModelFileError
+        If the text is not JSON, names a key twice, or is refused by `model_from_dict`.
+    """
+    try:
+        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_no_repetition)
+    except (ValueError, RecursionError) as fault:
+        raise _refuse(path, f"is not JSON ({fault}).") from None
+    return model_from_dict(content, path)
 
 
 def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
@@ -264,17 +296,15 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     """
     source = Path(path)
     try:
-        if not source.is_file():
-            what = "is a folder." if source.is_dir() else "does not exist."
+        if not source.is_file():  # a pipe or a device would block the reader
+            present = "is a folder." if source.is_dir() else "is no regular file."
+            what = present if source.exists() else "does not exist."
             raise _refuse(str(path), what, "Name a file written by `dehyst identify ... --save`.")
-        size = source.stat().st_size
-        if size > MAXIMUM_BYTES:
-            raise _refuse(str(path), f"has {size} bytes; a model never needs more than {MAXIMUM_BYTES}.")
-        text = source.read_text(encoding="utf-8")
+        with source.open("rb") as stream:
+            data = stream.read(MAXIMUM_BYTES + 1)
+        if len(data) > MAXIMUM_BYTES:
+            raise _refuse(str(path), f"is larger than {MAXIMUM_BYTES} bytes, which no model needs.")
+        text = data.decode("utf-8")
     except (OSError, UnicodeDecodeError, ValueError) as fault:
         raise _refuse(str(path), f"cannot be read as UTF-8 text ({fault}).") from None
-    try:
-        content = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as fault:
-        raise _refuse(str(path), f"is not JSON ({fault}).") from None
-    return model_from_dict(content, str(path))
+    return model_from_text(text, str(path))
