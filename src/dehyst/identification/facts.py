@@ -15,6 +15,7 @@ Array = npt.NDArray[np.float64]
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.
 NARROW = 0.01
+RATE_BLOCKS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,20 +85,32 @@ def velocity(time: Array, x: Array) -> Array:
     return rate
 
 
-def rate_share(rates: Array, residual: Array, fitted: npt.NDArray[np.bool_], scored: npt.NDArray[np.bool_]) -> float:
-    """Share of the residual's RMS on scored samples that a function of the rate, fitted elsewhere, explains.
+def rate_share(time: Array, x: Array, residual: Array, usable: npt.NDArray[np.bool_]) -> float:
+    """Share of the residual's RMS that the rate of the input explains on samples that were not fitted.
 
-    1 - rms(residual - f(rate)) / rms(residual), f piecewise linear over quantiles of the rate; <= 0 when the
-    rate explains nothing.
+    1 - rms(residual - f) / rms(residual), where f is linear in hat functions h_j of the rate, in h_j x, and in the
+    acceleration. The record is cut into 20 blocks; even and odd blocks judge each other and the smaller share
+    counts, so that what is found must hold throughout. 0 when the rate explains nothing.
     """
-    knots = np.unique(np.quantile(rates[fitted], np.linspace(0.01, 0.99, 9)))
+    rates = velocity(time, x)
+    knots = np.unique(np.quantile(rates[usable], np.linspace(0.01, 0.99, 9)))
     if knots.size < 3:
         return 0.0
     hats = np.column_stack([np.interp(rates, knots, row) for row in np.eye(knots.size)])
-    coefficients = np.linalg.lstsq(hats[fitted], residual[fitted], rcond=None)[0]
-    before = float(np.sqrt(np.mean(residual[scored] ** 2)))
-    after = float(np.sqrt(np.mean((residual[scored] - hats[scored] @ coefficients) ** 2)))
-    return 1.0 - after / before if before > 0 else 0.0
+    acceleration = np.gradient(rates, time)
+    position = (x - x.mean()) / max(float(np.ptp(x)), 1e-300)
+    columns = np.column_stack([hats, hats * position[:, None], acceleration])
+    columns /= np.maximum(np.max(np.abs(columns), axis=0), 1e-300)
+    even = np.arange(x.size) * RATE_BLOCKS // x.size % 2 == 0
+    shares = []
+    for fitted, scored in ((usable & even, usable & ~even), (usable & ~even, usable & even)):
+        if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
+            return 0.0
+        coefficients = np.linalg.lstsq(columns[fitted], residual[fitted], rcond=None)[0]
+        before = float(np.mean(residual[scored] ** 2))
+        after = float(np.mean((residual[scored] - columns[scored] @ coefficients) ** 2))
+        shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
+    return max(0.0, float(min(shares)))
 
 
 def drift(x: Array, residual: Array) -> tuple[float, float]:

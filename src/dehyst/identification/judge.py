@@ -17,9 +17,9 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 # A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
-RATE_SHARE = 0.10
+RATE_SHARE = 0.15
 # ... and is no smaller than this share of the output's range.
-RATE_SIZE = 0.003
+RATE_SIZE = 0.005
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02
@@ -67,32 +67,15 @@ def _rate(
     test_masks: tuple[Mask, ...],
     output_range: float,
 ) -> tuple[float, float | None]:
-    """Share of the error that the rate explains, and its size in percent of range, for the first timed recording."""
+    """Share of the error that the rate explains, and its size in percent of range, in the first timed recording."""
     for record, residual, train, test in zip(records, residuals, train_masks, test_masks, strict=True):
-        if record.time is None or len(record) < 50 or np.any(np.diff(record.time) <= 0):
+        if record.time is None or len(record.pieces) > 1:
             continue
-        rates = facts.velocity(record.time, record.input)
-        fitted, scored = (train, test) if test.any() else _halves(train)
-        if fitted.sum() < 30 or scored.sum() < 30:
-            continue
-        # Both halves judge each other: what the rate explains must hold both ways.
-        shares = (
-            facts.rate_share(rates, residual, fitted, scored),
-            facts.rate_share(rates, residual, scored, fitted),
-        )
-        share = max(0.0, min(shares))
-        rms = float(np.sqrt(np.mean(residual[fitted | scored] ** 2)))
-        explained = rms * float(np.sqrt(max(0.0, 1.0 - (1.0 - share) ** 2)))
-        return share, 100.0 * explained / output_range
+        usable = train | test
+        share = facts.rate_share(record.time, record.input, residual, usable)
+        rms = float(np.sqrt(np.mean(residual[usable] ** 2)))
+        return share, 100.0 * rms * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
     return 0.0, None
-
-
-def _halves(mask: Mask) -> tuple[Mask, Mask]:
-    rows = np.flatnonzero(mask)
-    first, second = np.zeros_like(mask), np.zeros_like(mask)
-    first[rows[: rows.size // 2]] = True
-    second[rows[rows.size // 2 :]] = True
-    return first, second
 
 
 def _about_data(
