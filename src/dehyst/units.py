@@ -40,6 +40,8 @@ ALIASES = {
 }  # fmt: skip
 _LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | ALIASES
 
+_MEGA = {"MN", "MV", "MA", "MNm"}  # mega, not milli: a thousand million times off if the case were ignored
+
 # Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
 # another word of the name belongs to the dimension.
 _HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
@@ -105,6 +107,8 @@ def canonical(unit: str) -> str | None:
     text = unit.strip()
     if text in DIMENSION:
         return text
+    if text in _MEGA:
+        return None
     return _LOWER.get(text.lower())
 
 

@@ -1,1 +1,17 @@
-"""Logs and model files: bar and degrees stop here."""
+"""Logs in, tables out: bar and degrees stop here."""
+
+from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
+from dehyst.io.logs import Signal, list_runs, read_log, read_signal
+from dehyst.io.write import write_csv
+
+__all__ = [
+    "ColumnSummary",
+    "LogSummary",
+    "Sampling",
+    "Signal",
+    "inspect_log",
+    "list_runs",
+    "read_log",
+    "read_signal",
+    "write_csv",
+]

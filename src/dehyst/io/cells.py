@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from math import nan
 
@@ -102,6 +103,11 @@ def is_date_time(cell: str) -> bool:
 
 def parse_numbers(cells: Sequence[str], decimal_comma: bool) -> tuple[Array, int]:
     """Numbers of a column, NaN where there are none, and how many cells held text instead."""
+    joined = "".join(cells)
+    # float() also takes underscores and the digits of other scripts; plain cells may go the quick way.
+    if joined.isascii() and "_" not in joined and not decimal_comma:
+        with suppress(ValueError):
+            return np.array(list(map(float, cells)), dtype=np.float64), 0
     convert = comma_number if decimal_comma else number
     values = [convert(cell) for cell in cells]
     bad = values.count(None)

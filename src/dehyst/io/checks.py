@@ -157,7 +157,7 @@ def _between(table: Table, name: str) -> str | None:
 
 def _stuck(table: Table, y_name: str, x: Array, y: Array) -> list[Finding]:
     share, level = stuck_share(x, y)
-    if share <= STUCK_SHARE:
+    if share <= STUCK_SHARE or levels(y) <= COARSE_LEVELS:  # a coarse converter rests at its top level as well
         return []
     where = f"{level:.6g} {table.units.get(y_name, '')}".rstrip()
     return [

@@ -221,14 +221,18 @@ def _typical_step(t: Array) -> float:
 def gap_limit(t: Array) -> float:
     """Smallest step between samples that counts as a gap: 5 medians and 3 usual steps. [s]
 
-    The usual step is the mean of the shortest 95 %, so that samples that come in bursts are not all gaps.
+    The usual step is the mean of the shortest 95 %. Where more than one step in twenty would be a gap, samples come
+    in bursts, and only what is 5 times longer than the pauses between bursts counts.
     """
     step = np.diff(t)
     step = np.sort(step[step > 0])
     if step.size == 0:
         return float("inf")
     usual = float(np.mean(step[: max(1, int(0.95 * step.size))]))
-    return max(GAP_MEDIANS * float(np.median(step)), GAP_SAMPLES * usual)
+    limit = max(GAP_MEDIANS * float(np.median(step)), GAP_SAMPLES * usual)
+    if np.mean(step > limit) > 0.05:
+        limit = GAP_MEDIANS * float(np.percentile(step, 95))
+    return limit
 
 
 def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samples:

@@ -37,6 +37,7 @@ TIME_WORDS = frozenset(
         "epoch",
     ]
 )
+PLAIN_WORDS = frozenset(["time", "timestamp", "timestamps", "zeit", "elapsed", "datetime"])
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
 EPOCH = (9.78e8, 4.1e9)
@@ -74,8 +75,19 @@ def _is_even(values: Array) -> bool:
 
 
 def clock_names(table: Table) -> list[str]:
-    """Columns that look like time, in the order of the log."""
-    return [name for name in table.order if name in table.columns and is_clock(table, name)]
+    """Columns that look like time, in the order of the log.
+
+    If none runs forward, one that is plainly called time is still the clock: its order is then a fault to be
+    reported, not a reason to do without it.
+    """
+    names = [name for name in table.order if name in table.columns]
+    clocks = [name for name in names if is_clock(table, name)]
+    return clocks or [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
+
+
+def _moves(table: Table, name: str) -> bool:
+    good = table.columns[name][finite(table.columns[name])]
+    return good.size > 1 and float(good.min()) < float(good.max())
 
 
 def seconds(table: Table, name: str) -> tuple[Array, float]:
@@ -153,10 +165,14 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
 
 
 def same_clock(table: Table, a: str, b: str) -> bool:
-    """Whether two time columns tell the same time, to a tenth of a sample, apart from where they start."""
+    """Whether two time columns tell the same time, to a tenth of a sample.
+
+    Where they start does not matter if one counts from 1970 and the other does not, or if they are further apart
+    than the log is long; a small offset between clocks of one kind does.
+    """
     if a == b:
         return True
-    ta, tb = seconds(table, a)[0], seconds(table, b)[0]
+    (ta, zero_a), (tb, zero_b) = seconds(table, a), seconds(table, b)
     if ta.size != tb.size:
         return False
     both = np.isfinite(ta) & np.isfinite(tb)
@@ -165,7 +181,10 @@ def same_clock(table: Table, a: str, b: str) -> bool:
     ta, tb = ta[both], tb[both]
     step = np.abs(np.diff(ta))
     typical = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
-    return bool(np.max(np.abs((ta - ta[0]) - (tb - tb[0]))) <= 0.1 * typical)
+    offset = (tb[0] + zero_b) - (ta[0] + zero_a)
+    unrelated = abs(offset) > 0.5 * abs(float(ta[-1] - ta[0]))
+    apart = (tb - tb[0]) - (ta - ta[0]) + (0.0 if unrelated else offset)
+    return bool(np.max(np.abs(apart)) <= 0.1 * typical)
 
 
 def unit_finding(table: Table, name: str, stamps: Array) -> list[Finding]:

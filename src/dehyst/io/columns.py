@@ -121,8 +121,13 @@ def _is_whole(values: Array) -> bool:
 
 
 def _in_blocks(labels: npt.NDArray[np.str_]) -> bool:
-    starts = np.flatnonzero(labels[1:] != labels[:-1]).size + 1
-    return starts == np.unique(labels).size and starts <= max(1, labels.size // 4)
+    starts = _block_starts(labels)
+    return starts.size == np.unique(labels[starts]).size and starts.size <= max(1, labels.size // 4)
+
+
+def _block_starts(labels: npt.NDArray[np.str_]) -> npt.NDArray[np.int64]:
+    """Where a run of equal labels begins: sorting these few instead of all rows keeps large logs quick."""
+    return np.concatenate(([0], np.flatnonzero(labels[1:] != labels[:-1]) + 1)).astype(np.int64)[: labels.size]
 
 
 def run_labels(table: Table) -> npt.NDArray[np.str_] | None:
@@ -144,9 +149,13 @@ def count_runs(table: Table) -> dict[str, int]:
     labels = run_labels(table)
     if labels is None:
         return {}
-    names, first, counts = np.unique(labels, return_index=True, return_counts=True)
-    order = np.argsort(first)
-    return {str(names[k]): int(counts[k]) for k in order if str(names[k])}
+    starts = _block_starts(labels)
+    lengths = np.diff(np.concatenate((starts, [labels.size])))
+    runs: dict[str, int] = {}
+    for name, length in zip(labels[starts].tolist(), lengths.tolist(), strict=True):
+        if name:
+            runs[name] = runs.get(name, 0) + length
+    return runs
 
 
 def select_run(table: Table, run: str | None) -> tuple[str | None, npt.NDArray[np.bool_]]:

@@ -16,12 +16,13 @@ import numpy.typing as npt
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.cells import is_data, is_date_time, number, parse_date_times, parse_numbers
-from dehyst.io.layout import BLANKS, COMMENTS, Layout, find_layout, is_comment, split_line
+from dehyst.io.layout import BLANKS, Layout, find_layout, is_comment, split_line
 from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, unique_names
 from dehyst.io.text import decode, expand, lines_of
 from dehyst.units import parse_unit
 
 LABEL_WIDTH = 64  # characters of a text cell on the fast way; longer ones take the careful way
+SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 PROBE = 200
 
 
@@ -60,7 +61,7 @@ def _body(lines: Sequence[str], first: int) -> tuple[list[str], Rows]:
     body = list(lines[first:])
     while body and not body[-1].strip():
         body.pop()
-    if all(body) and not any(line.lstrip().startswith(COMMENTS) for line in body):
+    if all(body) and not any(line[0] in SUSPECT for line in body):
         return body, np.arange(first + 1, first + 1 + len(body), dtype=np.int64)
     keep = [not is_comment(line) for line in body]
     rows = np.flatnonzero(np.array(keep, dtype=bool)) + first + 1
@@ -72,13 +73,21 @@ Columns = tuple[dict[int, Array], dict[int, npt.NDArray[np.str_]], set[int]]
 
 def _fast(body: Sequence[str], layout: Layout) -> Columns | None:
     """Read with numpy's C parser; None if any line or cell is not as the first lines promise."""
-    if layout.decimal_comma or not body or '"' in body[0]:
+    if not body or '"' in body[0]:
         return None
     probe = [split_line(line, layout.delimiter) for line in body[:PROBE]]
     if any(len(row) != layout.width for row in probe):
         return None
+    if layout.decimal_comma:
+        if any(_may_be_thousands([row[j] for row in probe]) for j in range(layout.width)):
+            return None
+        body = [line.replace(",", ".") for line in body]
+        probe = [[cell.replace(",", ".") for cell in row] for row in probe]
     texts = {j for j in range(layout.width) if all(number(row[j]) is None for row in probe)}
-    fields = [(f"c{j}", f"U{LABEL_WIDTH}" if j in texts else "f8") for j in range(layout.width)]
+    if texts and layout.decimal_comma:
+        return None  # commas within text are not decimal signs
+    width = min(LABEL_WIDTH, 8 + max((len(row[j]) for row in probe for j in texts), default=0))
+    fields = [(f"c{j}", f"U{width}" if j in texts else "f8") for j in range(layout.width)]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -96,7 +105,7 @@ def _fast(body: Sequence[str], layout: Layout) -> Columns | None:
     columns = {j: np.ascontiguousarray(data[f"c{j}"] if texts else data[:, j]) for j in range(layout.width)}
     labels = {j: np.char.strip(columns.pop(j)) for j in texts}
     # A label that fills its field may have been cut; a quote or an empty one needs the careful way.
-    if any((np.char.str_len(v) >= LABEL_WIDTH).any() or (np.char.find(v, '"') >= 0).any() for v in labels.values()):
+    if any((np.char.str_len(v) >= width).any() or (np.char.find(v, '"') >= 0).any() for v in labels.values()):
         return None
     stamps: set[int] = set()
     for j in sorted(labels):
@@ -104,6 +113,11 @@ def _fast(body: Sequence[str], layout: Layout) -> Columns | None:
             columns[j] = parse_date_times(labels.pop(j).tolist())
             stamps.add(j)
     return columns, labels, stamps
+
+
+def _may_be_thousands(column: Sequence[str]) -> bool:
+    tails = {len(cell.partition(",")[2].strip()) for cell in column if "," in cell}
+    return tails == {3}
 
 
 def _split(

@@ -1,0 +1,309 @@
+"""Cleaning: every fault of a log is cured or refused, and reported with its row numbers."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dehyst.errors import ExcitationError, RecordingError, TimeError
+from dehyst.io.logs import read_log, read_signal
+from dehyst.recording import Recording
+
+N = 400
+T = np.round(np.arange(N) * 0.01, 6)
+X = np.round(3.0 * np.sin(2 * np.pi * T), 6)
+Y = np.round(20.0 * np.sin(2 * np.pi * T - 0.2), 6)
+
+
+def write(path: Path, columns: dict[str, Any]) -> Path:
+    """The csv module writes; dehyst reads."""
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+    return path
+
+
+def log(tmp_path: Path, t: Any = T, x: Any = X, y: Any = Y, names: tuple[str, str] = ("p_bar", "angle_deg")) -> Path:
+    return write(tmp_path / "log.csv", {"time_s": list(t), names[0]: list(x), names[1]: list(y)})
+
+
+def read(tmp_path: Path, t: Any = T, x: Any = X, y: Any = Y) -> Recording:
+    return read_log(log(tmp_path, t, x, y), "p", "angle")
+
+
+def codes(rec: Any) -> list[str]:
+    return [finding.code for finding in rec.findings]
+
+
+def test_a_clean_log_has_no_findings(tmp_path: Path) -> None:
+    rec = read(tmp_path)
+    assert codes(rec) == []
+    assert rec.breaks == ()
+    np.testing.assert_array_equal(rec.output, Y)
+
+
+@pytest.mark.parametrize(
+    "cell", ["", "nan", "NaN", "inf", "-Infinity", "1e999", "1e200", "n/a", "oops", "1_0", "0x10", "१"]
+)
+@pytest.mark.parametrize("column", [0, 1, 2])
+def test_a_cell_without_a_measurement_drops_its_row_and_names_its_line(tmp_path: Path, cell: str, column: int) -> None:
+    parts: list[list[Any]] = [list(T), list(X), list(Y)]
+    parts[column][6] = cell
+    rec = read(tmp_path, *parts)
+    np.testing.assert_array_equal(rec.input, np.delete(X, 6))
+    assert codes(rec) == ["non-finite"]
+    assert "line 8" in rec.findings[0].message  # line 1 is the header
+
+
+def test_faults_of_columns_that_are_not_used_do_not_matter(tmp_path: Path) -> None:
+    file = write(tmp_path / "log.csv", {"time_s": T, "p_bar": X, "angle_deg": Y, "other": [""] * N})
+    assert codes(read_log(file, "p", "angle")) == []
+
+
+def test_of_repeated_stamps_the_first_is_kept(tmp_path: Path) -> None:
+    index = np.repeat(np.arange(N), 2)
+    x = X[index]
+    x[1::2] += 100.0
+    rec = read(tmp_path, T[index], x, Y[index])
+    np.testing.assert_array_equal(rec.input, X)
+    assert codes(rec) == ["repeated-time"]
+    assert "400 of 800 rows" in rec.findings[0].message
+    assert "The values differ" in rec.findings[0].message
+
+
+def test_a_swapped_pair_is_sorted(tmp_path: Path) -> None:
+    order = np.arange(N)
+    order[[50, 51, 200, 201]] = [51, 50, 201, 200]
+    rec = read(tmp_path, T[order], X[order], Y[order])
+    np.testing.assert_array_equal(rec.input, X)
+    assert rec.breaks == ()
+    assert codes(rec) == ["swapped-rows"]
+    assert "lines 53, 203" in rec.findings[0].message
+
+
+@pytest.mark.parametrize("wrong", [999.0, -5.0, 0.0])
+def test_a_single_stray_stamp_is_dropped(tmp_path: Path, wrong: float) -> None:
+    t = T.copy()
+    t[100] = wrong
+    rec = read(tmp_path, t)
+    np.testing.assert_array_equal(rec.time, np.delete(T, 100))
+    assert codes(rec) == ["stray-time"]
+    assert "line 102" in rec.findings[0].message
+
+
+def test_a_restart_of_the_clock_becomes_a_break(tmp_path: Path) -> None:
+    t = np.concatenate([T[:250], T[:150]])
+    rec = read(tmp_path, t)
+    assert rec.breaks == (250,)
+    np.testing.assert_array_equal(rec.time, t)
+    assert codes(rec) == ["clock-restart"]
+    assert "line 252" in rec.findings[0].message
+
+
+def test_a_log_written_newest_first_is_turned_around(tmp_path: Path) -> None:
+    rec = read(tmp_path, T[::-1], X[::-1], Y[::-1])
+    np.testing.assert_array_equal(rec.input, X)
+    assert codes(rec) == ["reversed-time"]
+
+
+def test_shuffled_stamps_are_refused(tmp_path: Path) -> None:
+    order = np.random.default_rng(0).permutation(N)
+    with pytest.raises(TimeError, match="Sort the log"):
+        read(tmp_path, T[order], X[order], Y[order])
+
+
+def test_a_gap_across_which_the_input_moved_becomes_a_break(tmp_path: Path) -> None:
+    keep = np.delete(np.arange(N), np.arange(110, 125))
+    rec = read(tmp_path, T[keep], X[keep], Y[keep])
+    assert rec.breaks == (110,)
+    assert codes(rec) == ["gap"]
+    assert "line 112" in rec.findings[0].message
+    assert "0.16 s from 1.09 to 1.25 s" in rec.findings[0].message
+
+
+def test_a_gap_longer_than_half_a_loop_becomes_a_break_even_if_the_input_came_back(tmp_path: Path) -> None:
+    keep = np.delete(np.arange(N), np.arange(111, 210))
+    rec = read(tmp_path, T[keep], X[keep], Y[keep])
+    assert abs(rec.input[111] - rec.input[110]) < 0.05 * np.ptp(X)
+    assert rec.breaks == (111,)
+
+
+def test_a_gap_across_which_nothing_happened_is_only_a_finding(tmp_path: Path) -> None:
+    x = np.concatenate([X[:225], np.full(100, X[224]), X[225:]])
+    t = np.arange(500) * 0.01
+    y = np.concatenate([Y[:225], np.full(100, Y[224]), Y[225:]])
+    keep = np.delete(np.arange(500), np.arange(240, 255))
+    rec = read(tmp_path, t[keep], x[keep], y[keep])
+    assert rec.breaks == ()
+    assert codes(rec) == ["gap"]
+
+
+def test_uneven_sampling_and_bursts_are_no_gaps(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.005, 0.02, size=N))
+    assert codes(read(tmp_path, t, np.sin(5 * t), np.cos(5 * t))) == []
+    bursts = np.repeat(np.arange(N // 4) * 0.04, 4) + np.tile([0, 1e-5, 2e-5, 3e-5], N // 4)
+    assert codes(read(tmp_path, bursts)) == []
+
+
+def test_rows_dropped_at_length_are_a_gap_too(tmp_path: Path) -> None:
+    y: list[Any] = list(Y)
+    y[110:125] = [""] * 15
+    rec = read(tmp_path, y=y)
+    assert rec.breaks == (110,)
+    assert codes(rec) == ["non-finite", "gap"]
+    file = write(tmp_path / "bare.csv", {"p_bar": list(X), "angle_deg": y})
+    assert read_log(file, "p", "angle").breaks == (110,)
+
+
+def test_without_time_rows_are_taken_in_order(tmp_path: Path) -> None:
+    file = write(tmp_path / "log.csv", {"p_bar": X, "angle_deg": Y})
+    rec = read_log(file, "p", "angle")
+    assert rec.time is None
+    assert codes(rec) == ["no-time"]
+    with pytest.raises(TimeError, match="no time column"):
+        read_log(file, "p", "angle", start=1.0)
+
+
+def test_signals_logged_in_turns_are_brought_to_the_input_stamps(tmp_path: Path) -> None:
+    x: list[Any] = list(X)
+    y: list[Any] = list(np.round(2.0 * T, 6))  # linear: interpolation must be exact
+    x[1::2] = [""] * (N // 2)
+    y[0::2] = [""] * (N // 2)
+    rec = read(tmp_path, x=x, y=y)
+    np.testing.assert_array_equal(rec.input, X[2::2])  # the first input stamp lies before the first output
+    np.testing.assert_allclose(rec.output, 2.0 * T[2::2], atol=1e-12)
+    assert "two-clocks" in codes(rec)
+    assert "non-finite" not in codes(rec)
+
+
+def test_two_time_columns_each_left_of_its_signal_are_two_clocks(tmp_path: Path) -> None:
+    t2 = T + 0.0037
+    file = write(tmp_path / "log.csv", {"t1_s": T, "p_bar": X, "t2_s": t2, "angle_deg": 5 * t2})
+    rec = read_log(file, "p", "angle")
+    np.testing.assert_allclose(rec.output, 5 * np.asarray(rec.time), atol=1e-9)
+    assert len(rec) == N - 1
+    assert codes(rec) == ["two-clocks"]
+
+
+def test_two_time_columns_named_after_their_signals_are_two_clocks(tmp_path: Path) -> None:
+    t2 = T * 1.01 + 0.0037
+    columns = {"p_bar": X, "angle_deg": np.round(5 * t2, 9), "time_angle_s": t2, "time_p_s": T}
+    rec = read_log(write(tmp_path / "log.csv", columns), "p", "angle")
+    np.testing.assert_allclose(rec.output, 5 * np.asarray(rec.time), atol=1e-8)
+    assert "two-clocks" in codes(rec)
+
+
+def test_time_columns_that_contradict_each_other_must_be_named(tmp_path: Path) -> None:
+    columns = {"p_bar": X, "angle_deg": Y, "host_time_s": T, "device_time_s": 1.3 * T**1.1}
+    file = write(tmp_path / "log.csv", columns)
+    with pytest.raises(TimeError, match="--time host_time_s"):
+        read_log(file, "p", "angle")
+    rec = read_log(file, "p", "angle", time="host_time")
+    np.testing.assert_array_equal(rec.time, T)
+
+
+def test_two_time_columns_that_agree_are_one_clock(tmp_path: Path) -> None:
+    columns = {"stamp_ns": np.round(1.7e18 + T * 1e9).astype(np.int64), "time_s": T, "p_bar": X, "angle_deg": Y}
+    rec = read_log(write(tmp_path / "log.csv", columns), "p", "angle")
+    np.testing.assert_array_equal(rec.time, T)
+    assert codes(rec) == []
+
+
+def test_a_constant_input_or_output_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ExcitationError, match="is 2 in all 400 rows"):
+        read(tmp_path, x=np.full(N, 2.0))
+    with pytest.raises(RecordingError, match="not connected"):
+        read(tmp_path, y=np.zeros(N))
+    assert read_signal(log(tmp_path, x=np.full(N, 2.0)), "p").values.tolist() == [2.0] * N
+
+
+def test_too_few_rows_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="at least 4"):
+        read(tmp_path, T[:3], X[:3], Y[:3])
+    with pytest.raises(RecordingError, match="at least 4"):
+        read_log(log(tmp_path), "p", "angle", start=1.0, stop=1.025)
+
+
+def test_a_held_sensor_is_found_and_its_interpolated_sister_is_suggested(tmp_path: Path) -> None:
+    x = np.round(2 * np.sin(7 * T) + np.sin(11.3 * T), 6)
+    held = x[np.arange(N) // 10 * 10]
+    columns = {"time_s": T, "p_bar": held, "p_interp_bar": x, "angle_deg": Y}
+    file = write(tmp_path / "log.csv", columns)
+    rec = read_log(file, "p_bar", "angle")
+    assert codes(rec) == ["held-input"]
+    assert "every 10 samples, about 10 Hz" in rec.findings[0].message
+    assert "'p_interp_bar'" in rec.findings[0].message
+    assert codes(read_log(file, "p_interp", "angle")) == []
+
+
+def test_neither_a_converter_nor_a_trapezoid_is_a_held_sensor(tmp_path: Path) -> None:
+    slow = np.arange(4000) / 4000 * 2
+    coarse = np.round(60 * np.sin(2 * np.pi * slow)) / 20
+    trapezoid = np.clip(6 * np.sin(2 * np.pi * slow), -3, 3)
+    for x in (coarse, trapezoid):
+        file = write(tmp_path / "log.csv", {"time_s": slow, "p_bar": x, "angle_deg": np.cos(slow * 5)})
+        assert "held-input" not in codes(read_log(file, "p", "angle"))
+
+
+def test_a_saturated_output_is_found_and_a_play_is_not(tmp_path: Path) -> None:
+    rec = read(tmp_path, y=np.minimum(Y, 12.0))
+    assert "saturated-output" in codes(rec)
+    assert "12 deg" in rec.findings[0].message
+    play = [0.0]
+    for value in X:
+        play.append(max(value - 0.8, min(value + 0.8, play[-1])))
+    assert codes(read(tmp_path, y=play[1:])) == []
+
+
+@pytest.mark.parametrize(("phase", "word"), [(0.25, "never turns"), (0.75, "turns only once")])
+def test_too_few_loops_are_pointed_out(tmp_path: Path, phase: float, word: str) -> None:
+    x = np.cos(2 * np.pi * T / T[-1] * phase)
+    rec = read(tmp_path, x=x, y=x**3)
+    assert codes(rec) == ["few-loops"]
+    assert word in rec.findings[0].message
+
+
+def test_few_values_are_pointed_out(tmp_path: Path) -> None:
+    rec = read(tmp_path, y=np.round(Y / 10))
+    assert codes(rec) == ["quantised-output"]
+    assert "only 5 different values" in rec.findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "swapped"),
+    [
+        ("angle_deg", "pressure_bar", True),
+        ("displacement_um", "voltage_v", True),
+        ("angle_deg", "angle_cmd_deg", True),
+        ("angle_cmd_deg", "angle_deg", False),
+        ("displacement_mm", "force_N", False),
+        ("force_N", "displacement_mm", False),
+        ("pressure_cmd_bar", "pressure_bar", False),
+        ("a", "b", False),
+    ],
+)
+def test_swapped_columns_are_suspected_only_where_both_names_speak(
+    tmp_path: Path, x: str, y: str, swapped: bool
+) -> None:
+    file = log(tmp_path, names=(x, y))
+    assert codes(read_log(file, x, y)) == (["swapped-columns"] if swapped else [])
+
+
+def test_findings_never_depend_on_rows_outside_the_window(tmp_path: Path) -> None:
+    y: list[Any] = list(Y)
+    y[3] = ""
+    file = log(tmp_path, y=y)
+    assert codes(read_log(file, "p", "angle", start=1.0)) == []
+
+
+def test_a_single_signal_keeps_gaps_as_breaks(tmp_path: Path) -> None:
+    keep = np.delete(np.arange(N), np.arange(110, 125))
+    signal = read_signal(log(tmp_path, T[keep], X[keep], Y[keep]), "angle")
+    assert signal.breaks == (110,)
+    assert signal.provenance["column"] == "angle_deg"

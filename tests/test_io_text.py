@@ -1,0 +1,283 @@
+"""Text logs: whatever the delimiter, decimal sign, encoding or header, the numbers are those that were written."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import io
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dehyst.errors import ColumnError, LogError, RunError, TimeError
+from dehyst.io.logs import list_runs, read_log, read_signal
+from dehyst.io.write import write_csv
+
+T = np.round(np.arange(80) * 0.05, 6)
+X = np.round(3.0 * np.sin(2 * np.pi * T / 2.0), 5)
+Y = np.round(20.0 * np.sin(2 * np.pi * T / 2.0 - 0.2) + 1.0, 4)
+
+
+def table_text(delimiter: str = ",", decimal: str = ".", header: str | None = "time_s,pressure_bar,angle_deg") -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, delimiter=delimiter, lineterminator="\n")
+    if header is not None:
+        writer.writerow(header.split(","))
+    for row in zip(T, X, Y, strict=True):
+        writer.writerow([repr(float(v)).replace(".", decimal) for v in row])
+    return stream.getvalue()
+
+
+def check(path: Path, x: str = "pressure", y: str = "angle", codes: tuple[str, ...] = ()) -> None:
+    rec = read_log(path, x, y)
+    np.testing.assert_array_equal(rec.input, X)
+    np.testing.assert_array_equal(rec.output, Y)
+    assert rec.time is not None
+    np.testing.assert_array_equal(rec.time, T)
+    assert tuple(f.code for f in rec.findings) == codes
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (" ", "."), (" ", ",")]
+)
+def test_every_delimiter_and_decimal_sign_gives_the_same_numbers(tmp_path: Path, delimiter: str, decimal: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(table_text(delimiter, decimal))
+    check(file)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+def test_every_encoding_and_line_end_gives_the_same_numbers(tmp_path: Path, encoding: str, ending: str) -> None:
+    file = tmp_path / "log.txt"
+    text = table_text(header="time [s],pressure [bar],angle [°]").replace("\n", ending)
+    file.write_bytes(text.encode(encoding))
+    check(file)
+    assert read_log(file, "pressure", "angle").output_unit == "deg"
+
+
+def test_gzip_is_read_whatever_the_file_is_called(tmp_path: Path) -> None:
+    for name in ("log.csv.gz", "log.csv"):
+        (tmp_path / name).write_bytes(gzip.compress(table_text().encode()))
+        check(tmp_path / name)
+
+
+def test_comments_and_a_preamble_are_passed_over(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    lines = table_text().splitlines()
+    lines[20:20] = ["# the valve was readjusted here", ""]
+    file.write_text("\n".join(["Test rig 3", "Operator;N. N.", "Date,2024-05-01", "", *lines]))
+    check(file)
+
+
+@pytest.mark.parametrize("mark", ["# ", "% ", "#"])
+def test_a_commented_header_is_a_header(tmp_path: Path, mark: str) -> None:
+    file = tmp_path / "log.dat"
+    file.write_text(mark + table_text(" "))
+    check(file)
+
+
+@pytest.mark.parametrize("units", ["s,bar,deg", "[s],[bar],[deg]", "(s),(bar),(deg)"])
+def test_a_units_row_wins_over_the_names(tmp_path: Path, units: str) -> None:
+    file = tmp_path / "log.csv"
+    lines = table_text(header="time_ms,pressure,angle").splitlines()
+    lines.insert(1, units)
+    file.write_text("\n".join(lines))
+    check(file)
+    rec = read_log(file, "pressure", "angle")
+    assert (rec.input_unit, rec.output_unit) == ("bar", "deg")
+
+
+def test_without_a_header_columns_are_numbered_and_even_steps_are_time(tmp_path: Path) -> None:
+    file = tmp_path / "log.tsv"
+    file.write_text(table_text("\t", header=None))
+    check(file, "column_2", "#3")
+
+
+def test_quoted_cells_and_a_trailing_delimiter(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [
+        ["time_s", "pressure_bar", "angle_deg"],
+        *[[repr(float(v)) for v in row] for row in zip(T, X, Y, strict=True)],
+    ]
+    file.write_text("\n".join(",".join(f'"{c}"' for c in row) for row in rows))
+    check(file)
+    file.write_text("\n".join(line + "," for line in table_text().splitlines()))
+    check(file)
+
+
+def test_thousands_are_read_with_a_decimal_comma(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("time_s;force_N;x_mm\n" + "\n".join(f"0,{k};1.{k:03d},5;{k % 5},25" for k in range(10, 40)))
+    rec = read_log(file, "x", "force")
+    assert rec.output[0] == 1010.5
+    assert rec.input[3] == 3.25
+
+
+def test_commas_that_may_mean_thousands_are_pointed_out(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [f"{k};{900 + 20 * (k % 10) if k % 10 < 5 else f'1,0{k % 10}0'};{k % 10}" for k in range(40)]
+    file.write_text("time_s;force_N;x_mm\n" + "\n".join(rows))
+    assert "decimal-comma" in [f.code for f in read_log(file, "x", "force").findings]
+
+
+def test_ragged_lines_are_left_out_and_named(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    lines = table_text().splitlines()
+    lines[10] = "0.45,1.2"
+    lines[30] = lines[30] + ",7,8"
+    file.write_text("\n".join(lines))
+    rec = read_log(file, "pressure", "angle")
+    keep = np.delete(np.arange(80), [9, 29])
+    np.testing.assert_array_equal(rec.input, X[keep])
+    [finding] = rec.findings
+    assert finding.code == "ragged-lines"
+    assert "lines 11, 31 " in finding.message
+
+
+def test_a_table_that_is_mostly_ragged_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("a,b,c\n" + "\n".join(",".join("1.5" for _ in range(2 + k % 3)) for k in range(90)))
+    with pytest.raises(LogError, match="not a table"):
+        read_log(file, "a", "b")
+
+
+def test_iso_stamps_and_epochs_count_seconds_from_the_first_sample(tmp_path: Path) -> None:
+    for k, stamp in enumerate(
+        [
+            iso,
+            lambda t: f"{1714607998 + t:.3f}",
+            lambda t: f"{1714607998000 + round(1000 * t)}",
+            lambda t: f"{1714607998000000000 + round(1e9 * t)}",
+        ]
+    ):
+        file = tmp_path / f"log{k}.csv"
+        rows = [f"{stamp(t)},{x},{y}" for t, x, y in zip(T, X, Y, strict=True)]
+        file.write_text("timestamp,pressure_bar,angle_deg\n" + "\n".join(rows))
+        rec = read_log(file, "pressure", "angle")
+        assert rec.time is not None
+        np.testing.assert_allclose(rec.time, T, atol=1e-6)
+        assert len(read_log(file, "pressure", "angle", start=1.0, stop=2.0)) == 20
+
+
+def iso(t: float) -> str:
+    total = 86398 + t
+    day, rest = (1, total) if total < 86400 else (2, total - 86400)
+    return f"2024-05-{day:02d}T{int(rest // 3600):02d}:{int(rest % 3600 // 60):02d}:{rest % 60:06.3f}Z"
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("time_ms", 1e3), ("time_us", 1e6), ("time [ns]", 1e9), ("t_min", 1 / 60)]
+)
+def test_time_in_other_units_becomes_seconds(tmp_path: Path, name: str, factor: float) -> None:
+    file = write_csv(tmp_path / "log.csv", {name: (T + 5) * factor, "x": X, "y": Y})
+    rec = read_log(file, "x", "y")
+    assert rec.time is not None
+    np.testing.assert_allclose(rec.time, T + 5, rtol=1e-12)
+
+
+def test_the_window_includes_its_start_and_excludes_its_stop(tmp_path: Path) -> None:
+    file = write_csv(tmp_path / "log.csv", {"time_s": T, "pressure_bar": X, "angle_deg": Y})
+    rec = read_log(file, "pressure", "angle", start=0.5, stop=1.5)
+    assert rec.time is not None
+    assert (rec.time[0], rec.time[-1]) == (0.5, 1.45)
+    assert rec.provenance["window"] == [0.5, 1.5]
+    with pytest.raises(TimeError, match=r"covers from 0 s to 3\.95 s"):
+        read_log(file, "pressure", "angle", start=100.0)
+    with pytest.raises(TimeError, match="is empty"):
+        read_log(file, "pressure", "angle", start=2.0, stop=1.0)
+    with pytest.raises(TimeError):
+        read_log(file, "pressure", "angle", start=float("nan"))
+
+
+def test_a_column_is_found_by_name_by_case_without_unit_and_by_number(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(table_text(header="time_s,Pressure_bar,angle [deg]"))
+    for x in ("Pressure_bar", "pressure_BAR", "pressure", "#2"):
+        for y in ("angle [deg]", "Angle", "#3"):
+            check(file, x, y)
+
+
+def test_an_unknown_or_ambiguous_column_is_refused_with_the_names(tmp_path: Path) -> None:
+    file = write_csv(tmp_path / "log.csv", {"time_s": T, "p_bar": X, "p_psi": X, "angle_deg": Y})
+    with pytest.raises(ColumnError, match=r"any of p_bar, p_psi"):
+        read_log(file, "p", "angle")
+    with pytest.raises(ColumnError, match=r"Did you mean 'angle_deg'\?") as caught:
+        read_log(file, "p_bar", "angel_deg")
+    assert "p_psi" in str(caught.value)
+    with pytest.raises(ColumnError, match="both column 'p_bar'"):
+        read_log(file, "p_bar", "P_BAR")
+    with pytest.raises(ColumnError):
+        read_log(file, "p_bar", "#9")
+
+
+def test_several_runs_must_be_named_and_are_kept_apart(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [
+        f"{run},{t},{x + k},{y}" for k, run in enumerate(("up_1", "down_2")) for t, x, y in zip(T, X, Y, strict=True)
+    ]
+    file.write_text("run,time_s,pressure_bar,angle_deg\n" + "\n".join(rows))
+    assert list_runs(file) == {"up_1": 80, "down_2": 80}
+    with pytest.raises(RunError, match=r"up_1 \(80 rows\), down_2 \(80 rows\)") as caught:
+        read_log(file, "pressure", "angle")
+    assert caught.value.facts["runs"] == {"up_1": 80, "down_2": 80}
+    with pytest.raises(RunError, match="Did you mean 'down_2'"):
+        read_log(file, "pressure", "angle", run="down2")
+    rec = read_log(file, "pressure", "angle", run="down_2")
+    np.testing.assert_array_equal(rec.input, X + 1)
+    assert rec.provenance["run"] == "down_2"
+    assert rec.provenance["first_row"] == 82
+    with pytest.raises(ColumnError, match="holds text"):
+        read_log(file, "run", "angle", run="up_1")
+
+
+def test_runs_may_be_numbered(tmp_path: Path) -> None:
+    columns = {"trial": np.repeat([1, 2], 40), "time_s": np.tile(T[:40], 2), "x": X, "y": Y}
+    file = write_csv(tmp_path / "log.csv", columns)
+    assert list_runs(file) == {"1": 40, "2": 40}
+    np.testing.assert_array_equal(read_log(file, "x", "y", run="2").input, X[40:])
+
+
+def test_a_run_is_refused_where_there_are_none(tmp_path: Path) -> None:
+    file = write_csv(tmp_path / "log.csv", {"time_s": T, "x": X, "y": Y})
+    assert list_runs(file) == {}
+    with pytest.raises(RunError, match="does not tell runs apart"):
+        read_log(file, "x", "y", run="a")
+
+
+def test_written_signals_read_back_bit_for_bit(tmp_path: Path) -> None:
+    values = np.random.default_rng(1).normal(size=200) * 10.0 ** np.random.default_rng(2).integers(-30, 30, size=200)
+    file = write_csv(tmp_path / "out.csv", {"time_s": np.arange(200) / 7, "angle_deg": values})
+    signal = read_signal(file, "angle")
+    assert signal.values.tobytes() == values.tobytes()
+    assert signal.time is not None
+    assert signal.time.tobytes() == (np.arange(200) / 7).tobytes()
+    assert (signal.name, signal.unit) == ("angle", "deg")
+
+
+def test_the_fingerprint_is_that_of_the_file(tmp_path: Path) -> None:
+    import hashlib
+
+    file = tmp_path / "log.csv"
+    file.write_text(table_text())
+    provenance = read_log(file, "pressure", "angle").provenance
+    assert provenance["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
+    assert provenance["file"] == "log.csv"
+    assert provenance["rows"] == 80
+
+
+def test_a_hundred_thousand_rows_are_read_quickly(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    data = np.column_stack([np.arange(100_000) / 1000, rng.normal(size=(100_000, 5)).cumsum(axis=0)])
+    file = tmp_path / "log.csv"
+    np.savetxt(file, data, delimiter=",", fmt="%.6f", header="time_s,pressure_bar,angle_deg,a,b,c", comments="")
+    best = min(_seconds_to_read(file) for _ in range(3))
+    assert best < 0.8, "measured 0.15 s; the bound leaves room for a busy machine"
+
+
+def _seconds_to_read(file: Path) -> float:
+    start = time.perf_counter()
+    read_log(file, "pressure", "angle")
+    return time.perf_counter() - start
