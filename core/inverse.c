@@ -1,10 +1,10 @@
 #include "dehyst.h"
 
-/* Largest relative change of a weight by error feedback: a few thousand units in the last place. */
+/* Largest relative change of a weight by error feedback: far below what any measurement sees. */
 #ifdef DEHYST_FLOAT
 #define FEEDBACK 1e-4f
 #else
-#define FEEDBACK 1e-12
+#define FEEDBACK 1e-10
 #endif
 
 int32_t dehyst_pi_invert(int32_t n, const dehyst_real *threshold, const dehyst_real *weight,
