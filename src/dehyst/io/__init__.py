@@ -2,13 +2,14 @@
 
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
 from dehyst.io.logs import Signal, list_runs, read_log, read_signal
-from dehyst.io.write import write_csv
+from dehyst.io.write import format_csv, write_csv
 
 __all__ = [
     "ColumnSummary",
     "LogSummary",
     "Sampling",
     "Signal",
+    "format_csv",
     "inspect_log",
     "list_runs",
     "read_log",

@@ -15,6 +15,40 @@ from dehyst.files import write_atomically
 from dehyst.io.formats import PathLike
 
 
+def format_csv(columns: Mapping[str, npt.ArrayLike], path: PathLike = "the table") -> str:
+    """Return columns of equal length as CSV text, with all digits.
+
+    Parameters
+    ----------
+    columns
+        Column name with its unit -> values, (T,).
+    path
+        Where it is going, for the message of an error.
+
+    Raises
+    ------
+    OutputError
+        If lengths differ or there is no column.
+
+    Examples
+    --------
+    >>> format_csv({"p_bar": [1.0, 2.5]})
+    'p_bar\\n1.0\\n2.5\\n'
+    """
+    arrays = {name: np.asarray(values) for name, values in columns.items()}
+    sizes = {name: array.shape for name, array in arrays.items()}
+    if not arrays or len(set(sizes.values())) != 1 or any(len(shape) != 1 for shape in sizes.values()):
+        raise OutputError(
+            f"cannot write '{path}': its columns must be vectors of one length, got {sizes or 'none'}.", sizes=sizes
+        )
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(arrays)
+    # repr of a Python float is the shortest text that reads back as the same bits.
+    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
+    return stream.getvalue()
+
+
 def write_csv(path: PathLike, columns: Mapping[str, npt.ArrayLike]) -> Path:
     """Write columns of equal length, with all digits, atomically.
 
@@ -41,15 +75,4 @@ def write_csv(path: PathLike, columns: Mapping[str, npt.ArrayLike]) -> Path:
     >>> write_csv(file, {"time_s": [0.0, 0.1], "pressure_bar": [1.0, 2.5]}).read_text().split()
     ['time_s,pressure_bar', '0.0,1.0', '0.1,2.5']
     """
-    arrays = {name: np.asarray(values) for name, values in columns.items()}
-    sizes = {name: array.shape for name, array in arrays.items()}
-    if not arrays or len(set(sizes.values())) != 1 or any(len(shape) != 1 for shape in sizes.values()):
-        raise OutputError(
-            f"cannot write '{path}': its columns must be vectors of one length, got {sizes or 'none'}.", sizes=sizes
-        )
-    stream = io.StringIO(newline="")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(arrays)
-    # repr of a Python float is the shortest text that reads back as the same bits.
-    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
-    return write_atomically(path, stream.getvalue())
+    return write_atomically(path, format_csv(columns, path))

@@ -1,0 +1,163 @@
+"""dehyst identify: log -> model, verdict, report."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.errors import OutputError, ParameterError
+from dehyst.identification import Fit, Score, identify
+from dehyst.io import read_log
+from dehyst.recording import Recording
+
+
+@dataclass(frozen=True)
+class IdentifyRequest:
+    """The command line of ``dehyst identify``."""
+
+    logs: tuple[Path, ...]
+    input: str
+    output: str
+    time: str | None
+    runs: tuple[str, ...]
+    start: float | None
+    stop: float | None
+    family: str
+    n: int
+    eps: float
+    thresholds: str | None
+    initial_state: str
+    train_fraction: float
+    save: Path | None
+    report: Path | None
+    figures: Path | None
+    json: bool
+
+
+def run_identify(request: IdentifyRequest) -> None:
+    """Read, identify, save, report, print."""
+    _refuse_clashes(request)
+    with ask_progress("reading", request.json):
+        records = _read(request)
+    with ask_progress("identifying", request.json):
+        fit = identify(
+            records,
+            request.family,
+            n=request.n,
+            eps=request.eps,
+            thresholds=_thresholds(request.thresholds),
+            initial_state=request.initial_state,
+            train_fraction=request.train_fraction,
+        )
+    if request.save is not None:
+        fit.model.save(request.save)
+    if request.report is not None:
+        with ask_progress("drawing the report", request.json):
+            _report(fit, request)
+    if request.json:
+        sys.stdout.write(json.dumps(_finite(fit.as_dict()), indent=1, allow_nan=False) + "\n")
+        return
+    _print(fit, request)
+
+
+def _read(request: IdentifyRequest) -> list[Recording]:
+    return [
+        read_log(
+            log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop
+        )
+        for log in request.logs
+        for run in (request.runs or (None,))
+    ]
+
+
+def _refuse_clashes(request: IdentifyRequest) -> None:
+    """Refuse outputs that would overwrite a log or each other, before any work is done."""
+    if request.figures is not None and request.report is None:
+        raise ParameterError("--figures goes with a report: add --report report.html")
+    logs = {log.resolve() for log in request.logs}
+    targets = [path for path in (request.save, request.report) if path is not None]
+    for path in targets:
+        if path.resolve() in logs:
+            raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
+        if not path.parent.is_dir():
+            raise OutputError(f"the folder of '{path}' does not exist. Make it first: mkdir -p {path.parent}")
+    if len({path.resolve() for path in targets}) < len(targets):
+        raise OutputError(f"--save and --report both name '{targets[0]}'. Name two files.")
+
+
+def _thresholds(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ParameterError(
+            f"--thresholds {text!r} is not a list of numbers; write them with commas: --thresholds 0,0.5,1"
+        ) from None
+
+
+def _report(fit: Fit, request: IdentifyRequest) -> None:
+    from dehyst.report import write_report
+
+    if request.report is not None:
+        write_report(fit, request.report, figures=request.figures, model_file=request.save)
+
+
+def _finite(value: Any) -> Any:
+    """Replace infinities by null: JSON has none."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value
+
+
+def _print(fit: Fit, request: IdentifyRequest) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    out = terminal()
+    out.print(Text(fit.verdict, style="bold"))
+    out.print()
+    unit = fit.recordings[0].output_unit
+    table = Table(box=None, pad_edge=False)
+    for name in ("", "rms" + (f" [{unit}]" if unit else ""), "rms [% of range]", "NRMSE", "max"):
+        table.add_column(Text(name), justify="left" if not name else "right")
+    rows: list[tuple[str, Score | None]] = [
+        (f"{fit.family}, fitted", fit.train),
+        (f"{fit.family}, held out", fit.test),
+        ("no hysteresis, held out" if fit.test else "no hysteresis, fitted", fit.static_test or fit.static_train),
+    ]
+    for label, score in rows:
+        if score is not None:
+            table.add_row(
+                Text(label), f"{score.rmse:.4g}", f"{score.rmse_percent:.2f}", f"{score.nrmse:.3f}", f"{score.max:.4g}"
+            )
+    out.print(table)
+    certificate = fit.certificate
+    out.print(
+        Text(
+            f"\n{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
+            f"'{certificate.initial_state}'; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
+            f"optimality {certificate.kkt_residual:.0e}, inverse round trip {certificate.round_trip_error:.0e}, "
+            f"inverse gain at most {certificate.inverse_gain:.4g}"
+        )
+    )
+    print_findings(fit.warnings)
+    out.print()
+    for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
+        if path is not None:
+            out.print(Text(f"{what}: {path}"))
+    if request.save is not None:
+        command = f"dehyst compensate {shlex.quote(str(request.save))} REFERENCE.csv --output "
+        out.print(Text(f"next: {command}{shlex.quote(fit.recordings[0].output_name)}"))
+    else:
+        out.print(Text("next: repeat with --save model.json --report report.html"))

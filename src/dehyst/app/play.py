@@ -1,0 +1,133 @@
+"""dehyst simulate and dehyst compensate: a model or its inverse over a logged signal."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.app.terminal import print_findings
+from dehyst.errors import OutputError
+from dehyst.findings import Finding
+from dehyst.io import Signal, format_csv, read_signal, write_csv
+from dehyst.models import HysteresisModel, SignalCard, load_model
+from dehyst.units import canonical, convert
+
+Array = npt.NDArray[np.float64]
+
+# A signal that leaves the identified range by more than this share of it is worth a word.
+BEYOND = 0.02
+
+
+def run_simulate(
+    model_file: Path,
+    log: Path,
+    column: str,
+    time: str | None,
+    run: str | None,
+    start: float | None,
+    stop: float | None,
+    out: Path | None,
+) -> None:
+    """Write time, input and the model's output."""
+    model = load_model(model_file)
+    signal = read_signal(log, column, time=time, run=run, start=start, stop=stop)
+    x, findings = _in_units_of(model.card.input, signal)
+    findings += _outside(x, model.card.input, "input", "the model extrapolates there")
+    y = model.simulate(x)
+    _write(signal, {_column(model.card.input): x, _column(model.card.output, "model"): y}, out, log)
+    print_findings([*signal.findings, *findings], stderr=True)
+
+
+def run_compensate(
+    model_file: Path,
+    reference: Path,
+    column: str,
+    time: str | None,
+    run: str | None,
+    start: float | None,
+    stop: float | None,
+    out: Path | None,
+) -> None:
+    """Write time, wanted output and the input that produces it."""
+    model = load_model(model_file)
+    signal = read_signal(reference, column, time=time, run=run, start=start, stop=stop)
+    y, findings = _in_units_of(model.card.output, signal)
+    findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
+    x = model.inverse().simulate(y)
+    findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
+    findings += _proof(model, x, y)
+    _write(signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x}, out, reference)
+    print_findings([*signal.findings, *findings], stderr=True)
+
+
+def _column(card: SignalCard, prefix: str = "") -> str:
+    name = f"{prefix}_{card.name}" if prefix else card.name
+    return f"{name} [{card.unit}]" if card.unit else name
+
+
+def _in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
+    """Convert the signal to the model's unit, or say that it cannot be checked."""
+    if signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None:
+        return signal.values, []
+    if not signal.unit or not card.unit:
+        return signal.values, [
+            Finding(
+                "unit-unknown",
+                f"column '{signal.name}' is in '{signal.unit or 'unknown'}', the model in '{card.unit or 'unknown'}': "
+                f"the values were taken as they are. Name the unit in the column, for example "
+                f"{card.name}_{card.unit or 'bar'}.",
+            )
+        ]
+    values = convert(signal.values, signal.unit, card.unit)
+    return values, [
+        Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to the model's {card.unit}.")
+    ]
+
+
+def _outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:
+    if card.low is None or card.high is None:
+        return []
+    slack = BEYOND * (card.high - card.low)
+    outside = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
+    if not outside:
+        return []
+    unit = f" {card.unit}" if card.unit else ""
+    return [
+        Finding(
+            "outside-range",
+            f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {outside} of {values.size} "
+            f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify on a log "
+            f"that covers it.",
+        )
+    ]
+
+
+def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
+    """Run the model on the computed input: it must give the reference back, from the first sample on."""
+    error = np.abs(model.simulate(x) - y)
+    span = max(float(np.ptp(y)), 1e-300)
+    if float(np.max(error)) <= 1e-9 * span:
+        return []
+    return [
+        Finding(
+            "round-trip",
+            f"the model's answer to the computed input differs from the reference by up to {float(np.max(error)):.3g} "
+            f"({100 * float(np.max(error)) / span:.2g} % of its range): the inverse loses digits here. Raise --eps when "
+            f"identifying.",
+        )
+    ]
+
+
+def _write(signal: Signal, columns: dict[str, Array], out: Path | None, source: Path) -> None:
+    table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
+    table |= columns
+    if out is None:
+        sys.stdout.write(format_csv(table))
+        return
+    if out.resolve() == source.resolve():
+        raise OutputError(f"'{out}' is the log itself; writing there would lose it. Name another file.")
+    write_csv(out, table)
+    sys.stderr.write(f"wrote {out}: {', '.join(table)}\n")

@@ -1,0 +1,168 @@
+"""Command line: parse, call one function, print."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="dehyst",
+    help="From a logged hysteresis loop to a verified compensator.",
+    epilog="Begin with `dehyst inspect LOG`, or with `dehyst example` if you have no log yet.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help: starting rich would cost more than the command
+)
+
+Log = Annotated[Path, typer.Argument(help="Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet.")]
+Logs = Annotated[list[Path], typer.Argument(help="One log file or several, fitted together.")]
+Model = Annotated[Path, typer.Argument(help="Model file written by `dehyst identify ... --save`.")]
+Input = Annotated[str, typer.Option("--input", help="Column that drives the actuator, e.g. pressure_bar.")]
+Output = Annotated[str, typer.Option("--output", help="Column that responds, e.g. angle_deg.")]
+Time = Annotated[str | None, typer.Option("--time", help="Time column, if it is not found by itself.")]
+Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log holds several.")]
+Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
+Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
+Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from dehyst import __version__
+
+        typer.echo(f"dehyst {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """From a logged hysteresis loop to a verified compensator."""
+
+
+@app.command()
+def identify(
+    log: Logs,
+    input: Input,
+    output: Output,
+    time: Time = None,
+    run: Annotated[
+        list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")
+    ] = None,
+    start: Start = None,
+    stop: Stop = None,
+    family: Annotated[
+        str, typer.Option("--family", help="auto, pi (the 2012 paper), pi-cumulative, modified-pi or stop.")
+    ] = "auto",
+    n: Annotated[int, typer.Option("--n", help="Number of operators.")] = 100,
+    eps: Annotated[
+        float,
+        typer.Option("--eps", help="Smallest slope after a reversal, relative to the ranges; 1/eps bounds the inverse."),
+    ] = 0.001,
+    thresholds: Annotated[
+        str | None, typer.Option("--thresholds", help="Thresholds instead of a grid, e.g. 0,0.5,1 [input].")
+    ] = None,
+    initial_state: Annotated[
+        str, typer.Option("--initial-state", help="auto, zero, rest, rising, falling or unknown.")
+    ] = "auto",
+    train_fraction: Annotated[
+        float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
+    ] = 0.5,
+    save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
+    report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
+    figures: Annotated[
+        Path | None, typer.Option("--figures", help="Also write every figure as SVG and PNG into this folder.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Identify a hysteresis model and its inverse from a log."""
+    from dehyst.app.identify import IdentifyRequest, run_identify
+
+    request = IdentifyRequest(
+        logs=tuple(log), input=input, output=output, time=time, runs=tuple(run or ()), start=start, stop=stop,
+        family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
+        train_fraction=train_fraction, save=save, report=report, figures=figures, json=json,
+    )  # fmt: skip
+    run_identify(request)
+
+
+@app.command()
+def simulate(
+    model: Model,
+    log: Log,
+    input: Input,
+    time: Time = None,
+    run: Run = None,
+    start: Start = None,
+    stop: Stop = None,
+    out: Out = None,
+) -> None:
+    """Print a model's output for a logged input, as CSV."""
+    from dehyst.app.play import run_simulate
+
+    run_simulate(model, log, input, time, run, start, stop, out)
+
+
+@app.command()
+def compensate(
+    model: Model,
+    reference: Annotated[Path, typer.Argument(help="File with the motion the actuator should make.")],
+    output: Annotated[str, typer.Option("--output", help="Column of the wanted output, e.g. angle_deg.")],
+    time: Time = None,
+    run: Run = None,
+    start: Start = None,
+    stop: Stop = None,
+    out: Out = None,
+) -> None:
+    """Print the input that makes the actuator follow a reference, as CSV."""
+    from dehyst.app.play import run_compensate
+
+    run_compensate(model, reference, output, time, run, start, stop, out)
+
+
+@app.command()
+def inspect(log: Log, run: Run = None, json: Json = False) -> None:
+    """Show columns, units, sampling, gaps and loops of a log, and the line to type next."""
+    from dehyst.app.inspect import run_inspect
+
+    run_inspect(log, run, json)
+
+
+@app.command()
+def example(
+    out: Annotated[Path, typer.Option("--out", help="CSV file to write.")] = Path("example.csv"),
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the sensor noise.")] = 0,
+) -> None:
+    """Write an example log: a simulated joint with Maxwell slip and creep."""
+    from dehyst.app.example import run_example
+
+    run_example(out, seed)
+
+
+def main() -> None:
+    """Run the command line; faults a user can cure end with their message and exit status 2."""
+    from dehyst.errors import DehystError
+
+    try:
+        app()
+    except DehystError as fault:
+        sys.stderr.write(f"{type(fault).__name__}: {fault}\n")
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped; files that were complete are kept, none is half written\n")
+        sys.exit(130)
+    except BrokenPipeError:  # `dehyst simulate ... | head` is no fault
+        sys.stderr.close()
+        sys.exit(0)
+
+
+if __name__ == "__main__":
+    main()

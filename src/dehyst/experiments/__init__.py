@@ -1,0 +1,5 @@
+"""Experiments: for now the example log; the paper's experiment on the simulated arm will live here."""
+
+from dehyst.experiments.example import example_recording, write_example
+
+__all__ = ["example_recording", "write_example"]
