@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import main_extremes, random_walk
 
 from dehyst import PrandtlIshlinskii, StopOperatorModel
+from oracles import main_extremes, random_walk
 
 UNIT = 256.0
 levels = st.integers(-1024, 1024).map(lambda k: k / UNIT)
