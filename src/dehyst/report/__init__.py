@@ -1,0 +1,5 @@
+"""Report: a fit -> one self-contained HTML page."""
+
+from dehyst.report.page import write_report
+
+__all__ = ["write_report"]

@@ -1,0 +1,114 @@
+"""Figure 7: what the choice of a family compared."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from dehyst.identification.fit import Candidate, Fit
+from dehyst.report.figures.panel import Axes, Figure, Panel, says
+from dehyst.report.text import number, short
+from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
+
+MAXIMUM_BARS = 9
+
+_STARTS = {"zero": "at zero", "rest": "at rest"}
+
+
+def candidates_figure(fit: Fit) -> Figure | None:
+    """Return figure 7, or None if a family was named and nothing compared."""
+    if not fit.candidates:
+        return None
+    shown = _shown(fit)
+    caption = (
+        "RMSE on loops held out inside the fitted part, in percent of the output's range, with its standard error. "
+        "A simpler family is preferred to one that is hardly better. The curve without hysteresis is shown with its "
+        "error on the fitted part."
+    )
+    drawn = sum(candidate in fit.candidates for candidate in shown)
+    if len(fit.candidates) > drawn:
+        caption += f" Of {len(fit.candidates)} variants, the best of each family and the best of the rest are drawn."
+    best = ", ".join(f"{_name(c)} {c.error_percent:.3g} %" for c in shown[:4])
+    return Figure(
+        "candidates",
+        "What was compared",
+        caption,
+        (Panel("Error on held-out loops", partial(_draw, shown), says(f"Bars: {best}.")),),
+    )
+
+
+def _shown(fit: Fit) -> list[Candidate]:
+    """The best of each family, the chosen one, the curve without hysteresis, then the best of the rest."""
+    ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: c.error_percent)
+    leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]
+    must = leaders + [c for c in ranked if c.chosen and c not in leaders]
+    rest = [c for c in ranked if c not in must][: max(0, MAXIMUM_BARS - 1 - len(must))]
+    curve = (
+        []
+        if any(is_static(c) for c in must)
+        else [Candidate("static", "", None, fit.static_train.rmse_percent, float("nan"))]
+    )
+    return sorted(must + rest + curve, key=lambda c: c.error_percent)
+
+
+def is_static(candidate: Candidate) -> bool:
+    """Whether a candidate has no hysteresis."""
+    return candidate.family.startswith("static")
+
+
+def _name(candidate: Candidate) -> str:
+    if is_static(candidate):
+        return "curve without hysteresis"
+    start = candidate.initial_state
+    extra = [f"starts {_STARTS.get(start, start)}"] if start else []
+    if candidate.smoothing is not None:
+        extra.append(f"smoothing {candidate.smoothing:g}")
+    return f"{candidate.family}: {', '.join(extra)}" if extra else candidate.family
+
+
+def _draw(shown: list[Candidate], axes: Axes) -> None:
+    place = np.arange(len(shown))
+    error = np.array([c.error_percent for c in shown])
+    spread = np.nan_to_num(np.array([c.uncertainty_percent for c in shown]), nan=0.0, posinf=0.0)
+    colours = [TRAIN.light if c.chosen else STATIC.light if is_static(c) else OTHER.light for c in shown]
+    axes.barh(place, error, height=0.34, color=colours, zorder=2)
+    axes.errorbar(
+        error,
+        place,
+        xerr=np.minimum(spread, error),
+        fmt="none",
+        ecolor=INK.light,
+        elinewidth=1.1,
+        capsize=2.5,
+        zorder=3,
+    )
+    edge = float(np.max(error + spread)) or 1.0
+    axes.set_xlim(0.0, edge * 1.16)
+    axes.set_ylim(len(shown) - 0.4, -0.75)
+    for k, candidate in enumerate(shown):
+        mark = ", taken" if candidate.chosen else ""
+        axes.text(
+            0.0,
+            k - 0.22,
+            f"{short(_name(candidate), 52)}{mark}",
+            va="bottom",
+            ha="left",
+            fontsize=10.0,
+            color=INK.light,
+            fontweight="bold" if candidate.chosen else "normal",
+        )
+        axes.text(
+            error[k] + spread[k] + edge * 0.015,
+            k,
+            f"{number(error[k])} %",
+            va="center",
+            ha="left",
+            fontsize=9.5,
+            color=MUTED.light,
+        )
+    axes.set_yticks([])
+    axes.grid(visible=False, axis="y")
+    axes.spines["left"].set_visible(False)
+    axes.locator_params(axis="x", nbins=6)
+    axes.set_xlabel("RMSE on held-out loops [% of range]")

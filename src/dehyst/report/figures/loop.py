@@ -1,0 +1,140 @@
+"""Figure 1: the loop as measured, what was fitted and what was held out, and the model over it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from dehyst.identification.fit import Fit
+from dehyst.loops import turning_points
+from dehyst.report.figures.arrows import draw_arrows
+from dehyst.report.figures.panel import (
+    Axes,
+    Figure,
+    Mask,
+    Panel,
+    add_legend,
+    break_times,
+    draw_path,
+    draw_series,
+    label_axes,
+    path_of,
+    says,
+    time_of,
+)
+from dehyst.report.text import count, short
+from dehyst.report.theme import BAD, MODEL, OTHER, TEST, TRAIN, Token
+from dehyst.report.thin import Window
+
+MAXIMUM_PANELS = 6
+# A time series with more loops than this is a solid band; then only its end is drawn.
+LOOPS_OVER_TIME, LOOPS_SHOWN = 14, 6
+
+
+def loop_figure(fit: Fit) -> Figure:
+    """Return figure 1."""
+    shown = min(len(fit.recordings), MAXIMUM_PANELS)
+    panels = [
+        Panel(
+            "Output over input" if len(fit.recordings) == 1 else short(fit.recordings[i].name, 60),
+            partial(_draw_loop, fit, i),
+            says(
+                f"Loop of {fit.recordings[i].output_label} over {fit.recordings[i].input_label},",
+                f"{len(fit.recordings[i])} samples, {fit.facts.orientation}, with the model over it.",
+            ),
+        )
+        for i in range(shown)
+    ]
+    caption = "Arrows show the direction of time. The thin dark line is the model."
+    if np.any([mask.any() for mask in fit.test_masks]):
+        caption += " It was identified from the blue part alone; the orange part was held out."
+    if len(fit.recordings) == 1:
+        first, loops = _stretch(fit)
+        panels.append(
+            Panel(
+                "The same over time" if first == 0 else f"The same over time, last {LOOPS_SHOWN} loops",
+                partial(_draw_time, fit, first),
+                says(f"{fit.recordings[0].output_label} over time, measured and model, {count(loops, 'loop')}."),
+            )
+        )
+    elif len(fit.recordings) > shown:
+        caption += f" The first {shown} of {len(fit.recordings)} logs are drawn; all of them are in the scores."
+    if any(recording.breaks for recording in fit.recordings):
+        caption += " Lines are interrupted where samples are missing."
+    return Figure("loop", "The loop", caption, tuple(panels))
+
+
+def parts(fit: Fit, i: int) -> tuple[tuple[Mask, str, Token], ...]:
+    """Return mask, name and colour of the parts of recording i that have samples."""
+    train, test = fit.train_masks[i], fit.test_masks[i]
+    rest = ~(train | test)
+    named = ((rest, "not scored", OTHER), (train, "fitted", TRAIN), (test, "held out", TEST))
+    return tuple(part for part in named if part[0].any())
+
+
+def _draw_loop(fit: Fit, i: int, axes: Axes) -> None:
+    recording = fit.recordings[i]
+    x, y = recording.input, recording.output
+    window = Window.around((x, y), (x, fit.predictions[i]))
+    label_axes(axes, window, recording.input_label, recording.output_label)
+    for mask, name, token in parts(fit, i):
+        # The later part lies over the earlier one: thinner, so that both are seen where they agree.
+        width = 2.0 if token is TEST else 3.0
+        draw_path(
+            axes, path_of(recording, x), path_of(recording, y, mask), window, token, label=name, width=width, alpha=0.6
+        )
+    draw_path(
+        axes,
+        path_of(recording, x),
+        path_of(recording, fit.predictions[i]),
+        window,
+        MODEL,
+        label="model",
+        width=0.9,
+        outline=True,
+        order=3,
+    )
+    longest = max(recording.pieces, key=lambda piece: piece.stop - piece.start)
+    draw_arrows(axes, x, y, longest, window, MODEL)
+    add_legend(axes, columns=4)
+
+
+def _stretch(fit: Fit) -> tuple[int, int]:
+    """First sample to draw over time, and the number of loops drawn."""
+    points = turning_points(fit.recordings[0].input)
+    loops = max(0, points.size - 2) // 2
+    if loops <= LOOPS_OVER_TIME:
+        return 0, loops
+    return int(points[-2 * LOOPS_SHOWN - 2]), LOOPS_SHOWN
+
+
+def _draw_time(fit: Fit, first: int, axes: Axes) -> None:
+    recording = fit.recordings[0]
+    t, label = time_of(recording)
+    inside = np.arange(len(recording)) >= first
+    shown_y, shown_model = recording.output[inside], fit.predictions[0][inside]
+    window = Window.around((t[inside], shown_y), (t[inside], shown_model))
+    label_axes(axes, window, label, recording.output_label)
+    for mask, name, token in parts(fit, 0):
+        if (mask & inside).any():
+            draw_series(
+                axes,
+                path_of(recording, t),
+                path_of(recording, recording.output, mask & inside),
+                token,
+                label=name,
+                width=2.4,
+            )
+    draw_series(
+        axes,
+        path_of(recording, t),
+        path_of(recording, fit.predictions[0], inside),
+        MODEL,
+        label="model",
+        width=0.8,
+        order=3,
+    )
+    for moment in break_times(recording, t)[:100]:
+        axes.axvline(moment, color=BAD.light, lw=0.8, ls=(0, (1, 2)), zorder=1)
+    add_legend(axes, columns=4)

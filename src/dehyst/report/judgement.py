@@ -1,0 +1,247 @@
+"""Traffic lights: how far a fit can be trusted, each light with its reason and its numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.fit import Fit, Score
+from dehyst.identification.judge import GOOD_PERCENT, POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.report.replay import inverse_miss
+from dehyst.report.text import count, number, with_unit
+
+Array = npt.NDArray[np.float64]
+
+
+class Grade(IntEnum):
+    """Green, amber, red."""
+
+    GOOD = 0
+    CARE = 1
+    BAD = 2
+
+    @property
+    def words(self) -> str:
+        """The grade in words, so that no light depends on its colour."""
+        return ("good", "usable with care", "do not use")[self]
+
+    @property
+    def css(self) -> str:
+        """Name of its style class."""
+        return ("good", "care", "stop")[self]
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """One aspect of a fit.
+
+    Attributes
+    ----------
+    aspect
+        What is judged.
+    grade
+        The judgement.
+    reason
+        The numbers behind it.
+    """
+
+    aspect: str
+    grade: Grade
+    reason: str
+
+
+# Limits between good and care, care and bad; those that decide the verdict are the identification's own.
+RMSE_PERCENT = (GOOD_PERCENT, POOR_PERCENT)
+BETTER_THAN_CURVE = (1.5, 1.0 / STATIC_AS_GOOD)
+TEST_OVER_TRAIN = (2.0, 5.0)
+ROUND_TRIP = (1e-9, 1e-6)
+# RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
+INVERSE_MISS = (0.05, 0.2)
+KKT = 1e-9
+UNDETERMINED_SHARE = (0.1, 0.5)
+
+# Findings that keep a fit from being good, as in the verdict's words, and the light that each belongs to.
+_SERIOUS = {
+    "rate-dependent": "The data",
+    "drift": "The data",
+    "mixed-loop": "The data",
+    "few-loops": "The data",
+    "extrapolation": "Unseen data",
+    "high-inverse-gain": "Inverse",
+}
+
+
+def lights(fit: Fit) -> tuple[Light, ...]:
+    """Return the judgement of a fit, one light for each aspect."""
+    found = [_accuracy(fit), _against_curve(fit), _unseen(fit), _inverse(fit), _determined(fit), _data(fit)]
+    if not fit.certificate.kkt_residual <= KKT:
+        reason = f"KKT residual {number(fit.certificate.kkt_residual)}; below {KKT:g} expected"
+        found.append(Light("Optimality", Grade.CARE, reason))
+    return tuple(found)
+
+
+def overall(fit: Fit) -> Grade:
+    """Return the grade of the whole, by the same rule as the words of the verdict."""
+    score, _ = _score(fit)
+    found = codes(fit)
+    if not score.rmse_percent <= POOR_PERCENT or "static-as-good" in found:
+        return Grade.BAD
+    if score.rmse_percent <= GOOD_PERCENT and fit.test is not None and not found & _SERIOUS.keys():
+        return Grade.GOOD
+    return Grade.CARE
+
+
+def codes(fit: Fit) -> set[str]:
+    """Return the codes of all findings."""
+    return {finding.code for finding in fit.warnings}
+
+
+def _grade(value: float, limits: tuple[float, float], *, high_is_good: bool = False) -> Grade:
+    good, bad = limits
+    if not math.isfinite(value):
+        return Grade.GOOD if high_is_good and value > 0 else Grade.BAD
+    if high_is_good:
+        value, good, bad = -value, -good, -bad
+    return Grade.GOOD if value <= good else Grade.CARE if value <= bad else Grade.BAD
+
+
+def _score(fit: Fit) -> tuple[Score, str]:
+    """The score that counts: unseen samples if there are any."""
+    return (fit.train, "fitted samples") if fit.test is None else (fit.test, "samples held out")
+
+
+def _accuracy(fit: Fit) -> Light:
+    score, where = _score(fit)
+    reason = f"RMSE {number(score.rmse_percent)} % of the output's range on {where}"
+    return Light("Accuracy", _grade(score.rmse_percent, RMSE_PERCENT), reason)
+
+
+def improvement(fit: Fit) -> float:
+    """Return how many times smaller the error is than that of the best curve without hysteresis."""
+    score, _ = _score(fit)
+    static = fit.static_train if fit.static_test is None or fit.test is None else fit.static_test
+    return static.rmse / score.rmse if score.rmse > 0.0 else math.inf
+
+
+def _against_curve(fit: Fit) -> Light:
+    times = improvement(fit)
+    grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
+    if "static-as-good" in codes(fit):
+        grade = Grade.BAD
+    if grade is Grade.BAD:
+        return Light("Against a curve", grade, "a curve without hysteresis is as good; the model adds nothing")
+    reason = f"error {number(times, 2)} times smaller than that of the best curve without hysteresis"
+    return Light("Against a curve", grade, reason)
+
+
+def _unseen(fit: Fit) -> Light:
+    if fit.test is None:
+        return Light("Unseen data", Grade.CARE, "nothing was held out; the error on new motions is unknown")
+    if "extrapolation" in codes(fit):
+        return Light("Unseen data", Grade.CARE, "the held-out input leaves the fitted range: a test of extrapolation")
+    if fit.test.rmse <= 0.0 or fit.train.rmse <= 0.0:
+        return Light("Unseen data", Grade.GOOD, "no error worth comparing")
+    ratio = fit.test.rmse / fit.train.rmse
+    # Twice almost nothing is still almost nothing: a ratio is judged only where the error is felt.
+    grade = Grade.GOOD if fit.test.rmse_percent < 1.0 else min(_grade(ratio, TEST_OVER_TRAIN), Grade.CARE)
+    return Light("Unseen data", grade, f"error on held-out samples is {number(ratio, 2)} times that on fitted ones")
+
+
+def relative_gain(fit: Fit) -> float:
+    """Return the gain of the inverse in ranges: how many % of the input's range 1 % of the output's can ask for."""
+    x_range, y_range = _span([rec.input for rec in fit.recordings]), _span([rec.output for rec in fit.recordings])
+    return fit.certificate.inverse_gain * y_range / x_range
+
+
+def _span(signals: list[Array]) -> float:
+    """Range over all recordings; the smallest positive number for a constant, which never passes identification."""
+    return max(max(float(s.max()) for s in signals) - min(float(s.min()) for s in signals), 5e-324)
+
+
+def _inverse(fit: Fit) -> Light:
+    miss = inverse_miss(fit)
+    error, gain = fit.certificate.round_trip_error, relative_gain(fit)
+    if miss is None or not math.isfinite(error):
+        return Light("Inverse", Grade.BAD, "there is none")
+    share = miss[0] / _span([rec.input for rec in fit.recordings])
+    grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
+    reason = (
+        f"asks for the applied input within {number(100.0 * share, 2)} % of its range (RMS); "
+        f"undoes the model to {number(error, 2)}"
+    )
+    if "high-inverse-gain" in codes(fit):
+        grade = max(grade, Grade.CARE)
+        reason += f", but after a turn 1 % of output can ask for {number(gain, 2)} % of input; smooth the reference"
+    else:
+        reason += f"; 1 % of output asks for at most {number(gain, 2)} % of input"
+    return Light("Inverse", grade, reason)
+
+
+def _determined(fit: Fit) -> Light:
+    missing = len(fit.certificate.undetermined)
+    if missing == 0:
+        return Light("Determined", Grade.GOOD, f"all {fit.certificate.operators} operators moved in the fitted samples")
+    grade = min(_grade(missing / max(1, fit.certificate.operators), UNDETERMINED_SHARE), Grade.CARE)
+    reason = f"{missing} of {fit.certificate.operators} operators never moved; do not go beyond the logged range"
+    return Light("Determined", grade, reason)
+
+
+def _data(fit: Fit) -> Light:
+    facts, found = fit.facts, codes(fit)
+    reasons = []
+    if "clockwise" in found and fit.family not in ("stop", "pi-cumulative"):
+        reasons.append("loops run clockwise, against what this family assumes")
+    if "mixed-loop" in found:
+        reasons.append("loops run in both directions")
+    if "rate-dependent" in found:
+        reasons.append(f"{number(facts.rate_dependence_percent, 2)} % of range follows the rate of the input")
+    if "drift" in found:
+        reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
+    if "few-loops" in found:
+        reasons.append(f"only {count(facts.loops, 'complete loop')}")
+    if "unknown-memory" in found:
+        reasons.append("some samples after gaps do not count")
+    if reasons:
+        return Light("The data", Grade.CARE, "; ".join(reasons))
+    return Light("The data", Grade.GOOD, f"{count(facts.loops, 'complete loop')}, no drift or rate dependence found")
+
+
+def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
+    """Return the plain-language reading of the fit, a few sentences."""
+    score, where = _score(fit)
+    grades = {light.aspect: light.grade for light in found}
+    rec = fit.recordings[0]
+    samples = sum(len(r) for r in fit.recordings)
+    logs = "" if len(fit.recordings) == 1 else f" in {len(fit.recordings)} logs"
+    says = [
+        f"From {samples} samples{logs}, with {count(fit.facts.loops, 'complete loop')}, dehyst identified a model of "
+        f"family {fit.family} with {count(fit.certificate.nonzero_weights, 'weight')}. On {where} it is typically "
+        f"{with_unit(score.rmse, rec.output_unit)} off ({number(score.rmse_percent)} % of the output's range), "
+        f"{with_unit(score.max, rec.output_unit)} at worst.",
+    ]
+    times = improvement(fit)
+    if grades["Against a curve"] is Grade.BAD:
+        says.append("A simple curve without hysteresis does as well: use that, or look for what else moves the output.")
+    elif math.isfinite(times):
+        says.append(f"The best curve without hysteresis is {number(times, 2)} times worse.")
+    if overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
+        says.append("Its inverse should not drive a machine as it is; the lights below say why.")
+    else:
+        says.append("Its inverse is in closed form and can drive the actuator, within the range of this log:")
+        says[-1] += f" {_range(fit, 'input')}, {_range(fit, 'output')}."
+    weak = [f"“{light.aspect}”" for light in found if light.grade is not Grade.GOOD]
+    if weak:
+        says.append(f"Before you rely on it, read below: {', '.join(weak)}.")
+    return tuple(says)
+
+
+def _range(fit: Fit, role: str) -> str:
+    signals = [rec.input if role == "input" else rec.output for rec in fit.recordings]
+    rec = fit.recordings[0]
+    name, unit = (rec.input_name, rec.input_unit) if role == "input" else (rec.output_name, rec.output_unit)
+    low, high = min(float(np.min(s)) for s in signals), max(float(np.max(s)) for s in signals)
+    return f"{name} {number(low)} to {with_unit(high, unit)}"

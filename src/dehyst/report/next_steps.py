@@ -1,0 +1,52 @@
+"""How to use the result: lines to copy, with the names of this log."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from dataclasses import dataclass
+
+from dehyst.identification.fit import Fit
+from dehyst.report.text import clean
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Something to type, and what it does."""
+
+    purpose: str
+    code: str
+
+
+def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lines, ...]:
+    """Return what to type next."""
+    rec = fit.recordings[0]
+    name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
+    file = shlex.quote(name)
+    x, y = shlex.quote(_one_line(rec.input_name)), shlex.quote(_one_line(rec.output_name))
+    x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
+    steps = [
+        Lines(
+            "The input that makes the actuator follow a reference",
+            f"dehyst compensate {file} reference.csv --output {y}",
+        ),
+        Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}"),
+        Lines(
+            "The same in Python, for whole signals and sample by sample in real time",
+            "import dehyst\n\n"
+            f"model = dehyst.load_model({name!r})\n"
+            f"y = model.simulate(x)              # x in {x_unit} -> y in {y_unit}\n"
+            "inverse = model.inverse()\n"
+            f"x = inverse.simulate(reference)    # reference in {y_unit} -> x in {x_unit}\n\n"
+            "step = inverse.stepper()           # state lives in the stepper\n"
+            "x_k = step(reference_k)",
+        ),
+    ]
+    if model_file is None:
+        keep = "Keep the model, in Python or with --save on the command line; this run was not told where"
+        steps.insert(0, Lines(keep, 'fit.model.save("model.json")'))
+    return tuple(steps)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(clean(text).split())

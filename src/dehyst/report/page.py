@@ -1,0 +1,132 @@
+"""Sections -> one self-contained HTML page."""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from dehyst import __version__
+from dehyst.errors import OutputError
+from dehyst.files import write_atomically
+from dehyst.identification.fit import Fit
+from dehyst.report.figures import Figure, all_figures
+from dehyst.report.judgement import in_words, lights, overall
+from dehyst.report.next_steps import next_steps
+from dehyst.report.svg import panel_svg, write_figure
+from dehyst.report.tables import key_figures, tables
+from dehyst.report.text import clean, short
+from dehyst.report.theme import FONT_STACK, variables
+
+TEMPLATES = ("page.html", "page.css")
+
+
+def write_report(
+    fit: Fit,
+    path: str | os.PathLike[str],
+    *,
+    figures: str | os.PathLike[str] | None = None,
+    model_file: str | os.PathLike[str] | None = None,
+) -> Path:
+    """Write the report of a fit: one HTML page that needs nothing else.
+
+    The page works offline, on a phone, in print, light and dark, without JavaScript. Nothing from a log can run in
+    it: names are escaped, and the page forbids scripts and every request.
+
+    Parameters
+    ----------
+    fit
+        Result of `dehyst.identify`.
+    path
+        File to write, for example ``"report.html"``.
+    figures
+        Folder for every figure as SVG and PNG; made if it does not exist.
+    model_file
+        Where the model was saved, for the lines to type next.
+
+    Returns
+    -------
+    path
+        The page.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written. An earlier file of that name stays as it was.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst, pathlib, tempfile
+    >>> x = 2 * np.sin(np.linspace(0, 20, 400)) * np.linspace(1, 0.3, 400)
+    >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi")
+    >>> page = write_report(fit, pathlib.Path(tempfile.mkdtemp()) / "report.html")
+    >>> page.read_text(encoding="utf-8")[:15]
+    '<!DOCTYPE html>'
+    """
+    drawn = all_figures(fit)
+    page = write_atomically(path, _render(fit, drawn, model_file))
+    if figures is not None:
+        folder = _folder(figures)
+        for number, figure in enumerate(drawn, start=1):
+            write_figure(figure, folder, number)
+    return page
+
+
+def _folder(figures: str | os.PathLike[str]) -> Path:
+    folder = Path(figures)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise OutputError(
+            f"cannot make the folder '{folder}' for the figures: {fault.strerror}. The report itself was written. "
+            f"Name a folder that exists or can be made.",
+            path=str(folder),
+        ) from None
+    return folder
+
+
+def _render(fit: Fit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
+    room = files("dehyst.report") / "templates"
+    # finalize: whatever a log calls itself passes through clean() and then through escaping; only mark-up of this
+    # module is exempt.
+    environment = jinja2.Environment(
+        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
+        autoescape=True,
+        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    first = fit.recordings[0]
+    found = lights(fit)
+    return environment.get_template("page.html").render(
+        title=_title(fit),
+        relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
+        fit=fit,
+        lights=found,
+        grade=overall(fit),
+        words=in_words(fit, found),
+        tiles=key_figures(fit),
+        figures=[
+            (figure, [(panel, Markup(panel_svg(panel, f"{figure.key}{k}"))) for k, panel in enumerate(figure.panels)])
+            for figure in drawn
+        ],
+        tables=tables(fit),
+        steps=next_steps(fit, model_file),
+        version=__version__,
+        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        light=Markup(variables(dark=False)),
+        dark=Markup(variables(dark=True)),
+        font=Markup(FONT_STACK),
+    )
+
+
+def _title(fit: Fit) -> str:
+    first = fit.recordings[0]
+    others = f" and {len(fit.recordings) - 1} more" if len(fit.recordings) > 1 else ""
+    return f"{short(first.name, 80)}{others}"

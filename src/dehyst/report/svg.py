@@ -1,0 +1,141 @@
+"""Panels -> SVG that lives inside the page, and figure files (SVG, PNG)."""
+
+from __future__ import annotations
+
+import io
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure as Canvas
+
+from dehyst.files import write_atomically
+from dehyst.report.figures.panel import Figure, Panel
+from dehyst.report.text import clean, short
+from dehyst.report.theme import INK, PAPER, TOKENS, settings, style
+
+# Size of a panel: two fit beside each other on a desk, one fills a phone with letters still readable. [inch]
+WIDTH, HEIGHT = 4.7, 3.55
+PNG_DPI = 200
+
+_SVG = "{http://www.w3.org/2000/svg}"
+_XLINK = "{http://www.w3.org/1999/xlink}"
+_VARIABLE = {token.light: f"var(--{token.name})" for token in TOKENS}
+_COLOUR = re.compile(r"#[0-9a-f]{6}")
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_NO_METADATA = {"Creator": None, "Date": None, "Format": None, "Type": None}
+
+
+def panel_svg(panel: Panel, prefix: str) -> str:
+    """Return one panel as an SVG element for the page.
+
+    Its colours are the page's CSS variables, its letters are the page's letters, its ids begin with `prefix`, and
+    it refers to nothing outside.
+    """
+    with settings(style() | {"svg.hashsalt": prefix}):
+        canvas = Canvas(figsize=(WIDTH, HEIGHT), layout="constrained")
+        FigureCanvasSVG(canvas)
+        panel.draw(canvas.add_subplot())
+        stream = io.StringIO()
+        canvas.savefig(stream, format="svg", metadata=_NO_METADATA)
+    root = ElementTree.fromstring(_body(stream.getvalue()))
+    _make_inline(root, prefix)
+    root.set("role", "img")
+    root.set("aria-label", clean(panel.alt))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
+    """Write a figure with all its panels as SVG and PNG; return the files."""
+    columns = min(2, len(figure.panels))
+    rows = -(-len(figure.panels) // columns)
+    stem = f"figure-{number}-{figure.key}"
+    with settings(style() | {"svg.hashsalt": stem, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}):
+        canvas = Canvas(figsize=(WIDTH * columns, HEIGHT * rows + 0.3), layout="constrained")
+        parts = canvas.subfigures(rows, columns, squeeze=False).ravel()
+        for part, panel in zip(parts, figure.panels, strict=False):
+            part.suptitle(short(panel.title, 60), x=0.02, ha="left", fontsize=10.5, fontweight="bold", color=INK.light)
+            panel.draw(part.add_subplot())
+        for part in parts:
+            part.set_facecolor("none")
+        picture = io.BytesIO()
+        FigureCanvasAgg(canvas)
+        canvas.savefig(picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(figure.title)})
+        drawing = io.StringIO()
+        FigureCanvasSVG(canvas)
+        canvas.savefig(drawing, format="svg", metadata=_NO_METADATA)
+    root = ElementTree.fromstring(_body(drawing.getvalue()))
+    _round_paths(root)
+    title = ElementTree.Element(f"{_SVG}title")
+    title.text = clean(figure.title)
+    root.insert(0, title)
+    ElementTree.register_namespace("", _SVG[1:-1])
+    ElementTree.register_namespace("xlink", _XLINK[1:-1])
+    text = '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return [
+        write_atomically(folder / f"{stem}.svg", text),
+        write_atomically(folder / f"{stem}.png", picture.getvalue()),
+    ]
+
+
+def _body(document: str) -> str:
+    """Drop the document type, which names an address."""
+    return document[document.index("<svg") :]
+
+
+def _make_inline(root: ElementTree.Element, prefix: str) -> None:
+    """Turn a document into an element of the page: own ids, CSS colours, no namespaces, no style sheet."""
+    _round_paths(root)
+    used = _referenced(root)
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if child.tag in (f"{_SVG}style", f"{_SVG}metadata"):
+                parent.remove(child)
+    for element in root.iter():
+        element.tag = element.tag.removeprefix(_SVG)
+        attributes = dict(element.attrib)
+        element.attrib.clear()
+        for name, value in attributes.items():
+            if name == "id":
+                if value in used:
+                    element.set("id", f"{prefix}-{value}")
+            elif name == f"{_XLINK}href":
+                element.set("href", f"#{prefix}-{value[1:]}")
+            elif name in ("style", "clip-path"):
+                element.set(name, _styled(value, prefix, element.tag))
+            elif not name.startswith("{"):
+                element.set(name, value)
+    for name in ("width", "height", "version"):
+        root.attrib.pop(name, None)
+    root.set("class", "plot")
+
+
+def _referenced(root: ElementTree.Element) -> set[str]:
+    used: set[str] = set()
+    for element in root.iter():
+        for name, value in element.attrib.items():
+            if name == f"{_XLINK}href":
+                used.add(value[1:])
+            elif name in ("style", "clip-path"):
+                used.update(re.findall(r"url\(#([^)]+)\)", value))
+    return used
+
+
+def _styled(value: str, prefix: str, tag: str) -> str:
+    value = value.replace("url(#", f"url(#{prefix}-")
+    value = _COLOUR.sub(lambda found: _VARIABLE.get(found.group(), found.group()), value)
+    if tag == "text":  # "font: 9px 'DejaVu Sans'": keep the size, take the page's family
+        value = re.sub(r"font:\s*((?:bold|700)\s+)?([\d.]+px)[^;]*", r"font-size: \2", value)
+    return value
+
+
+def _round_paths(root: ElementTree.Element) -> None:
+    """Write coordinates with two decimals, a hundredth of a point."""
+    for element in root.iter():
+        for name in ("d", "x", "y"):
+            value = element.get(name)
+            if value is not None:
+                shorter = _LONG_NUMBER.sub(lambda found: f"{float(found.group()):.2f}", value)
+                element.set(name, " ".join(shorter.split()) if name == "d" else shorter)

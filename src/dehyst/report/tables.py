@@ -1,0 +1,213 @@
+"""Tables of the report: rows of words, no mark-up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dehyst.identification.fit import Fit, Score
+from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
+from dehyst.report.replay import play_core
+from dehyst.report.text import count, number, plain, with_unit
+
+# Rows of a parameter table; a model of 10 000 operators belongs in its file, not on a page.
+MAXIMUM_ROWS = 400
+
+Rows = tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a heading; the first cell of each row names it.
+
+    Attributes
+    ----------
+    title
+        Heading.
+    head
+        Column names, () for pairs of name and value.
+    rows
+        Cells.
+    note
+        Sentence below the table, or "".
+    folded
+        Whether it starts closed.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: Rows
+    note: str = ""
+    folded: bool = False
+
+
+def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
+    """Return the figures of the first screen: name, value, unit, remark."""
+    unit, out = fit.recordings[0].input_unit, fit.recordings[0].output_unit
+    slope = f"{unit}/{out}" if unit and out else ""
+    score = fit.train if fit.test is None else fit.test
+    static = fit.static_train if fit.static_test is None or fit.test is None else fit.static_test
+    tiles = [
+        ("Train RMSE", number(fit.train.rmse_percent), "%", f"{with_unit(fit.train.rmse, out)}, fitted"),
+        ("Largest error", number(score.max), out, "fitted" if fit.test is None else "held out"),
+        ("Without hysteresis", number(static.rmse_percent), "%", "RMSE of the best curve"),
+        ("Inverse gain", number(fit.certificate.inverse_gain), slope, "largest slope"),
+        ("Round trip error", number(fit.certificate.round_trip_error, 2), "", "of the range"),
+        ("Weights", str(fit.certificate.nonzero_weights), "", f"of {fit.certificate.operators} operators"),
+        ("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
+    ]
+    test = ("Test RMSE", "–", "", "nothing was held out")
+    if fit.test is not None:
+        test = ("Test RMSE", number(fit.test.rmse_percent), "%", f"{with_unit(fit.test.rmse, out)}, held out")
+    tiles.insert(0, test)
+    return tuple(tiles)
+
+
+def tables(fit: Fit) -> tuple[Table, ...]:
+    """Return the tables of the page, in order."""
+    return (
+        _scores(fit),
+        _certificate(fit),
+        _facts(fit),
+        _settings(fit),
+        *(_source(recording.name, recording.provenance, len(recording)) for recording in fit.recordings[:20]),
+        *_parameters(fit),
+    )
+
+
+def _scores(fit: Fit) -> Table:
+    unit = fit.recordings[0].output_unit
+    rows = [
+        _score_row("Model, fitted part", fit.train, unit),
+        _score_row("Model, held-out part", fit.test, unit),
+        _score_row("Curve, fitted part", fit.static_train, unit),
+        _score_row("Curve, held-out part", fit.static_test, unit),
+    ]
+    return Table(
+        "Scores",
+        ("", "RMSE", "% of range", "NRMSE", "largest"),
+        tuple(row for row in rows if row),
+        "NRMSE is the RMSE over the standard deviation of the output: 1 is what a constant reaches. "
+        "The curve is the best one without hysteresis.",
+    )
+
+
+def _score_row(name: str, score: Score | None, unit: str) -> tuple[str, ...]:
+    if score is None:
+        return ()
+    rmse, largest = with_unit(score.rmse, unit), with_unit(score.max, unit)
+    return (name, rmse, number(score.rmse_percent), number(score.nrmse), largest)
+
+
+def _certificate(fit: Fit) -> Table:
+    c = fit.certificate
+    unit, out = fit.recordings[0].input_unit, fit.recordings[0].output_unit
+    gain_unit = f"{unit}/{out}" if unit and out else ""
+    missing = ", ".join(number(r) for r in c.undetermined[:12]) + (", …" if len(c.undetermined) > 12 else "")
+    return Table(
+        "Certificate",
+        (),
+        (
+            ("KKT residual of the optimisation", number(c.kkt_residual, 2)),
+            ("Round trip error, of the range", number(c.round_trip_error, 2)),
+            ("Largest slope of the inverse", with_unit(c.inverse_gain, gain_unit)),
+            ("Operators with weight", f"{c.nonzero_weights} of {c.operators}"),
+            ("Thresholds the data did not determine", f"{missing} {unit}".strip() if c.undetermined else "none"),
+            ("Memory before the first sample", c.initial_state),
+        ),
+        "The residual: how exactly the optimum was reached. The round trip: how exactly the inverse undoes the model.",
+    )
+
+
+def _facts(fit: Fit) -> Table:
+    f = fit.facts
+    rate = "not known"
+    if f.rate_dependence_percent is not None:
+        rate = f"{number(f.rate_dependence_percent)} % of range"
+    return Table(
+        "What the data shows by itself",
+        (),
+        (
+            ("Direction of the loops", f.orientation),
+            ("Trend", "output rises with the input" if f.trend > 0 else "output falls with the input"),
+            ("Complete loops", str(f.loops)),
+            ("Mean width of the loop", f"{number(f.width_percent)} % of range"),
+            ("Rate dependence", rate),
+            ("Drift from the first to the last loop", f"{number(f.drift_percent)} % of range"),
+        ),
+    )
+
+
+def _settings(fit: Fit) -> Table:
+    rows = [("family of the result", fit.family), *((str(k), plain(v)) for k, v in _flat(fit.settings))]
+    return Table("Settings of the identification", (), tuple(rows))
+
+
+def _source(name: str, provenance: Mapping[str, Any], samples: int) -> Table:
+    rows = [("samples used", str(samples)), *((str(k), plain(v)) for k, v in _flat(provenance))]
+    return Table(f"Where the data came from: {name}", (), tuple(rows))
+
+
+def _flat(mapping: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """Pairs of a mapping with nested mappings opened: {"a": {"b": 1}} -> ("a, b", 1)."""
+    pairs: list[tuple[str, Any]] = []
+    for key, value in mapping.items():
+        name = f"{prefix}{key}".replace("_", " ")
+        if isinstance(value, Mapping):
+            pairs.extend(_flat(value, f"{name}, "))
+        else:
+            pairs.append((name, str(value) if isinstance(value, Path) else value))
+    return pairs
+
+
+def _parameters(fit: Fit) -> tuple[Table, ...]:
+    model = fit.model
+    core = play_core(model)
+    found: list[Table] = []
+    if isinstance(model, StopOperatorModel):
+        head = ("", "threshold r", "stop weight s", "memory z")
+        found.append(
+            _operators(
+                model.thresholds,
+                model.stop_weights,
+                model.state,
+                head,
+                f"slope k = {model.slope:.9g}, centre c = {model.center:.9g}, offset = {model.offset:.9g}",
+            )
+        )
+    elif core is not None:
+        found.append(_play_table(core))
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        found.extend(
+            _map_table(title, mapping)
+            for title, mapping in (("output map S", model.after), ("input map", model.before))
+            if mapping is not None
+        )
+    return tuple(found)
+
+
+def _play_table(core: PrandtlIshlinskii) -> Table:
+    head = ("", "threshold r", "weight w", "memory z")
+    return _operators(
+        core.thresholds, core.weights, core.state, head, f"centre c = {core.center:.9g}, offset = {core.offset:.9g}"
+    )
+
+
+def _operators(r: Any, w: Any, z: Any, head: tuple[str, ...], scalars: str) -> Table:
+    rows = tuple(
+        (str(i + 1), f"{r[i]:.9g}", f"{w[i]:.9g}", "0" if z is None else f"{z[i]:.9g}")
+        for i in range(min(len(r), MAXIMUM_ROWS))
+    )
+    more = (
+        f" The first {MAXIMUM_ROWS} of {len(r)} operators; all are in the model file." if len(r) > MAXIMUM_ROWS else ""
+    )
+    return Table(f"Parameters: {count(len(r), 'operator')}", head, rows, f"{scalars}.{more}", folded=True)
+
+
+def _map_table(title: str, mapping: MonotoneMap) -> Table:
+    rows = tuple(
+        (str(i + 1), f"{u:.9g}", f"{v:.9g}") for i, (u, v) in enumerate(zip(mapping.u, mapping.v, strict=True))
+    )
+    return Table(f"Parameters: {title}", ("", "u", "v"), rows[:MAXIMUM_ROWS], folded=True)

@@ -1,0 +1,129 @@
+"""Words and numbers as they are printed: safe, short, with their units."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from typing import Any
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+ELLIPSIS = "…"
+NARROW_SPACE = "\u202f"
+
+
+def clean(text: object) -> str:
+    """Return text without characters that no page or SVG may hold.
+
+    Control characters are illegal in XML; lone surrogates cannot be encoded; bidirectional overrides would
+    reorder the words around a name.
+
+    Examples
+    --------
+    >>> clean("a\\x00b\\u202ec")
+    'a�bc'
+    """
+    kept = []
+    for character in str(text):
+        category = unicodedata.category(character)
+        if category in ("Cc", "Cs", "Cn"):
+            kept.append(character if character in "\n\t" else "�")
+        elif category != "Cf" or character in "\u00ad\u200c\u200d":
+            kept.append(character)
+    return "".join(kept)
+
+
+def short(text: object, length: int = 42) -> str:
+    """Return text on one line, its middle left out if it is longer than `length`.
+
+    Examples
+    --------
+    >>> short("a_very_long_column_name [bar]", 16)
+    'a_very_…me [bar]'
+    """
+    line = " ".join(clean(text).split())
+    if len(line) <= length:
+        return line
+    head = (length - 1) // 2
+    return line[:head] + ELLIPSIS + line[head + 1 - length :]
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Return a number with `digits` significant digits, a real minus and powers of ten.
+
+    Examples
+    --------
+    >>> number(0.123456), number(-1234.5), number(3.2e-16), number(None)
+    ('0.123', '−1230', '3.2 × 10⁻¹⁶', '–')
+    """
+    if value is None:
+        return "–"
+    value = float(value)
+    if math.isnan(value):
+        return "not a number"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if value == 0.0:
+        return "0"
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
+    if -4 <= exponent <= 6:
+        decimals = max(0, digits - 1 - exponent)
+        rounded = round(value, digits - 1 - exponent)
+        text = f"{rounded:,.{decimals}f}".replace(",", NARROW_SPACE if exponent >= 4 else "")
+        return text.replace("-", "−")
+    mantissa = f"{value / 10.0**exponent:.{digits - 1}f}".rstrip("0").rstrip(".")
+    return f"{mantissa} × {power_of_ten(exponent)}".replace("-", "−")
+
+
+def power_of_ten(exponent: int) -> str:
+    """Return a power of ten.
+
+    Examples
+    --------
+    >>> power_of_ten(-4)
+    '10⁻⁴'
+    """
+    return f"10{str(exponent).translate(_SUPERSCRIPT)}"
+
+
+def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
+    """Return a number and its unit, separated by a space that does not break.
+
+    Examples
+    --------
+    >>> with_unit(1.5, "bar").replace("\\xa0", " "), with_unit(2.0, "")
+    ('1.50 bar', '2.00')
+    """
+    return f"{number(value, digits)}\u00a0{unit}" if unit and value is not None else number(value, digits)
+
+
+def plain(value: Any) -> str:
+    """Return a setting or provenance value in words.
+
+    Examples
+    --------
+    >>> plain(True), plain(None), plain([1, 2.5]), plain({"n": 3})
+    ('yes', '–', '1, 2.5', 'n: 3')
+    """
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}".replace("-", "−")
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {plain(item)}" for key, item in value.items())
+    if isinstance(value, (list, tuple)):
+        shown = ", ".join(plain(item) for item in value[:12])
+        return f"{shown}, {ELLIPSIS} ({len(value)} values)" if len(value) > 12 else shown or "none"
+    return str(value)
+
+
+def count(n: int, noun: str) -> str:
+    """Return a number of things.
+
+    Examples
+    --------
+    >>> count(1, "loop"), count(3, "loop")
+    ('1 loop', '3 loops')
+    """
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"

@@ -1,0 +1,182 @@
+"""Fewer points for the same picture: long logs as small figures, extremes and turning points kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.loops import turning_points
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Cells = npt.NDArray[np.float64]
+
+# A path with more points than this is thinned; a path that would still need more becomes an area.
+LIMIT = 5000
+# Cells across a panel in each direction: about half a point of a printed panel, below what the eye separates.
+ACROSS, UP = 640, 440
+# Cell sizes for thinning a path, from half a point to one and a half: a straight line joins what is kept.
+CELLS = (1.0, 2.0, 3.0)
+# Cells that may be filled while drawing an area; beyond it the samples are drawn without the lines between them.
+WORK = 30_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """Range of a panel in data units."""
+
+    x_low: float
+    x_high: float
+    y_low: float
+    y_high: float
+
+    @classmethod
+    def around(cls, *pairs: tuple[Array, Array], margin: float = 0.04) -> Window:
+        """Window that holds all pairs of (x, y), with a margin; never of zero size."""
+        x_low, x_high = _bounds([x for x, _ in pairs], margin)
+        y_low, y_high = _bounds([y for _, y in pairs], margin)
+        return cls(x_low, x_high, y_low, y_high)
+
+    def cells(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Coordinates in cells, (T,) each, NaN where a value is NaN."""
+        return (
+            (x - self.x_low) * (ACROSS / (self.x_high - self.x_low)),
+            (y - self.y_low) * (UP / (self.y_high - self.y_low)),
+        )
+
+
+def _bounds(arrays: list[Array], margin: float) -> tuple[float, float]:
+    low = min((float(np.nanmin(a)) for a in arrays if a.size and not np.isnan(a).all()), default=0.0)
+    high = max((float(np.nanmax(a)) for a in arrays if a.size and not np.isnan(a).all()), default=1.0)
+    span = high - low
+    if span <= 1e-12 * max(abs(low), abs(high)) or span == 0.0:
+        span = max(abs(high), 1.0) * 0.1
+    return low - margin * span, high + margin * span
+
+
+def interrupted(values: Array, breaks: tuple[int, ...], mask: npt.NDArray[np.bool_] | None = None) -> Array:
+    """Return values with a NaN put in before each break and NaN where the mask is False.
+
+    Lines are interrupted at NaN; the length is (T + number of breaks,).
+
+    Examples
+    --------
+    >>> interrupted(np.array([1.0, 2.0, 3.0]), (2,), np.array([False, True, True])).tolist()
+    [nan, 2.0, nan, 3.0]
+    """
+    shown = values if mask is None else np.where(mask, values, np.nan)
+    return np.insert(shown, list(breaks), np.nan) if breaks else shown
+
+
+def thin_path(x: Array, y: Array, window: Window) -> tuple[Array, Array] | None:
+    """Return a path of at most about `LIMIT` points that looks the same, or None if there is none.
+
+    A sample is dropped if it lies in the same cell as its predecessor; so no dropped sample is farther than the
+    diagonal of a cell from a kept one. The smallest of `CELLS` that suffices is taken.
+    First, last and turning points stay.
+
+    Parameters
+    ----------
+    x, y
+        Samples in time order, (T,); NaN interrupts.
+    window
+        Range of the panel.
+    """
+    if x.size <= LIMIT:
+        return x, y
+    u, v = window.cells(x, y)
+    gap = np.isnan(u) | np.isnan(v)
+    for cell in CELLS:
+        new = _entered(np.rint(u / cell), np.rint(v / cell), gap)
+        if int(np.count_nonzero(new)) <= LIMIT:
+            break
+    else:
+        return None
+    good = np.flatnonzero(~gap)
+    if good.size:
+        new[good[turning_points(x[good])]] = True
+        new[good[turning_points(y[good])]] = True
+    return x[new], y[new]
+
+
+def _entered(column: Array, row: Array, gap: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Which samples lie in another cell than the one before; one of each run of interruptions."""
+    new = np.ones(column.size, dtype=np.bool_)
+    new[1:] = (column[1:] != column[:-1]) | (row[1:] != row[:-1])
+    new[1:] &= ~(gap[1:] & gap[:-1])
+    return new
+
+
+def occupancy(x: Array, y: Array, window: Window) -> tuple[Array, Array, Cells]:
+    """Return which cells of the panel a path visits: what a very long log looks like.
+
+    Returns
+    -------
+    columns, rows : (m,), (k,)
+        Cell centres in data units.
+    visited : (k, m)
+        1 where the path passes, smoothed over neighbours; its level 0.5 outlines the visited area.
+    """
+    u, v = window.cells(x, y)
+    u, v = _filled_in(u, v)
+    good = ~(np.isnan(u) | np.isnan(v))
+    column = np.clip(np.rint(u[good]), 1, ACROSS - 1).astype(np.int64)
+    row = np.clip(np.rint(v[good]), 1, UP - 1).astype(np.int64)
+    visited = np.zeros((UP + 1, ACROSS + 1))
+    visited[row, column] = 1.0
+    spread = visited.copy()
+    for axis in (0, 1):  # a cell counts when it or a neighbour is visited: closes pinholes between lines
+        spread = np.maximum(spread, 0.6 * np.maximum(np.roll(visited, 1, axis), np.roll(visited, -1, axis)))
+    columns = np.linspace(window.x_low, window.x_high, ACROSS + 1)
+    rows = np.linspace(window.y_low, window.y_high, UP + 1)
+    return columns, rows, spread
+
+
+def _filled_in(u: Array, v: Array) -> tuple[Array, Array]:
+    """Add points between samples that are more than a cell apart, unless that would be too many."""
+    step = np.maximum(np.abs(np.diff(u)), np.abs(np.diff(v)))
+    parts = np.where(np.isfinite(step), np.clip(np.ceil(step), 1, ACROSS + UP), 1).astype(np.int64)
+    if int(parts.sum()) > WORK:
+        return u, v
+    start = np.repeat(np.arange(parts.size), parts)
+    first = np.cumsum(parts) - parts
+    share = (np.arange(start.size) - first[start]) / parts[start]
+    return (
+        np.append(u[start] + share * (u[start + 1] - u[start]), u[-1:]),
+        np.append(v[start] + share * (v[start + 1] - v[start]), v[-1:]),
+    )
+
+
+def thin_series(y: Array, limit: int = LIMIT) -> Index:
+    """Return indices that keep the smallest and largest value of every stretch of a series.
+
+    Parameters
+    ----------
+    y
+        Values over a rising abscissa, (T,); NaN interrupts, one interruption a stretch is kept.
+    limit
+        Number of indices aimed at.
+
+    Examples
+    --------
+    >>> y = np.zeros(10_000); y[1234] = 5.0
+    >>> kept = thin_series(y, 100)
+    >>> len(kept) <= 150, 1234 in kept
+    (True, True)
+    """
+    if y.size <= limit:
+        return np.arange(y.size)
+    width = -(-y.size // max(1, limit // 2))
+    stretches = -(-y.size // width)
+    padded = np.full(stretches * width, np.nan)
+    padded[: y.size] = y
+    table = padded.reshape(stretches, width)
+    gap = np.isnan(table)
+    start = np.arange(stretches) * width
+    low = start + np.where(gap, np.inf, table).argmin(axis=1)
+    high = start + np.where(gap, -np.inf, table).argmax(axis=1)
+    interruption = (start + gap.argmax(axis=1))[gap.any(axis=1)]
+    kept = np.unique(np.concatenate([[0], low, high, interruption, [y.size - 1]]))
+    return kept[kept < y.size]
