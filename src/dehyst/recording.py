@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -124,7 +125,7 @@ class Recording:
                 samples=self.input.size,
             )
         edges = (0, *self.breaks, self.input.size)
-        if any(b <= a for a, b in zip(edges, edges[1:], strict=False)):
+        if any(b <= a for a, b in itertools.pairwise(edges)):
             raise RecordingError(
                 f"breaks of recording '{self.name}' must increase strictly and lie between 1 and "
                 f"{self.input.size - 1}, got {self.breaks}.",
@@ -170,7 +171,7 @@ class Recording:
     def pieces(self) -> tuple[slice, ...]:
         """Index ranges between breaks; within each the memory is continuous."""
         edges = (0, *self.breaks, len(self))
-        return tuple(slice(a, b) for a, b in zip(edges, edges[1:], strict=False))
+        return tuple(slice(a, b) for a, b in itertools.pairwise(edges))
 
     def with_findings(self, *more: Finding) -> Recording:
         """Return the same recording with further findings."""

@@ -68,9 +68,7 @@ def run_identify(request: IdentifyRequest) -> None:
 
 def _read(request: IdentifyRequest) -> list[Recording]:
     return [
-        read_log(
-            log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop
-        )
+        read_log(log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop)
         for log in request.logs
         for run in (request.runs or (None,))
     ]

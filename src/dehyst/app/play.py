@@ -83,7 +83,7 @@ def _in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]
         ]
     values = convert(signal.values, signal.unit, card.unit)
     return values, [
-        Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to the model's {card.unit}.")
+        Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to {card.unit}.")
     ]
 
 
@@ -99,8 +99,8 @@ def _outside(values: Array, card: SignalCard, role: str, consequence: str) -> li
         Finding(
             "outside-range",
             f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {outside} of {values.size} "
-            f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify on a log "
-            f"that covers it.",
+            f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify "
+            f"on a log that covers it.",
         )
     ]
 
@@ -115,8 +115,8 @@ def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
         Finding(
             "round-trip",
             f"the model's answer to the computed input differs from the reference by up to {float(np.max(error)):.3g} "
-            f"({100 * float(np.max(error)) / span:.2g} % of its range): the inverse loses digits here. Raise --eps when "
-            f"identifying.",
+            f"({100 * float(np.max(error)) / span:.2g} % of its range): the inverse loses digits here. Raise "
+            f"--eps when identifying.",
         )
     ]
 

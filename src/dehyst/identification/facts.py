@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +51,7 @@ def orientation(data: DataSet) -> Orientation:
         # The first branch may be a virgin curve, which lies inside the loop.
         first = int(points[1]) if points.size > 3 else 0
         direction = np.zeros(x.size, dtype=np.int64)
-        for begin, end in zip(points[:-1], points[1:], strict=True):
+        for begin, end in itertools.pairwise(points):
             direction[begin:end] = 0 if x[end] > x[begin] else 1
         cell = np.digitize(x, edges) - 1
         keep = (cell >= 0) & (cell < BINS) & (np.arange(x.size) >= first)

@@ -142,9 +142,7 @@ def _stop_estimate(solution: Solution) -> Estimate:
     return Estimate("stop", float(solution.free[0]), weights, None, s, slope, solution.kkt_residual)
 
 
-def _fit_modified(
-    system: Array, operators: int, eps: float, knots: Array, regularisation: Regularisation
-) -> Estimate:
+def _fit_modified(system: Array, operators: int, eps: float, knots: Array, regularisation: Regularisation) -> Estimate:
     """minimise |c + H w - T(y)|^2 + smoothing + ridge, T's mean slope 1.
 
     The residual stands in the operator's output, where it is linear in all unknowns: a quadratic program.

@@ -89,7 +89,9 @@ def _about_data(
     family: str,
 ) -> Iterator[Finding]:
     if loop.orientation == "clockwise":
-        cure = "" if family in ("stop", "pi-cumulative") else " Identify with --family stop, or let --family auto choose."
+        cure = (
+            "" if family in ("stop", "pi-cumulative") else " Identify with --family stop, or let --family auto choose."
+        )
         yield Finding(
             "clockwise",
             f"the loop runs clockwise ({loop.width_percent:.0f} % of the output's range wide): the output leads the "
@@ -218,7 +220,9 @@ def verdict(
     judged = test if test is not None else train
     where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
     codes = {finding.code for finding in findings}
-    serious = sorted(codes & {"rate-dependent", "drift", "mixed-loop", "few-loops", "extrapolation", "high-inverse-gain"})
+    serious = sorted(
+        codes & {"rate-dependent", "drift", "mixed-loop", "few-loops", "extrapolation", "high-inverse-gain"}
+    )
     if judged.rmse_percent > POOR_PERCENT or "static-as-good" in codes:
         grade = "do not compensate with it"
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:

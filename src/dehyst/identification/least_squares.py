@@ -40,8 +40,7 @@ class Solution:
 
 def triangle(rows: Array) -> Array:
     """Triangular factor R (m, m) of rows (T, m): the same least-squares problem in m equations."""
-    factor: Array = np.linalg.qr(rows, mode="r")
-    return factor
+    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=np.float64)
 
 
 def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
@@ -106,8 +105,7 @@ def _polish(inner: Array, target: Array, v: Array) -> Array:
 def _back_substitute(r: Array, b: Array) -> Array:
     if b.size == 0:
         return b
-    solution: Array = np.linalg.lstsq(r, b, rcond=None)[0]
-    return solution
+    return np.asarray(np.linalg.lstsq(r, b, rcond=None)[0], dtype=np.float64)
 
 
 def _kkt_residual(inner: Array, target: Array, w: Array, lower: Array) -> float:

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst import __version__
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import FAMILIES, Estimate, fit_family
-from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts
+from dehyst.identification.fit import Candidate, Certificate, Fit
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.identification.regressors import Bank, make_bank, reduce, training_rows
 from dehyst.identification.scores import masks, predictions, round_trip, score
@@ -214,9 +215,7 @@ def _check_settings(
     return given
 
 
-def _choose(
-    problem: _Problem, families: Sequence[str], starts: Sequence[str]
-) -> tuple[Choice, tuple[Candidate, ...]]:
+def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -> tuple[Choice, tuple[Candidate, ...]]:
     choices = list(possible_choices(families, starts))
     if len(choices) == 1:
         return choices[0], ()
@@ -316,8 +315,6 @@ def _card(
     first = records[0]
     low_in, high_in = min(float(r.input.min()) for r in records), max(float(r.input.max()) for r in records)
     low_out, high_out = min(float(r.output.min()) for r in records), max(float(r.output.max()) for r in records)
-    from dehyst import __version__
-
     provenance = {
         "logs": [dict(record.provenance) | {"name": record.name, "samples": len(record)} for record in records],
         "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),

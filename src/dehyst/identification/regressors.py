@@ -81,9 +81,7 @@ def _states(data: DataSet, thresholds: Array, initial_state: str) -> tuple[Array
 
 def training_rows(data: DataSet, initial_state: str) -> tuple[Rows, ...]:
     """Indices of the training samples of each piece whose memory is known."""
-    return tuple(
-        np.flatnonzero(piece.train & piece.usable(initial_state)).astype(np.int64) for piece in data.pieces
-    )
+    return tuple(np.flatnonzero(piece.train & piece.usable(initial_state)).astype(np.int64) for piece in data.pieces)
 
 
 def plays_at(data: DataSet, bank: Bank, rows: tuple[Rows, ...]) -> tuple[Array, Array]:

@@ -29,9 +29,7 @@ def masks(
     return tuple(train), tuple(test)
 
 
-def predictions(
-    records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel
-) -> tuple[Array, ...]:
+def predictions(records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel) -> tuple[Array, ...]:
     """Output of the model for each recording, every piece starting from its own memory."""
     outputs = [np.empty(len(record)) for record in records]
     thresholds = _thresholds(model)

@@ -95,9 +95,7 @@ def compare(
             continue
         plays, y = plays_at(data, bank, rows)
         folds = _Folds(plays, y)
-        results += [
-            (choice, folds.errors(choice, bank, eps)) for choice in listed if choice.initial_state == start
-        ]
+        results += [(choice, folds.errors(choice, bank, eps)) for choice in listed if choice.initial_state == start]
     return results
 
 

@@ -38,7 +38,5 @@ def fit_static(data: DataSet, rows: tuple[Rows, ...], card: ModelCard) -> Static
     smooth[rows_index, 2 + rows_index] = SMOOTHING * samples
     solution = solve_bounded(np.vstack([factor, smooth]), 1, np.full(PIECES, SMALLEST_SLOPE))
     y = solution.free[0] + np.concatenate([[0.0], np.cumsum(solution.bounded * np.diff(knots))])
-    curve = MonotoneMap(
-        data.center + data.half_range * knots, data.level + data.trend * data.amplitude * y
-    )
+    curve = MonotoneMap(data.center + data.half_range * knots, data.level + data.trend * data.amplitude * y)
     return StaticCurve(curve, card)

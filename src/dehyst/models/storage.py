@@ -217,7 +217,7 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
         parameters are not those of a model.
     """
     if not isinstance(content, dict) or content.get("format") != "dehyst-model":
-        raise _refuse(path, "is not a dehyst model: it lacks \"format\": \"dehyst-model\".")
+        raise _refuse(path, 'is not a dehyst model: it lacks "format": "dehyst-model".')
     if type(content.get("schema")) is not int or content["schema"] != SCHEMA:
         raise _refuse(
             path,
@@ -243,9 +243,7 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
         provenance = content["provenance"]
         if not isinstance(provenance, dict):
             raise ParameterError("provenance is not an object.")
-        card = ModelCard(
-            _read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance
-        )
+        card = ModelCard(_read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance)
     except (KeyError, TypeError, AttributeError) as fault:
         raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault!s:.200}).") from None
     except (ParameterError, OverflowError) as fault:
