@@ -279,7 +279,7 @@ def _certify(
         initial_state=choice.initial_state,
     )
     loop_facts, findings = judge.examine(
-        records, data, loop, outputs, curves, train_masks, test_masks, certificate, choice.family, candidates
+        records, data, loop, outputs, curves, train_masks, test_masks, certificate, choice.family
     )
     verdict = judge.verdict(choice.family, train, test, static_test or static_train, certificate, findings)
     card = _card(records, settings, choice, train, test, verdict)

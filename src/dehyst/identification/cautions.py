@@ -1,0 +1,155 @@
+"""Warnings about data and fit, each with its numbers and a cure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.findings import Finding
+from dehyst.identification.data import DataSet
+from dehyst.identification.fit import Certificate, LoopFacts
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+# A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
+RATE_SHARE = 0.15
+# ... and is no smaller than this share of the output's range.
+RATE_SIZE = 0.005
+DRIFT_SIZE = 0.02
+DRIFT_CERTAINTY = 3.0
+BEYOND = 0.02
+HIGH_GAIN = 20.0
+POOR_PERCENT = 10.0
+STATIC_AS_GOOD = 0.95
+
+
+def about_data(
+    records: tuple[Recording, ...],
+    data: DataSet,
+    loop: LoopFacts,
+    rate_share: float,
+    rate_size: float | None,
+    change: float,
+    doubt: float,
+    family: str,
+) -> Iterator[Finding]:
+    if loop.orientation == "clockwise":
+        cure = "" if family in ("stop", "pi-cumulative") else " Identify with --family stop or auto."
+        yield Finding(
+            "clockwise",
+            f"the loop runs clockwise ({loop.width_percent:.0f} % of the output's range wide): the output leads the "
+            f"input, as force against displacement does. A Prandtl-Ishlinskii model with non-negative weights lags and "
+            f"cannot show it; the stop form can. If this is an actuator's response, check that input and output are "
+            f"not swapped.{cure}",
+        )
+    if loop.orientation == "mixed":
+        yield Finding(
+            "mixed-loop",
+            "the loop runs clockwise over one part of the input and counter-clockwise over another. No "
+            "Prandtl-Ishlinskii model does that; look at the loop in the report, and for a second moving part, a "
+            "lagging sensor, or swapped columns.",
+        )
+    if rate_size is not None and rate_share >= RATE_SHARE and rate_size >= 100.0 * RATE_SIZE:
+        yield Finding(
+            "rate-dependent",
+            f"the rate of the input explains {100 * rate_share:.0f} % of the remaining error ({rate_size:.1f} % of the "
+            f"output's range): the loop depends on speed (damping, creep, or a lagging sensor), which a "
+            f"rate-independent model cannot follow. Identify at the speed of use, log more slowly, or align the sensors' delays.",
+        )
+    if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
+        yield Finding(
+            "drift",
+            f"the output drifts by {abs(loop.drift_percent):.1f} % of its range from the first to the last cycle at "
+            f"the same input: creep, warming or leakage. The model is an average over it. Warm up before logging, or "
+            f"leave out the first cycles (--from).",
+        )
+    known = {finding.code for record in records for finding in record.findings}
+    if loop.loops < 2 and "few-loops" not in known:
+        yield Finding(
+            "few-loops",
+            f"the training part holds {loop.loops} complete loop{'' if loop.loops == 1 else 's'}: one loop cannot tell "
+            f"hysteresis from drift or noise. Log at least three, of different size, or fit a larger part "
+            f"(--train-fraction).",
+        )
+    masked = sum(int(piece.known) for piece in data.pieces if piece.after_break)
+    if masked:
+        yield Finding(
+            "unknown-memory",
+            f"{masked} samples after gaps do not count: until both extremes were visited again, the output depends on "
+            f"what happened within the gap. Log without gaps, or begin each piece with a full loop.",
+        )
+
+
+def about_fit(
+    records: tuple[Recording, ...],
+    data: DataSet,
+    outputs: tuple[Array, ...],
+    curves: tuple[Array, ...],
+    train_masks: tuple[Mask, ...],
+    test_masks: tuple[Mask, ...],
+    certificate: Certificate,
+) -> Iterator[Finding]:
+    first = records[0]
+    if certificate.undetermined:
+        unit = f" {first.input_unit}" if first.input_unit else ""
+        yield Finding(
+            "undetermined-operators",
+            f"{len(certificate.undetermined)} of {certificate.operators} operators never moved in the training part "
+            f"(thresholds from {certificate.undetermined[0]:.4g}{unit} on): their weights are unknown and left zero. "
+            f"Sweep the input further than that, or give fewer thresholds.",
+        )
+    beyond = _beyond_training(records, test_masks, data)
+    if beyond > BEYOND:
+        yield Finding(
+            "extrapolation",
+            f"the held-out input leaves the range that was fitted by {100 * beyond:.0f} %: the test measures "
+            f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
+        )
+    scored = test_masks if any(mask.any() for mask in test_masks) else train_masks
+    error, bar = _rms(records, outputs, scored), _rms(records, curves, scored)
+    if error > STATIC_AS_GOOD * bar:
+        yield Finding(
+            "static-as-good",
+            f"a curve without hysteresis is as good: it misses by {100 * bar / data.output_range:.2f} % of range, the "
+            f"model by {100 * error / data.output_range:.2f} %. Either there is no hysteresis at this scale, or the "
+            f"loop is of a kind this model cannot show. Use the curve, or look at the loop in the report.",
+        )
+    gain = certificate.inverse_gain * data.amplitude / data.half_range
+    if gain > HIGH_GAIN:
+        yield Finding(
+            "high-inverse-gain",
+            f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
+            f"ratio of the ranges): noise on its input becomes steps of its output. Raise --eps to the slope you "
+            f"can accept, at some cost in accuracy.",
+        )
+    percent = 100.0 * error / data.output_range
+    if percent > POOR_PERCENT:
+        yield Finding(
+            "poor-fit",
+            f"the model misses by {percent:.1f} % of the output's range: too much for compensation. See the other "
+            f"warnings for the reason.",
+        )
+    if not any(mask.any() for mask in test_masks):
+        yield Finding(
+            "no-held-out",
+            "nothing was held out, so the errors are those of the fit itself and flatter it. Log more loops, or fit a "
+            "part only (--train-fraction 0.5).",
+        )
+
+
+def _beyond_training(records: tuple[Recording, ...], test_masks: tuple[Mask, ...], data: DataSet) -> float:
+    """How far the held-out input leaves [-1, 1] scaled, share of the range."""
+    worst = 0.0
+    for record, mask in zip(records, test_masks, strict=True):
+        if mask.any():
+            worst = max(worst, float(np.max(np.abs(record.input[mask] - data.center))) / data.half_range - 1.0)
+    return 0.5 * worst
+
+
+def _rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+    errors = [y[mask] - record.output[mask] for record, y, mask in zip(records, outputs, chosen, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
