@@ -37,6 +37,7 @@ def about_data(
     doubt: float,
     family: str,
 ) -> Iterator[Finding]:
+    """Yield what in the data limits any model: orientation, rate, drift, too few loops, gaps."""
     if loop.orientation == "clockwise":
         cure = "" if family in ("stop", "pi-cumulative") else " Identify with --family stop or auto."
         yield Finding(
@@ -58,7 +59,8 @@ def about_data(
             "rate-dependent",
             f"the rate of the input explains {100 * rate_share:.0f} % of the remaining error ({rate_size:.1f} % of the "
             f"output's range): the loop depends on speed (damping, creep, or a lagging sensor), which a "
-            f"rate-independent model cannot follow. Identify at the speed of use, log more slowly, or align the sensors' delays.",
+            f"rate-independent model cannot follow. Identify at the speed of use, log more slowly, or align the "
+            f"sensors' delays.",
         )
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
@@ -93,6 +95,7 @@ def about_fit(
     test_masks: tuple[Mask, ...],
     certificate: Certificate,
 ) -> Iterator[Finding]:
+    """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
     first = records[0]
     if certificate.undetermined:
         unit = f" {first.input_unit}" if first.input_unit else ""
