@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
+import logging
+import os
+import signal
+import sys
+import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,27 +21,106 @@ from dehyst.io.text import EXPANSION_LIMIT, SIZE_LIMIT
 BINARY_FREE = 64 << 20
 
 
-@contextmanager
-def foreign_reader(name: str, kind: str) -> Iterator[None]:
-    """Turn any fault of a foreign reader into a LogError.
+# A damaged file can send a reader round in circles. A sound one is read at more than 1 MB/s.
+GRACE_SECONDS = 1.0
+SLOWEST_RATE = 1 << 20
 
-    A damaged file can make such a reader raise anything; polars' panics are not even an Exception. Whatever it
-    raises, the meaning here is one: the file is not what its first bytes promise.
+
+class _TooLongError(Exception):
+    """The reader did not finish in time."""
+
+
+def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
+    """Run a foreign reader so that whatever goes wrong in it becomes one named error.
+
+    A damaged file can make such a reader raise anything (polars' panics are not even an Exception), warn, write to
+    the terminal, or never end. The meaning is always the same: the file is not what its first bytes promise.
+
+    Parameters
+    ----------
+    name, kind
+        File and format, for the message.
+    size
+        Bytes of the file; the time limit is 1 s and 1 s more for each MB, where the system has interval timers and
+        this is the main thread.
+    read
+        Does the reading.
+
+    Raises
+    ------
+    LogError
+        If the reader fails or takes too long.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    failure = ""
+    with _quiet(), _deadline(GRACE_SECONDS + size / SLOWEST_RATE):
         try:
-            yield
-        except (DehystError, KeyboardInterrupt, SystemExit, GeneratorExit):
+            read()
+        except (DehystError, KeyboardInterrupt, SystemExit):
             raise
         except BaseException as fault:
-            detail = " ".join(str(fault).split())[:160]
-            raise LogError(
-                f"log '{name}' is damaged: it cannot be read as {kind} ({type(fault).__name__}: {detail}). Copy or "
-                f"export it again, or save the columns as CSV.",
-                file=name,
-                kind=kind,
-            ) from None
+            failure = f"{type(fault).__name__}: {' '.join(str(fault).split())[:160]}".strip(": _")
+        if failure:
+            gc.collect()  # half-built objects of the reader complain when they go: let them go while it is quiet
+    # Raised here, not above: a fault kept as context would keep those objects alive.
+    if failure:
+        raise LogError(
+            f"log '{name}' is damaged: it cannot be read as {kind} ({failure}). Copy or export it again, or save the "
+            f"columns as CSV.",
+            file=name,
+            kind=kind,
+        )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """No warnings, no log lines, no 'exception ignored' of other packages."""
+    hook, level = sys.unraisablehook, logging.root.manager.disable
+    sys.unraisablehook = lambda _: None
+    logging.disable(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        sys.unraisablehook = hook
+        logging.disable(level)
+
+
+@contextmanager
+def _deadline(seconds: float) -> Iterator[None]:
+    """Raise in the block when it takes too long, again and again: some readers swallow what is raised in them."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    active = True
+
+    def ring(*_: object) -> None:
+        if active:
+            raise _TooLongError(f"no end after {seconds:.1f} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 0.05)
+    try:
+        yield
+    finally:
+        active = False
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextmanager
+def muted_stderr() -> Iterator[None]:
+    """Send the process's error stream nowhere: compiled readers write their panics straight to it."""
+    sys.stderr.flush()
+    keep = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(keep, 2)
+        os.close(nowhere)
+        os.close(keep)
 
 
 def optional(module: str, extra: str, name: str) -> Any:

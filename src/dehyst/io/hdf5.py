@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.io.collect import Collector, strings_of
-from dehyst.io.foreign import foreign_reader, refuse_bomb
+from dehyst.io.foreign import guard, refuse_bomb
 from dehyst.io.matlab import MAX_DEPTH, MAX_ITEMS, note_object
 from dehyst.io.table import Table
 
@@ -23,16 +23,19 @@ def read_hdf5(data: bytes, name: str, sha256: str) -> Table:
     LogError
         If it is damaged, unpacks to more than the limit, or holds no numbers.
     """
-    found = Collector(name)
-    budget = _Budget(len(data), name)
-    with foreign_reader(name, "HDF5 file"):
-        import h5py  # 100 ms that the other formats need not pay
+    import h5py  # 100 ms that the other formats need not pay
 
-        with h5py.File(io.BytesIO(data), "r") as file:
-            for key in file:
-                if not key.startswith("#"):
-                    _walk(found, file, key, file[key], budget, 0)
+    found = Collector(name)
+    guard(name, "HDF5 file", len(data), lambda: _fill(found, h5py, data))
     return found.table(sha256)
+
+
+def _fill(found: Collector, h5py: Any, data: bytes) -> None:
+    budget = _Budget(len(data), found.name)
+    with h5py.File(io.BytesIO(data), "r") as file:
+        for key in file:
+            if not key.startswith("#"):
+                _walk(found, file, key, file[key], budget, 0)
 
 
 class _Budget:

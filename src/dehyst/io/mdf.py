@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 from dehyst.io.collect import Collector
-from dehyst.io.foreign import foreign_reader, optional
+from dehyst.io.foreign import guard, optional
 from dehyst.io.table import Table
 
 
@@ -21,17 +22,25 @@ def read_mdf(data: bytes, name: str, sha256: str) -> Table:
     """
     asammdf = optional("asammdf", "mdf", name)
     found = Collector(name)
-    with foreign_reader(name, "MDF file"), asammdf.MDF(io.BytesIO(data)) as file:
-        for number, group in enumerate(file.groups):
-            master = file.masters_db.get(number)
-            clock = ""
-            for index, channel in enumerate(group.channels):
-                if index == master:
-                    continue
-                signal = file.get(group=number, index=index)
-                names = found.add(channel.name, signal.samples, signal.unit or "")
-                if names and not clock and signal.timestamps.size == found.columns[names[0]].size:
-                    label = "time" if len(file.groups) == 1 else f"time_group_{number + 1}"
-                    clock = next(iter(found.add(label, signal.timestamps, "s")), "")
-                found.clocks.update({column: clock for column in names if clock})
+    guard(name, "MDF file", len(data), lambda: _fill(found, asammdf, data))
     return found.table(sha256)
+
+
+def _fill(found: Collector, asammdf: Any, data: bytes) -> None:
+    with asammdf.MDF(io.BytesIO(data)) as file:
+        for number in range(len(file.groups)):
+            _add_group(found, file, number)
+
+
+def _add_group(found: Collector, file: Any, number: int) -> None:
+    master = file.masters_db.get(number)
+    label = "time" if len(file.groups) == 1 else f"time_group_{number + 1}"
+    clock = ""
+    for index, channel in enumerate(file.groups[number].channels):
+        if index == master:
+            continue
+        signal = file.get(group=number, index=index)
+        names = found.add(channel.name, signal.samples, signal.unit or "")
+        if names and not clock and signal.timestamps.size == found.columns[names[0]].size:
+            clock = next(iter(found.add(label, signal.timestamps, "s")), "")
+        found.clocks.update({column: clock for column in names if clock})

@@ -9,7 +9,7 @@ import numpy as np
 
 from dehyst.errors import LogError
 from dehyst.io.collect import Collector
-from dehyst.io.foreign import foreign_reader, refuse_bomb
+from dehyst.io.foreign import guard, refuse_bomb
 from dehyst.io.table import Table
 
 
@@ -23,24 +23,7 @@ def read_npz(data: bytes, name: str, sha256: str) -> Table:
     """
     found = Collector(name)
     pickled: list[str] = []
-    with foreign_reader(name, "NPZ archive"):
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            refuse_bomb(sum(member.file_size for member in members), len(data), name)
-            if not any(member.filename.endswith(".npy") for member in members):
-                raise LogError(
-                    f"'{name}' is a zip archive without NumPy arrays. A spreadsheet must be saved as CSV; an archive "
-                    f"of logs must be unpacked.",
-                    file=name,
-                )
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            for key in arrays.files:
-                try:
-                    found.add(key, arrays[key])
-                except ValueError as fault:
-                    if "pickle" not in str(fault):
-                        raise
-                    pickled.append(key)
+    guard(name, "NPZ archive", len(data), lambda: _fill(found, data, pickled))
     if pickled and not found.columns:
         raise LogError(
             f"the arrays {', '.join(pickled)} of '{name}' hold Python objects, which could run code when loaded; they "
@@ -59,7 +42,30 @@ def read_npy(data: bytes, name: str, sha256: str) -> Table:
         If it is damaged or holds Python objects.
     """
     found = Collector(name)
-    with foreign_reader(name, "NPY array"):
-        array = np.load(io.BytesIO(data), allow_pickle=False)
-        found.add("" if array.dtype.names else "column" if array.ndim > 1 else "column_1", array)
+    guard(name, "NPY array", len(data), lambda: _fill_single(found, data))
     return found.table(sha256)
+
+
+def _fill(found: Collector, data: bytes, pickled: list[str]) -> None:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = archive.infolist()
+        refuse_bomb(sum(member.file_size for member in members), len(data), found.name)
+        if not any(member.filename.endswith(".npy") for member in members):
+            raise LogError(
+                f"'{found.name}' is a zip archive without NumPy arrays. A spreadsheet must be saved as CSV; an archive "
+                f"of logs must be unpacked.",
+                file=found.name,
+            )
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        for key in arrays.files:
+            try:
+                found.add(key, arrays[key])
+            except ValueError as fault:
+                if "pickle" not in str(fault):
+                    raise
+                pickled.append(key)
+
+
+def _fill_single(found: Collector, data: bytes) -> None:
+    array = np.load(io.BytesIO(data), allow_pickle=False)
+    found.add("" if array.dtype.names else "column" if array.ndim > 1 else "column_1", array)

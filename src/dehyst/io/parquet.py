@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
 
 from dehyst.io.collect import Collector
-from dehyst.io.foreign import foreign_reader, optional
+from dehyst.io.foreign import guard, muted_stderr, optional, refuse_bomb
 from dehyst.io.table import Table
 
 
@@ -23,9 +24,18 @@ def read_parquet(data: bytes, name: str, sha256: str) -> Table:
     """
     polars = optional("polars", "parquet", name)
     found = Collector(name)
-    with foreign_reader(name, "Parquet or Feather file"):
-        read = polars.read_ipc if data.startswith(b"ARROW1") else polars.read_parquet
-        frame = read(io.BytesIO(data))
+    guard(name, "Parquet or Feather file", len(data), lambda: _fill(found, polars, data))
+    return found.table(sha256)
+
+
+def _fill(found: Collector, polars: Any, data: bytes) -> None:
+    with muted_stderr():
+        arrow = data.startswith(b"ARROW1")
+        plan = (polars.scan_ipc if arrow else polars.scan_parquet)(io.BytesIO(data))
+        # A column of one value packs into nothing: count rows and columns before unpacking them.
+        rows = int(plan.select(polars.len()).collect().item())
+        refuse_bomb(8 * rows * len(plan.collect_schema()), len(data), found.name)
+        frame = (polars.read_ipc if arrow else polars.read_parquet)(io.BytesIO(data))
         for series in frame.get_columns():
             if series.dtype in (polars.String, polars.Categorical):
                 found.add(series.name, np.array(series.cast(polars.String).fill_null("").to_list(), dtype=np.str_))
@@ -33,4 +43,3 @@ def read_parquet(data: bytes, name: str, sha256: str) -> Table:
                 found.add(series.name, series.cast(polars.Float64).to_numpy())
             elif series.dtype.is_temporal():
                 found.add(series.name, series.to_numpy())
-    return found.table(sha256)

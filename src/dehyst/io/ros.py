@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.io.collect import MAX_WIDTH, Collector
-from dehyst.io.foreign import foreign_reader, optional
+from dehyst.io.foreign import guard, optional
 from dehyst.io.table import Table
 
 MAX_DEPTH = 5
@@ -31,18 +31,22 @@ def read_bag(path: Path, sha256: str) -> Table:
     highlevel = optional("rosbags.highlevel", "ros", path.name)
     typesys = optional("rosbags.typesys", "ros", path.name)
     found = Collector(path.name)
-    with foreign_reader(path.name, "ROS bag"):
-        store = typesys.get_typestore(typesys.Stores.LATEST)
-        rows: dict[str, list[dict[str, float]]] = defaultdict(list)
-        with highlevel.AnyReader([path], default_typestore=store) as reader:
-            wanted = [c for c in reader.connections if not any(word in c.msgtype for word in BULKY)]
-            for connection, received, raw in reader.messages(connections=wanted) if wanted else ():
-                row: dict[str, float] = {"bag_time": float(received)}
-                _flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
-                rows[connection.topic].append(row)
-        for topic, messages in rows.items():
-            _add_topic(found, topic, messages)
+    size = sum(part.stat().st_size for part in path.iterdir()) if path.is_dir() else path.stat().st_size
+    guard(path.name, "ROS bag", size, lambda: _fill(found, highlevel, typesys, path))
     return found.table(sha256)
+
+
+def _fill(found: Collector, highlevel: Any, typesys: Any, path: Path) -> None:
+    store = typesys.get_typestore(typesys.Stores.LATEST)
+    rows: dict[str, list[dict[str, float]]] = defaultdict(list)
+    with highlevel.AnyReader([path], default_typestore=store) as reader:
+        wanted = [c for c in reader.connections if not any(word in c.msgtype for word in BULKY)]
+        for connection, received, raw in reader.messages(connections=wanted) if wanted else ():
+            row: dict[str, float] = {"bag_time": float(received)}
+            _flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
+            rows[connection.topic].append(row)
+    for topic, messages in rows.items():
+        _add_topic(found, topic, messages)
 
 
 def _flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:

@@ -1,0 +1,324 @@
+"""Binary logs: files of independent writers read back number for number."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dehyst.errors import DehystError, LogError, MissingExtraError, TimeError
+from dehyst.io.formats import read_table
+from dehyst.io.logs import read_log, read_signal
+from dehyst.recording import Recording
+
+N = 300
+T = np.arange(N) * 0.01
+X = 3.0 * np.sin(2 * np.pi * T)
+Y = 20.0 * np.sin(2 * np.pi * T - 0.2)
+
+
+def check(rec: Recording, codes: tuple[str, ...] = ()) -> None:
+    np.testing.assert_array_equal(rec.input, X)
+    np.testing.assert_array_equal(rec.output, Y)
+    assert rec.time is not None
+    np.testing.assert_allclose(rec.time, T, rtol=0, atol=1e-6)
+    assert tuple(f.code for f in rec.findings) == codes
+
+
+# MAT up to version 7
+
+
+@pytest.mark.parametrize("settings", [{}, {"do_compression": True}, {"oned_as": "column"}, {"format": "4"}])
+def test_vectors_of_a_mat_file(tmp_path: Path, settings: dict[str, Any]) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(tmp_path / "log.mat", {"time_s": T, "pressure_bar": X, "angle_deg": Y}, **settings)
+    rec = read_log(tmp_path / "log.mat", "pressure", "angle")
+    check(rec)
+    assert rec.input_unit == "bar"
+
+
+def test_matrices_of_a_mat_file_become_numbered_columns(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(tmp_path / "log.mat", {"t": T, "data": np.column_stack([X, Y]), "wide": np.vstack([X, Y])})
+    check(read_log(tmp_path / "log.mat", "data_1", "data_2"))
+    check(read_log(tmp_path / "log.mat", "wide_1", "wide_2"))
+
+
+def test_a_sampling_time_beside_the_signals_makes_the_clock(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    for key, value in (("Ts", 0.01), ("fs", 100.0)):
+        scipy_io.savemat(tmp_path / "log.mat", {key: value, "x_F": np.column_stack([X, Y])})
+        check(read_log(tmp_path / "log.mat", "x_F_1", "x_F_2"), ("time-from-step",))
+
+
+def test_structs_carry_their_own_clock(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    fast = np.arange(2 * N) * 0.005
+    log = {
+        "valve": {"time": T, "pressure_bar": X},
+        "encoder": {"time": fast, "angle_deg": 7.0 * fast},
+    }
+    scipy_io.savemat(tmp_path / "log.mat", log)
+    rec = read_log(tmp_path / "log.mat", "valve.pressure_bar", "encoder.angle_deg")
+    np.testing.assert_array_equal(rec.input, X)
+    np.testing.assert_allclose(rec.output, 7.0 * T, atol=1e-12)
+    assert [f.code for f in rec.findings] == ["two-clocks"]
+    assert (rec.input_unit, rec.output_unit) == ("bar", "deg")
+
+
+def test_structure_with_time_takes_the_labels(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    signals = np.array(
+        [(X[:, None], "pressure_bar"), (Y[:, None], "angle_deg")], dtype=[("values", object), ("label", object)]
+    )
+    scipy_io.savemat(tmp_path / "log.mat", {"simout": {"time": T[:, None], "signals": signals}})
+    check(read_log(tmp_path / "log.mat", "simout.pressure_bar", "simout.angle_deg"))
+
+
+def test_strings_tell_the_runs_of_a_mat_file_apart(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    runs = np.array(["a"] * N + ["b"] * N, dtype=object)
+    scipy_io.savemat(tmp_path / "log.mat", {"run": runs, "t": np.tile(T, 2), "x": np.tile(X, 2), "y": np.tile(Y, 2)})
+    check(read_log(tmp_path / "log.mat", "x", "y", run="b"))
+
+
+def test_different_lengths_without_a_clock_are_refused(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    scipy_io.savemat(tmp_path / "log.mat", {"x": X, "y": Y[:-5]})
+    with pytest.raises(TimeError, match="300 and 295 samples"):
+        read_log(tmp_path / "log.mat", "x", "y")
+
+
+# MAT 7.3 and HDF5
+
+
+def test_version_73_is_read_transposed_with_structs_and_strings(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    file = tmp_path / "log.mat"
+    with h5py.File(file, "w", userblock_size=512) as out:
+        group = out.create_group("log")
+        for name, value in (("time", T), ("pressure_bar", X), ("angle_deg", Y)):
+            group.create_dataset(name, data=value[None, :], compression="gzip").attrs["MATLAB_class"] = b"double"
+        out.create_dataset("pair", data=np.vstack([X, Y])).attrs["MATLAB_class"] = b"double"
+        cell = out.create_group("#refs#")
+        texts = [cell.create_dataset(f"s{k}", data=np.array([[ord("a") + k // 150]], np.uint16)) for k in range(N)]
+        for text in texts:
+            text.attrs["MATLAB_class"] = b"char"
+        references = np.array([text.ref for text in texts], dtype=h5py.ref_dtype)[None, :]
+        out.create_dataset("run", data=references, dtype=h5py.ref_dtype).attrs["MATLAB_class"] = b"cell"
+    raw = bytearray(file.read_bytes())
+    raw[:19] = b"MATLAB 7.3 MAT-file"
+    file.write_bytes(raw)
+    rec = read_log(file, "log.pressure_bar", "log.angle_deg", run="b")
+    np.testing.assert_array_equal(rec.input, X[150:])
+    np.testing.assert_array_equal(rec.time, T[150:])
+    assert "pair_2" in read_table(file).columns
+
+
+def test_plain_hdf5(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.h5", "w") as out:
+        out["time_s"], out["x"], out["y"] = T, X, Y
+    check(read_log(tmp_path / "log.h5", "x", "y"))
+
+
+def test_a_dataset_that_claims_a_terabyte_is_refused(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "log.h5", "w") as out:
+        out.create_dataset("x", shape=(1 << 37,), dtype="f8", chunks=(1 << 16,))
+    with pytest.raises(LogError, match="claims to hold"):
+        read_table(tmp_path / "log.h5")
+
+
+# NumPy
+
+
+def test_npz_and_npy(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", time_s=T, x=X, y=Y)
+    check(read_log(tmp_path / "a.npz", "x", "y"))
+    np.savez_compressed(tmp_path / "b.npz", log=np.column_stack([X, Y]), time_s=T)
+    check(read_log(tmp_path / "b.npz", "log_1", "log_2"))
+    np.save(tmp_path / "c.npy", np.column_stack([T, X, Y]))
+    check(read_log(tmp_path / "c.npy", "column_2", "#3"))
+    table = np.empty(N, dtype=[("time_s", "f8"), ("x", "f8"), ("y", "f8")])
+    table["time_s"], table["x"], table["y"] = T, X, Y
+    np.save(tmp_path / "d.npy", table)
+    check(read_log(tmp_path / "d.npy", "x", "y"))
+    stamps = np.datetime64("2024-05-01T23:59:59", "ns") + np.round(T * 1e9).astype("timedelta64[ns]")
+    np.savez(tmp_path / "e.npz", stamp=stamps, x=X, y=Y)
+    check(read_log(tmp_path / "e.npz", "x", "y"))
+
+
+def test_pickled_objects_are_never_loaded(tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> Any:
+            return (Path.touch, (tmp_path / "ran",))
+
+    np.savez(tmp_path / "log.npz", x=np.array([Trap()] * 5, dtype=object))
+    with pytest.raises(LogError, match="Python objects"):
+        read_table(tmp_path / "log.npz")
+    assert not (tmp_path / "ran").exists()
+    (tmp_path / "log.npy").write_bytes(pickle.dumps(Trap()))
+    with pytest.raises(LogError):
+        read_table(tmp_path / "log.npy")
+    assert not (tmp_path / "ran").exists()
+
+
+def test_archives_that_unpack_to_too_much_are_refused(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "bomb.npz", x=np.zeros(20_000_000))
+    assert (tmp_path / "bomb.npz").stat().st_size < 400_000
+    with pytest.raises(LogError, match="claims to hold"):
+        read_table(tmp_path / "bomb.npz")
+
+
+def test_a_spreadsheet_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "log.xlsx", "w") as archive:
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(LogError, match="saved as CSV"):
+        read_table(tmp_path / "log.xlsx")
+
+
+# Extras
+
+
+@pytest.mark.parametrize("ending", ["parquet", "feather"])
+def test_parquet_and_feather(tmp_path: Path, ending: str) -> None:
+    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    file = tmp_path / f"log.{ending}"
+    runs = ["a"] * N + ["b"] * N
+    frame = polars.DataFrame({"run": runs, "time_s": np.tile(T, 2), "p_bar": np.tile(X, 2), "y": np.tile(Y, 2)})
+    frame.write_parquet(file) if ending == "parquet" else frame.write_ipc(file, compression="zstd")
+    check(read_log(file, "p", "y", run="b"))
+    stamps = polars.Series((np.round(T * 1e9) + 1.7e18).astype(np.int64)).cast(polars.Datetime("ns"))
+    frame = polars.DataFrame({"stamp": stamps, "x": X, "y": [*Y.tolist()[:-1], None]})
+    frame.write_parquet(file) if ending == "parquet" else frame.write_ipc(file)
+    rec = read_log(file, "x", "y")
+    np.testing.assert_allclose(rec.time, T[:-1], atol=1e-6)
+    assert [f.code for f in rec.findings] == ["non-finite"]
+
+
+@pytest.mark.parametrize(("version", "ending"), [("4.10", "mf4"), ("3.30", "mdf"), ("3.30", "dat")])
+def test_mdf(tmp_path: Path, version: str, ending: str) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="the extra dehyst[mdf] is not installed")
+    slow = np.arange(N // 2) * 0.02
+    with asammdf.MDF(version=version) as out:
+        out.append([asammdf.Signal(X, T, unit="bar", name="pressure"), asammdf.Signal(Y, T, unit="°", name="angle")])
+        out.append([asammdf.Signal(4.0 * slow, slow, unit="N", name="force")])
+        saved = Path(out.save(tmp_path / f"log.{'mf4' if ending == 'mf4' else 'mdf'}", overwrite=True))
+    file = saved.rename(tmp_path / f"renamed.{ending}")
+    rec = read_log(file, "pressure", "angle")
+    check(rec)
+    assert (rec.input_unit, rec.output_unit) == ("bar", "deg")
+    rec = read_log(file, "pressure", "force")
+    np.testing.assert_allclose(rec.output, 4.0 * np.asarray(rec.time), atol=1e-12)
+    assert "two-clocks" in [f.code for f in rec.findings]
+
+
+def write_bag(path: Path, kind: str) -> Path:
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+    from rosbags.typesys import Stores, get_typestore
+
+    first = kind == "bag"
+    store = get_typestore(Stores.ROS1_NOETIC if first else Stores.LATEST)
+    types = store.types
+    time_type, header_type = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
+    joint_type, float_type = types["sensor_msgs/msg/JointState"], types["std_msgs/msg/Float64"]
+    if first:
+        writer: Any = Writer1(path / "log.bag")
+    else:
+        plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+        writer = Writer2(path / "bag", version=9, storage_plugin=plugin)
+    pack = store.serialize_ros1 if first else store.serialize_cdr
+    with writer as out:
+        joints = out.add_connection("/joint_states", joint_type.__msgtype__, typestore=store)
+        pressure = out.add_connection("/pressure_bar", float_type.__msgtype__, typestore=store)
+        for k in range(N):
+            stamp = 1_700_000_000_000_000_000 + 10_000_000 * k
+            head = {"seq": k} if first else {}
+            header = header_type(**head, stamp=time_type(sec=stamp // 10**9, nanosec=stamp % 10**9), frame_id="")
+            position = np.array([Y[k], -1.0])
+            empty = np.zeros(0)
+            message = joint_type(header=header, name=["a", "b"], position=position, velocity=empty, effort=empty)
+            out.write(joints, stamp + 3_000_000, pack(message, joint_type.__msgtype__))
+            out.write(pressure, stamp, pack(float_type(data=float(X[k])), float_type.__msgtype__))
+    return path / "log.bag" if first else path / "bag"
+
+
+@pytest.mark.parametrize("kind", ["bag", "folder", "db3", "mcap"])
+def test_ros_bags(tmp_path: Path, kind: str) -> None:
+    pytest.importorskip("rosbags", reason="the extra dehyst[ros] is not installed")
+    path = write_bag(tmp_path, kind)
+    if kind in {"db3", "mcap"}:
+        path = next(path.glob(f"*.{kind}"))
+    rec = read_log(path, "/pressure_bar.data", "/joint_states.position[0]")
+    # Both clocks count from 1970; the joint's header.stamp equals the time the pressure was received.
+    assert len(rec) == N
+    np.testing.assert_array_equal(rec.input, X)
+    np.testing.assert_allclose(rec.output, Y, atol=1e-3)
+    np.testing.assert_allclose(rec.time, T, atol=1e-6)
+    assert len(str(rec.provenance["sha256"])) == 64
+
+
+def test_a_missing_extra_names_the_line_to_type(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "importlib.import_module", lambda name: (_ for _ in ()).throw(ModuleNotFoundError(f"No module named {name!r}"))
+    )
+    for data, ending, extra in (
+        (b"PAR1....", "parquet", "parquet"),
+        (b"MDF     4.10", "mf4", "mdf"),
+        (b"#ROSBAG V2.0\n", "bag", "ros"),
+        (b"\x89MCAP0\r\n", "mcap", "ros"),
+    ):
+        file = tmp_path / f"log.{ending}"
+        file.write_bytes(data)
+        with pytest.raises(MissingExtraError, match=rf"pip install 'dehyst\[{extra}\]'"):
+            read_table(file)
+
+
+def test_missing_empty_and_foreign_files_are_refused(tmp_path: Path) -> None:
+    cases: list[tuple[str, bytes | None, str]] = [
+        ("none.csv", None, "No such file"),
+        ("empty.csv", b"", "is empty"),
+        ("blank.csv", b"\n\n# nothing\n", "holds no data"),
+        ("text.csv", b"hello world\nthis is no table\n", "no table of numbers"),
+        ("image.csv", bytes(range(256)) * 20, "not text"),
+        ("fake.npz", b"1,2,3\n" * 10, "not those of a NumPy archive"),
+        ("cut.gz", b"\x1f\x8b\x08\x00", "ends early"),
+    ]
+    for name, data, message in cases:
+        if data is not None:
+            (tmp_path / name).write_bytes(data)
+        with pytest.raises(LogError, match=message):
+            read_table(tmp_path / name)
+    with pytest.raises(LogError, match="is a folder"):
+        read_table(tmp_path)
+    with pytest.raises(DehystError):
+        read_signal("a\0b.csv", "x")
+
+
+def test_a_gzip_bomb_is_refused_quickly(tmp_path: Path) -> None:
+    import gzip
+    import time
+
+    (tmp_path / "bomb.csv.gz").write_bytes(gzip.compress(b"0,0\n" * 20_000_000, 6))
+    start = time.perf_counter()
+    with pytest.raises(LogError, match="expands from"):
+        read_table(tmp_path / "bomb.csv.gz")
+    assert time.perf_counter() - start < 2.0
+
+
+def test_a_packed_mat_bomb_is_refused(tmp_path: Path) -> None:
+    scipy_io = pytest.importorskip("scipy.io")
+    stream = io.BytesIO()
+    scipy_io.savemat(stream, {"x": np.zeros(12_000_000)}, do_compression=True)
+    (tmp_path / "log.mat").write_bytes(stream.getvalue())
+    with pytest.raises(LogError, match="claims to hold"):
+        read_table(tmp_path / "log.mat")
