@@ -104,6 +104,12 @@ class Stepper {
             require(dehyst_accept(image.data()[i]) != 0, "saved state is not finite");
         const double *z = image.data(), output = z[z_.size()], flags = z[z_.size() + 1];
         require(flags == 0.0 || flags == 2.0 || flags == 3.0, "saved state carries unknown flags");
+        const double *r = parameters_.threshold.data();
+        for (std::size_t i = 1; i < z_.size(); ++i) {
+            const double gap = z[i] < z[i - 1] ? z[i - 1] - z[i] : z[i] - z[i - 1];
+            const double size = z[i] < 0 ? -z[i] : z[i];
+            require(gap <= r[i] - r[i - 1] + 1e-9 * (size + r[i]), "saved state is not admissible: no input leaves it");
+        }
         // The held output always belongs to the states, bit for bit: this finds images of another model.
         require(output == dehyst_model_output(&parameters_.view, z), "saved state belongs to another model");
         z_.assign(z, z + z_.size());

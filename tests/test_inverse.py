@@ -39,8 +39,10 @@ def make(family, n, rng):
         return visited(StopOperatorModel(r, s, rng.uniform(0.1, 1.0), offset, None, center), rng)
     if family == "static":
         return StaticCurve(bend(rng, 1.0, falling=bool(rng.random() < 0.5)))
-    inner = PrandtlIshlinskii(r, random_weights(rng, n, "mixed"), offset, None, center)
     before = bend(rng, 1.0) if family in ("before", "both") else None
+    if before is not None:  # the operator sees the map's values: put it in their middle
+        center, r = np.mean(before.v[[0, -1]]), r * np.ptp(before.v) / 2
+    inner = PrandtlIshlinskii(r, random_weights(rng, n, "mixed"), offset, None, center)
     after = bend(rng, 2.0, falling=family == "after-falling") if family != "before" else None
     return visited(ModifiedPrandtlIshlinskii(inner, after=after, before=before), rng)
 
@@ -73,7 +75,8 @@ def test_the_round_trips_are_not_vacuous(family):
     start, end = model.stepper().state, model.final_state(x)
     assert np.count_nonzero(start) == 17  # the start state was visited, and was not rest
     assert np.count_nonzero(start != end) >= 5  # several plays moved
-    assert np.any(np.abs(np.diff(start)) < 0.99 * np.diff(random_thresholds(np.random.default_rng(0), 17)).max())
+    gaps = np.diff(getattr(model, "hysteresis", model).thresholds)
+    assert np.any(np.abs(np.diff(start)) < 0.9 * gaps)  # nor was it wiped out by one large swing
     # The model has a loop: near the same input, outputs differ by far more than the tolerance.
     order = np.argsort(x)
     assert np.max(np.abs(np.diff(y[order]))) > 1e-3 * np.ptp(y)
