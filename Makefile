@@ -1,0 +1,55 @@
+# Two commands do everything, set-up included:  make demo  and  make test.
+# PYTHON picks the interpreter (3.11 or newer), VENV the folder of the environment.
+PYTHON ?= python3
+VENV ?= .venv
+BIN = $(VENV)/bin
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.PHONY: demo test check docs bench clean
+
+demo: $(VENV)/installed
+	$(BIN)/dehyst example --out demo/example.csv
+	$(BIN)/dehyst inspect demo/example.csv
+	$(BIN)/dehyst identify demo/example.csv --input pressure_difference_bar --output angle_deg \
+	    --save demo/model.json --report demo/report.html --figures demo/figures
+	$(BIN)/dehyst compensate demo/model.json demo/example.csv --output angle_deg --out demo/compensated.csv
+	@echo
+	@echo "Open demo/report.html in a browser."
+
+test: $(VENV)/installed-test
+	$(BIN)/python -m pytest
+
+check: $(VENV)/installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+docs: $(VENV)/installed-test
+	$(BIN)/python docs/build.py
+
+bench: $(VENV)/installed
+	$(BIN)/python benchmarks/startup.py
+
+# Installed again whenever a source file of the package is newer than the installation.
+SOURCES = $(shell find src core -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo "dehyst needs Python 3.11 or newer; name one: make PYTHON=python3.12"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+	    { echo "this Python has no venv; on Debian: apt-get install python3-venv python3-dev g++"; exit 1; }
+	@command -v c++ >/dev/null || { echo "no C++ compiler; on Debian: apt-get install g++ python3-dev"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: $(VENV)/bin/python $(SOURCES)
+	$(PIP) .
+	@mkdir -p demo
+	@touch $@
+
+$(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
+	$(PIP) '.[all,test]'
+	@mkdir -p demo
+	@touch $@ $(VENV)/installed
+
+clean:
+	rm -rf $(VENV) build demo
