@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import io
 import logging
 import os
 import signal
@@ -11,7 +12,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
 from dehyst.errors import DehystError, LogError, MissingExtraError
@@ -21,9 +22,9 @@ from dehyst.io.text import EXPANSION_LIMIT, SIZE_LIMIT
 BINARY_FREE = 64 << 20
 
 
-# A damaged file can send a reader round in circles. A sound one is read at more than 1 MB/s.
+# A damaged file can send a reader round in circles. A sound one is read far faster than this.
 GRACE_SECONDS = 1.0
-SLOWEST_RATE = 1 << 20
+SLOWEST_RATE = 1 << 18
 
 
 class _TooLongError(Exception):
@@ -41,7 +42,7 @@ def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
     name, kind
         File and format, for the message.
     size
-        Bytes of the file; the time limit is 1 s and 1 s more for each MB, where the system has interval timers and
+        Bytes of the file; the time limit is 1 s and 4 s more for each MB, where the system has interval timers and
         this is the main thread.
     read
         Does the reading.
@@ -60,7 +61,7 @@ def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
         except BaseException as fault:
             failure = f"{type(fault).__name__}: {' '.join(str(fault).split())[:160]}".strip(": _")
         if failure:
-            gc.collect()  # half-built objects of the reader complain when they go: let them go while it is quiet
+            gc.collect(1)  # half-built objects of the reader complain when they go: let them go while it is quiet
     # Raised here, not above: a fault kept as context would keep those objects alive.
     if failure:
         raise LogError(
@@ -73,12 +74,12 @@ def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """No warnings, no log lines, no 'exception ignored' of other packages."""
+    """No warnings, prints, log lines or 'exception ignored' of other packages."""
     hook, level = sys.unraisablehook, logging.root.manager.disable
     sys.unraisablehook = lambda _: None
     logging.disable(logging.CRITICAL)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore")
             yield
     finally:

@@ -6,7 +6,7 @@ import io
 from typing import Any
 
 from dehyst.io.collect import Collector
-from dehyst.io.foreign import guard, optional
+from dehyst.io.foreign import guard, optional, refuse_bomb
 from dehyst.io.table import Table
 
 
@@ -28,6 +28,12 @@ def read_mdf(data: bytes, name: str, sha256: str) -> Table:
 
 def _fill(found: Collector, asammdf: Any, data: bytes) -> None:
     with asammdf.MDF(io.BytesIO(data)) as file:
+        # asammdf reserves what the headers claim before it reads.
+        headers = [group.channel_group for group in file.groups]
+        claimed = sum(
+            int(h.cycles_nr) * (int(h.samples_byte_nr) + int(getattr(h, "invalidation_bytes_nr", 0))) for h in headers
+        )
+        refuse_bomb(claimed, len(data), found.name)
         for number in range(len(file.groups)):
             _add_group(found, file, number)
 

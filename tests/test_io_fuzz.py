@@ -1,0 +1,380 @@
+"""Damaged logs: each is read or refused by name within two seconds; what is read was in the file.
+
+Seeded, so that a failure can be repeated: its message names the base, the number of the case and the mutation.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import random
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dehyst.errors import DehystError
+from dehyst.io.formats import read_table
+from dehyst.io.inspect import inspect_log
+from dehyst.io.logs import read_log, read_signal
+from dehyst.recording import Recording
+
+N = 60
+T = [f"{0.01 * k:.2f}" for k in range(N)]
+X = [f"{3 * np.sin(0.37 * k):.5f}" for k in range(N)]
+Y = [f"{20 * np.sin(0.37 * k - 0.2):.4f}" for k in range(N)]
+HEADER = "run,time_s,pressure_bar,angle_deg"
+LINES = [f"r_1,{t},{x},{y}" for t, x, y in zip(T, X, Y, strict=True)]
+TEXT = "\n".join([HEADER, *LINES]) + "\n"
+NUMBERS = {line: tuple(float(cell) for cell in line.split(",")[1:]) for line in LINES}
+
+SPELLINGS = ["nan", "NaN", "inf", "-inf", "Infinity", "1e999", "-1e308", "1e-320", "1e308", "", " ", "--", "1_0", "٣"]
+SPELLINGS += [
+    "0x1F",
+    "1,5",
+    "1.5.2",
+    "+",
+    "e5",
+    "1e",
+    "#",
+    '"',
+    "'",
+    "NULL",
+    "true",
+    "9" * 400,
+    "\0",
+    "\x1b[2J",
+    "=1+1",
+]
+
+
+def attempt(path: Path, what: str, run: str | None = None) -> Recording | None:
+    """Read, and hold the promise: a recording or a named error, in time, without a warning."""
+    recording = None
+    moments = [time.perf_counter()]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            recording = read_log(path, "pressure_bar", "angle_deg", run=run)
+        except DehystError as fault:
+            assert len(str(fault)) > 30, what
+        except BaseException as fault:
+            pytest.fail(f"{what}: {type(fault).__name__}: {fault}")
+        moments.append(time.perf_counter())
+        for look in (lambda: inspect_log(path), lambda: read_signal(path, "#2")):
+            try:
+                look()
+            except DehystError:
+                pass
+            except BaseException as fault:
+                pytest.fail(f"{what}, inspect: {type(fault).__name__}: {fault}")
+            moments.append(time.perf_counter())
+    assert not caught, f"{what}: {caught[0].message}"
+    assert max(np.diff(moments)) < 2.0, what
+    if recording is not None:
+        assert np.isfinite(recording.input).all(), what
+    return recording
+
+
+# Text: mutations of lines, with an oracle
+
+
+def mutate_lines(lines: list[str], dice: random.Random) -> str:
+    """Change the lines in place; return what was done."""
+    kind = dice.choice(["flip", "spell", "delete", "double", "swap", "cut", "join", "break", "insert", "cell", "tail"])
+    at = dice.randrange(len(lines))
+    line = lines[at]
+    if kind == "flip" and line:
+        k = dice.randrange(len(line))
+        lines[at] = line[:k] + chr(ord(line[k]) ^ (1 << dice.randrange(7))) + line[k + 1 :]
+    elif kind == "spell":
+        cells = line.split(",")
+        cells[dice.randrange(len(cells))] = dice.choice(SPELLINGS)
+        lines[at] = ",".join(cells)
+    elif kind == "delete":
+        del lines[at]
+    elif kind == "double":
+        lines.insert(at, line)
+    elif kind == "swap":
+        other = dice.randrange(len(lines))
+        lines[at], lines[other] = lines[other], line
+    elif kind == "cut":
+        lines[at] = line[: dice.randrange(len(line) + 1)]
+    elif kind == "join" and at + 1 < len(lines):
+        lines[at : at + 2] = [line + lines[at + 1]]
+    elif kind == "break":
+        k = dice.randrange(len(line) + 1)
+        lines[at : at + 1] = [line[:k], line[k:]]
+    elif kind == "insert":
+        lines.insert(at, "".join(chr(dice.randrange(1, 256)) for _ in range(dice.randrange(40))))
+    elif kind == "cell":
+        lines[at] = line + "," + dice.choice(SPELLINGS)
+    elif kind == "tail":
+        del lines[at + 1 :]
+    return f"{kind} at {at}"
+
+
+def check_against_oracle(path: Path, text: str, recording: Recording | None, what: str) -> None:
+    """Lines that nobody touched keep their numbers and their place; no number appears from nowhere."""
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    touched = sum(line not in NUMBERS for line in lines)
+    try:
+        table = read_table(path)
+    except DehystError:
+        assert recording is None, what
+        return
+    columns = [table.columns[name] for name in table.order if name in table.columns]
+    seen = set(table.rows.tolist())
+    for k, row in enumerate(table.rows.tolist()):
+        expected = NUMBERS.get(lines[row - 1])
+        if expected is not None and len(columns) >= 3:
+            assert tuple(float(column[k]) for column in columns[-3:]) == expected, f"{what}, line {row}"
+    if len(lines) < 6:
+        return  # too little is left to tell header from data
+    missing = [row for row, line in enumerate(lines, 1) if line in NUMBERS and row not in seen]
+    assert not missing, f"{what}: whole lines {missing} vanished"
+    if recording is not None and recording.time is not None:
+        known = set(NUMBERS.values())
+        triples = zip(recording.time.tolist(), recording.input.tolist(), recording.output.tolist(), strict=True)
+        strange = sum(triple not in known for triple in triples)
+        assert strange <= touched, f"{what}: {strange} samples from {touched} touched lines"
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tmp_path: Path, block: int) -> None:
+    dice = random.Random(100 + block)
+    read = 0
+    for case in range(150):
+        lines = [HEADER, *LINES]
+        done = [mutate_lines(lines, dice) for _ in range(dice.choice([1, 1, 2, 5]))]
+        text = "\n".join(lines)
+        path = tmp_path / f"log{case}.csv"
+        path.write_text(text, encoding="utf-8", newline="")
+        what = f"block {block} case {case}: {done}"
+        recording = attempt(path, what, run="r_1")
+        check_against_oracle(path, text, recording, what)
+        read += recording is not None
+    assert read > 75, "most logs with a few damaged lines must still be readable"
+
+
+def test_a_dropped_row_is_never_silent(tmp_path: Path) -> None:
+    dice = random.Random(7)
+    for case in range(150):
+        lines = [HEADER, *LINES]
+        at = dice.randrange(2, len(lines))
+        cells = lines[at].split(",")
+        cells[dice.randrange(1, 4)] = dice.choice(["", "nan", "x", "1e999", "1_0", "٣", "1;2"])
+        lines[at] = ",".join(cells)
+        path = tmp_path / "log.csv"
+        path.write_text("\n".join(lines), encoding="utf-8")
+        recording = attempt(path, f"case {case}")
+        assert recording is not None
+        assert len(recording) == N - 1
+        assert any("line" in f.message and str(at + 1) in f.message for f in recording.findings), lines[at]
+
+
+# Bytes of any format
+
+
+def csv_bytes() -> bytes:
+    return TEXT.encode()
+
+
+def semicolon_bytes() -> bytes:
+    return TEXT.replace(",", ";").replace(".", ",").encode("utf-16")
+
+
+def gzip_bytes() -> bytes:
+    return gzip.compress(csv_bytes(), mtime=0)
+
+
+def arrays() -> dict[str, Any]:
+    return {"time_s": np.array(T, float), "pressure_bar": np.array(X, float), "angle_deg": np.array(Y, float)}
+
+
+def npz_bytes() -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, **arrays())
+    return stream.getvalue()
+
+
+def npy_bytes() -> bytes:
+    stream = io.BytesIO()
+    np.save(stream, np.column_stack(list(arrays().values())))
+    return stream.getvalue()
+
+
+def mat_bytes() -> bytes:
+    from scipy.io import savemat
+
+    stream = io.BytesIO()
+    savemat(stream, {**arrays(), "s": {"time": np.arange(5.0), "data": np.arange(5.0)}, "run": ["a", "bc"]})
+    return stream.getvalue()
+
+
+def packed_mat_bytes() -> bytes:
+    from scipy.io import savemat
+
+    stream = io.BytesIO()
+    savemat(stream, arrays(), do_compression=True)
+    return stream.getvalue()
+
+
+def mat4_bytes() -> bytes:
+    from scipy.io import savemat
+
+    stream = io.BytesIO()
+    savemat(stream, arrays(), format="4")
+    return stream.getvalue()
+
+
+def hdf5_bytes() -> bytes:
+    import h5py
+
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as out:
+        for name, values in arrays().items():
+            out.create_dataset(name, data=values, compression="gzip")
+    return stream.getvalue()
+
+
+def parquet_bytes() -> bytes:
+    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    stream = io.BytesIO()
+    polars.DataFrame(arrays()).write_parquet(stream)
+    return stream.getvalue()
+
+
+def feather_bytes() -> bytes:
+    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    stream = io.BytesIO()
+    polars.DataFrame(arrays()).write_ipc(stream)
+    return stream.getvalue()
+
+
+def mdf_bytes() -> bytes:
+    asammdf = pytest.importorskip("asammdf", reason="the extra dehyst[mdf] is not installed")
+    values = arrays()
+    clock = values.pop("time_s")
+    with asammdf.MDF(version="4.10") as out:
+        out.append([asammdf.Signal(v, clock, name=name) for name, v in values.items()])
+        stream = io.BytesIO()
+        out.save(stream)
+    return stream.getvalue()
+
+
+BASES: list[tuple[str, Callable[[], bytes], int]] = [
+    ("log.csv", csv_bytes, 100),
+    ("log.txt", semicolon_bytes, 80),
+    ("log.csv.gz", gzip_bytes, 80),
+    ("log.npz", npz_bytes, 80),
+    ("log.npy", npy_bytes, 60),
+    ("log.mat", mat_bytes, 100),
+    ("packed.mat", packed_mat_bytes, 60),
+    ("old.mat", mat4_bytes, 60),
+    ("log.h5", hdf5_bytes, 80),
+    ("log.parquet", parquet_bytes, 60),
+    ("log.feather", feather_bytes, 60),
+    ("log.mf4", mdf_bytes, 60),
+]
+
+
+def mutate_bytes(data: bytes, dice: random.Random) -> tuple[bytes, str]:
+    kind = dice.choice(["flip", "flips", "cut", "head", "zeros", "noise", "double", "large", "shift"])
+    raw = bytearray(data)
+    # Headers decide most; half of the damage goes there.
+    reach = len(raw) if dice.random() < 0.5 else min(len(raw), 256)
+    at = dice.randrange(reach)
+    if kind == "flip":
+        raw[at] ^= 1 << dice.randrange(8)
+    elif kind == "flips":
+        for _ in range(20):
+            raw[dice.randrange(reach)] = dice.randrange(256)
+    elif kind == "cut":
+        del raw[at:]
+    elif kind == "head":
+        del raw[: dice.randrange(1, 64)]
+    elif kind == "zeros":
+        raw[at : at + 16] = bytes(16)
+    elif kind == "noise":
+        raw[at:at] = dice.randbytes(dice.randrange(1, 64))
+    elif kind == "double":
+        raw[at:at] = raw[: dice.randrange(1, len(raw))]
+    elif kind == "large":
+        raw[at : at + 4] = b"\xff\xff\xff\x7f"
+    elif kind == "shift":
+        del raw[at : at + dice.randrange(1, 5)]
+    return bytes(raw), f"{kind} at {at}"
+
+
+@pytest.mark.parametrize(("name", "make", "cases"), BASES, ids=[name for name, _, _ in BASES])
+def test_mutated_bytes_are_read_or_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, make: Callable[[], bytes], cases: int
+) -> None:
+    data = make()
+    path = tmp_path / name
+    path.write_bytes(data)
+    if name != "log.npy":  # its columns have no names
+        assert attempt(path, "untouched") is not None
+    dice = random.Random(name)
+    for case in range(cases):
+        mutated, done = mutate_bytes(data, dice)
+        path.write_bytes(mutated)
+        attempt(path, f"{name} case {case}: {done}")
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+
+
+@pytest.mark.parametrize("kind", ["bag", "db3", "mcap", "folder"])
+def test_mutated_bags_are_read_or_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str], kind: str) -> None:
+    pytest.importorskip("rosbags", reason="the extra dehyst[ros] is not installed")
+    from test_io_formats import write_bag
+
+    path = write_bag(tmp_path, kind)
+    if kind in {"db3", "mcap"}:
+        path = next(path.glob(f"*.{kind}"))
+    victim = path / "metadata.yaml" if kind == "folder" else path
+    data = victim.read_bytes()
+    dice = random.Random(kind)
+    for case in range(20):
+        mutated, done = mutate_bytes(data, dice)
+        victim.write_bytes(mutated)
+        attempt(path, f"{kind} case {case}: {done}")
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+
+
+ENDINGS = ["csv", "txt", "tsv", "dat", "gz", "mat", "npz", "npy", "h5", "bag", "db3", "mcap", "mf4", "mdf", "parquet"]
+MAGICS = [b"", b"\x1f\x8b\x08\0", b"PK\x03\x04", b"\x93NUMPY\x01\0", b"\x89HDF\r\n\x1a\n", b"MDF     4.10    ", b"PAR1"]
+MAGICS += [b"MATLAB 5.0 MAT-file" + b" " * 105 + b"\0\1IM", b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n", b"ARROW1\0\0"]
+MAGICS += [b"SQLite format 3\0", b"\xff\xfe", b"\xef\xbb\xbf"]
+
+
+def test_garbage_under_every_ending_and_behind_every_magic_is_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    dice = random.Random(5)
+    for ending in ENDINGS:
+        for magic in MAGICS:
+            path = tmp_path / f"log.{ending}"
+            path.write_bytes(magic + dice.randbytes(dice.randrange(3000)))
+            attempt(path, f"{ending} after {magic[:8]!r}")
+            path.unlink()
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", "|", ":", "  ", ", "])
+def test_a_wrong_delimiter_gives_the_same_numbers_or_none(tmp_path: Path, delimiter: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(TEXT.replace(",", delimiter))
+    recording = attempt(path, repr(delimiter))
+    if delimiter in {"|", ":"}:
+        assert recording is None
+    else:
+        assert recording is not None
+        np.testing.assert_array_equal(recording.output, np.array(Y, float))
