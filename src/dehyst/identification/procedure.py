@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from dehyst import __version__
 from dehyst.errors import ExcitationError, ParameterError
@@ -116,12 +117,28 @@ def identify(
     >>> import numpy as np, dehyst
     >>> x = 2 * np.sin(np.linspace(0, 30, 600)) * np.linspace(1, 0.2, 600)
     >>> y = dehyst.PrandtlIshlinskii([0.0, 0.5, 1.0], [1.0, 0.5, 0.25]).simulate(x)
-    >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi", thresholds=[0.0, 0.5, 1.0])
+    >>> rec = dehyst.Recording(input=x, output=y)
+    >>> fit = dehyst.identify(rec, family="pi", thresholds=[0.0, 0.5, 1.0], initial_state="rest")
     >>> fit.model.weights.round(9).tolist()
     [1.0, 0.5, 0.25]
     """
     records = _as_tuple(recordings)
     given = _check_settings(family, n, eps, thresholds, initial_state)
+    # Hundreds of small factorisations: the threads of BLAS would spend their time waiting for each other, up to
+    # ten times that of the work itself on a busy machine.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _identify(records, family, n, eps, given, initial_state, train_fraction)
+
+
+def _identify(
+    records: tuple[Recording, ...],
+    family: str,
+    n: int,
+    eps: float,
+    given: Array | None,
+    initial_state: str,
+    train_fraction: float,
+) -> Fit:
     data = prepare(records, train_fraction)
     problem = _Problem(data, n if given is None else given.size, float(eps), given)
     loop = facts.orientation(data)

@@ -16,8 +16,9 @@ from dehyst.identification.memory import state_before
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
-# Rows that are held at once: 8192 x 120 doubles are 8 MB, whatever the length of the log.
-CHUNK = 8192
+# Rows that are reduced at once: 1024 x 120 doubles, 1 MB, stay in the processor's cache, where the triangular
+# factor takes a quarter of the time of 8192 rows.
+CHUNK = 1024
 # A play that moved less than this share of the half range over the training samples tells nothing.
 MOVED = 1e-6
 
@@ -51,9 +52,10 @@ def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
     high = np.full(thresholds.size, -np.inf)
     for piece, state, rows in zip(data.pieces, states, training_rows(data, initial_state), strict=True):
         # A play reaches its extremes where the input turns: those rows suffice.
-        turns = np.flatnonzero(np.diff(np.sign(np.diff(piece.x)))) + 1
-        chosen = np.union1d(rows[:1], np.union1d(np.intersect1d(rows, turns), rows[-1:]))
-        for _, plays in _blocks(piece.x, thresholds, state, chosen):
+        turns = np.ones(piece.x.size, dtype=np.bool_)
+        turns[1:-1] = np.diff(np.sign(np.diff(piece.x))) != 0
+        turns[rows[:1]] = turns[rows[-1:]] = True
+        for _, plays in _blocks(piece.x, thresholds, state, rows[turns[rows]]):
             low, high = np.minimum(low, plays.min(axis=0)), np.maximum(high, plays.max(axis=0))
     moved = high - low > MOVED
     moved[0] = True
