@@ -16,6 +16,7 @@ from dehyst.units import dimension, parse_unit, words
 HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before
 STUCK_SHARE = 0.05  # of the samples of a saturated sensor sit at its extreme
 COARSE_LEVELS = 24
+LOOP_SHARE = 0.15  # of the range: a smaller swing may be the noise of a pressure sensor, not a loop
 COMMAND_WORDS = frozenset("cmd command commanded ref reference setpoint desired target soll des demand".split())  # noqa: SIM905
 BETWEEN_WORDS = frozenset("interp interpolated resampled filtered smooth smoothed".split())  # noqa: SIM905
 DRIVES = ("pressure", "voltage", "current")
@@ -186,7 +187,7 @@ def _coarse(table: Table, signals: Sequence[tuple[str, str, Array]]) -> list[Fin
 
 
 def _few_loops(table: Table, x_name: str, x: Array) -> list[Finding]:
-    turns = summarise_loops(x).turns
+    turns = summarise_loops(x, LOOP_SHARE * float(np.ptp(x))).turns
     if turns >= 2:
         return []
     what = "never turns: it moves one way only" if turns == 0 else "turns only once: there is a single loop"
