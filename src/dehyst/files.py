@@ -27,9 +27,9 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
     """
     target = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
-    if target.is_dir():
-        raise OutputError(f"cannot write '{target}': it is a folder. Name a file inside it.", path=str(target))
     try:
+        if target.is_dir():
+            raise OutputError(f"cannot write '{target}': it is a folder. Name a file inside it.", path=str(target))
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except (OSError, ValueError) as fault:  # ValueError: a name with a null character
         reason = getattr(fault, "strerror", None) or fault

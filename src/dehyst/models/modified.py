@@ -33,7 +33,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
     before
         Map of the input, or None. [input]
     card
-        Names and units of the signals, provenance.
+        Names and units of the signals, provenance; by default that of the operator.
 
     Raises
     ------
@@ -66,6 +66,10 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
                 "a modified Prandtl-Ishlinskii model without a map is a plain one; pass after=MonotoneMap(...) "
                 "or use the PrandtlIshlinskii itself."
             )
+        # One card a model: that of the operator inside would not reach the file.
+        if self.card is NO_CARD:
+            object.__setattr__(self, "card", self.hysteresis.card)
+        object.__setattr__(self, "hysteresis", self.hysteresis.with_card(NO_CARD))
 
     @property
     def nonzero_weights(self) -> int:

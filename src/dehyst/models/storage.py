@@ -22,9 +22,9 @@ from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 
 SCHEMA = 1
-# A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and a hostile
-# file of this size is refused within a second.
-MAXIMUM_BYTES = 8 * 1024 * 1024
+# A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and the worst
+# hostile file of this size is refused within a second.
+MAXIMUM_BYTES = 2 * 1024 * 1024
 MAXIMUM_DEPTH = 32
 
 Json = dict[str, Any]
@@ -133,14 +133,14 @@ def _no_repetition(pairs: list[tuple[str, Any]]) -> Json:
     return content
 
 
-def _depth(value: Any) -> int:
-    deepest, stack = 0, [(value, 1)]
-    while stack:
-        item, level = stack.pop()
-        deepest = max(deepest, level)
-        children = item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
-        stack.extend((child, level + 1) for child in children if isinstance(child, (dict, list)))
-    return deepest
+def _too_deep(value: Any) -> bool:
+    level = [value]  # all lists and objects of one depth at a time: no recursion, no more levels than allowed
+    for _ in range(MAXIMUM_DEPTH):
+        children = [child for item in level for child in (item.values() if isinstance(item, dict) else item)]
+        level = [child for child in children if isinstance(child, (dict, list))]
+        if not level:
+            return False
+    return True
 
 
 def _numbers(value: Any, name: str) -> list[float]:
@@ -224,7 +224,7 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
             f"has schema version {content.get('schema')!s:.60}; this dehyst reads version {SCHEMA}.",
             "Install the dehyst that wrote it, or identify again.",
         )
-    if _depth(content) > MAXIMUM_DEPTH:
+    if _too_deep(content):
         raise _refuse(path, f"is nested deeper than {MAXIMUM_DEPTH} levels.")
     body = {key: value for key, value in content.items() if key != "sha256"}
     try:
@@ -303,6 +303,8 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
         if len(data) > MAXIMUM_BYTES:
             raise _refuse(str(path), f"is larger than {MAXIMUM_BYTES} bytes, which no model needs.")
         text = data.decode("utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as fault:
+    except OSError as fault:
+        raise _refuse(str(path), f"cannot be read ({fault.strerror}).", "Check its name and permissions.") from None
+    except ValueError as fault:
         raise _refuse(str(path), f"cannot be read as UTF-8 text ({fault}).") from None
     return model_from_text(text, str(path))
