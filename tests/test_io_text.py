@@ -281,3 +281,24 @@ def _seconds_to_read(file: Path) -> float:
     start = time.perf_counter()
     read_log(file, "pressure", "angle")
     return time.perf_counter() - start
+
+
+def test_a_nameless_index_or_a_date_beside_the_clock_is_not_taken_for_time(tmp_path: Path) -> None:
+    rows = [f"{k},{t},{x},{y}" for k, (t, x, y) in enumerate(zip(T, X, Y, strict=True))]
+    (tmp_path / "log.csv").write_text(",time_s,pressure_bar,angle_deg\n" + "\n".join(rows))
+    check(tmp_path / "log.csv")
+    rows = [f"2024-05-01,12:00:{t:06.3f},{x},{y}" for t, x, y in zip(T, X, Y, strict=True)]
+    (tmp_path / "log.csv").write_text("Date,Time,pressure_bar,angle_deg\n" + "\n".join(rows))
+    rec = read_log(tmp_path / "log.csv", "pressure", "angle")
+    np.testing.assert_allclose(rec.time, T, atol=1e-9)
+    assert rec.findings == ()
+
+
+def test_files_of_well_known_programs_are_read(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t}\t{x}\t{y}\t" for t, x, y in zip(T, X, Y, strict=True))
+    head = "LabVIEW Measurement\t\nDate\t2024/01/02\n***End_of_Header***\t\nX_Value\tpressure_bar\tangle_deg\tComment\n"
+    (tmp_path / "labview.txt").write_text(head + rows)
+    check(tmp_path / "labview.txt")
+    text = "sep=;\n" + table_text(";", ",", header="Zeit (s),pressure (bar),angle (°)")
+    (tmp_path / "excel.csv").write_bytes(text.encode("latin-1"))
+    check(tmp_path / "excel.csv")

@@ -187,13 +187,15 @@ def _coarse(table: Table, signals: Sequence[tuple[str, str, Array]]) -> list[Fin
 
 
 def _few_loops(table: Table, x_name: str, x: Array) -> list[Finding]:
-    turns = summarise_loops(x, LOOP_SHARE * float(np.ptp(x))).turns
+    # Swings, not turns: noise at the very start is a turning point, but no way out and back.
+    smallest = LOOP_SHARE * float(np.ptp(x))
+    turns = int(np.sum(summarise_loops(x, smallest).swings > smallest)) - 1
     if turns >= 2:
         return []
-    what = "never turns: it moves one way only" if turns == 0 else "turns only once: there is a single loop"
+    what = "never turns: it moves one way only" if turns <= 0 else "turns only once: there is a single loop"
     cure = (
         "Hysteresis cannot be seen without a way back: log at least one full loop, better two."
-        if turns == 0
+        if turns <= 0
         else "A half of the log holds one branch only, so nothing can be held out: fit all of it "
         "(--train-fraction 1), and log a second loop for a test."
     )

@@ -38,6 +38,7 @@ TIME_WORDS = frozenset(
     ]
 )
 PLAIN_WORDS = frozenset(["time", "timestamp", "timestamps", "zeit", "elapsed", "datetime"])
+NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW measurement file
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
 EPOCH = (9.78e8, 4.1e9)
@@ -46,15 +47,12 @@ EPOCH = (9.78e8, 4.1e9)
 def is_clock(table: Table, name: str) -> bool:
     """Whether a column looks like time: called so, or in a unit of time, and running forward."""
     if name in table.stamps:
-        return True
+        return _moves(table, name)
     bare, unit = parse_unit(name)
     unit = table.units.get(name) or unit
     called = bool(TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"
     values = table.columns[name]
-    if called:
-        return _runs_forward(values)
-    # Without a header the first column is time if it counts up evenly.
-    return name == "column_1" and _is_even(values)
+    return called and _runs_forward(values)
 
 
 def _runs_forward(values: Array) -> bool:
@@ -78,11 +76,13 @@ def clock_names(table: Table) -> list[str]:
     """Columns that look like time, in the order of the log.
 
     If none runs forward, one that is plainly called time is still the clock: its order is then a fault to be
-    reported, not a reason to do without it.
+    reported, not a reason to do without it. Failing that, a nameless first column that counts up evenly is time.
     """
     names = [name for name in table.order if name in table.columns]
     clocks = [name for name in names if is_clock(table, name)]
-    return clocks or [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
+    plain = [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
+    nameless = [name for name in names[:1] if name in NAMELESS and _is_even(table.columns[name])]
+    return clocks or plain or nameless
 
 
 def _moves(table: Table, name: str) -> bool:
