@@ -1,0 +1,92 @@
+"""Everything public is documented, and the documented parameters exist."""
+
+import importlib
+import inspect
+import pkgutil
+import re
+
+import pytest
+
+import dehyst
+
+
+def public_modules():
+    names = [m.name for m in pkgutil.walk_packages(dehyst.__path__, "dehyst.")]
+    return [importlib.import_module(n) for n in names if not any(part.startswith("_") for part in n.split("."))]
+
+
+def public_objects():
+    """Return every public function, class, method and property defined in the package, by dotted name."""
+    found = {}
+    for module in [dehyst, *public_modules()]:
+        found[module.__name__] = module
+        for name, value in vars(module).items():
+            if name.startswith("_") or getattr(value, "__module__", None) != module.__name__:
+                continue
+            if inspect.isfunction(value) or inspect.isclass(value):
+                found[f"{module.__name__}.{name}"] = value
+            if inspect.isclass(value):
+                for member, entry in vars(value).items():
+                    if not member.startswith("_") and isinstance(entry, (property, staticmethod, classmethod)):
+                        found[f"{module.__name__}.{name}.{member}"] = entry
+                    elif not member.startswith("_") and inspect.isfunction(entry):
+                        found[f"{module.__name__}.{name}.{member}"] = getattr(value, member)
+    return found
+
+
+OBJECTS = public_objects()
+
+
+def documented_names(text, section):
+    """Return the names that a NumPy-style section lists."""
+    match = re.search(rf"^{section}\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, flags=re.M | re.S)
+    names = []
+    for line in match[1].splitlines() if match else []:
+        if line and not line.startswith(" "):
+            names += [name.strip().lstrip("*") for name in line.split(" : ")[0].split(",")]
+    return names
+
+
+def test_every_public_name_is_found():
+    assert len(OBJECTS) > 60
+    assert set(dehyst.__all__) <= set(dir(dehyst))
+    for name in dehyst.__all__:
+        value = getattr(dehyst, name)
+        assert name == "__version__" or inspect.getdoc(value), name
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_every_public_object_has_a_docstring(name):
+    assert (inspect.getdoc(OBJECTS[name]) or "").strip()
+
+
+@pytest.mark.parametrize("name", [n for n, o in OBJECTS.items() if "Parameters\n---" in (inspect.getdoc(o) or "")])
+def test_documented_parameters_exist(name):
+    value = OBJECTS[name]
+    documented = documented_names(inspect.getdoc(value), "Parameters")
+    parameters = inspect.signature(value).parameters
+    assert documented
+    assert set(documented) <= set(parameters)
+    listed = [p for p in parameters if p in documented]
+    assert documented == listed, "documented in another order than the signature"
+
+
+@pytest.mark.parametrize("name", [n for n, o in OBJECTS.items() if "Attributes\n---" in (inspect.getdoc(o) or "")])
+def test_documented_attributes_exist(name):
+    value = OBJECTS[name]
+    documented = documented_names(inspect.getdoc(value), "Attributes")
+    assert documented
+    assert set(documented) <= set(getattr(value, "__dataclass_fields__", ())) | set(dir(value))
+
+
+@pytest.mark.parametrize("name", [n for n in dehyst.__all__ if n != "__version__"])
+def test_every_public_name_shows_an_example_or_is_a_plain_base(name):
+    text = inspect.getdoc(getattr(dehyst, name))
+    assert ">>>" in text or inspect.isabstract(getattr(dehyst, name))
+
+
+def test_sections_are_parsed_as_written():
+    text = "Do.\n\nParameters\n----------\nx, y\n    Two.\n*rest\n    More.\n\nReturns\n-------\nz : (T,)\n    Out.\n"
+    assert documented_names(text, "Parameters") == ["x", "y", "rest"]
+    assert documented_names(text, "Returns") == ["z"]
+    assert documented_names(text, "Raises") == []

@@ -1,0 +1,91 @@
+"""The house: a module imports from lower floors or its own room only, and every foreign package has one home."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
+FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
+    {"errors", "findings", "_native"},
+    {"files", "units"},
+    {"recording", "loops"},
+    {"models"},
+    {"identification"},
+    {"io"},
+    {"report", "experiments"},
+    {"app"},
+    {"cli"},
+)
+FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in rooms}
+HOMES = {
+    "scipy": {"identification", "io"},
+    "h5py": {"io"},
+    "jinja2": {"report"},
+    "markupsafe": {"report"},  # jinja2's own strings
+    "threadpoolctl": {"identification"},
+    "matplotlib": {"report"},
+    "typer": {"cli", "app"},
+    "rich": {"cli", "app"},
+    "rosbags": {"io"},
+    "asammdf": {"io"},
+    "polars": {"io"},
+    "numpy": set(FLOOR),
+}
+MODULES = [path for path in sorted(SOURCE.rglob("*.py")) if path != SOURCE / "__init__.py"]  # the public names
+
+
+def imports(tree, package):
+    """Return the dotted names that a module imports anywhere, functions included; relative ones made absolute."""
+    names = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(filter(None, (base, node.module)))
+            names += [f"{module}.{alias.name}" for alias in node.names] if module == "dehyst" else [module]
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) == "import_module":
+            names += [a.value for a in node.args[:1] if isinstance(a, ast.Constant)]
+    return names
+
+
+def faults(source, parts):
+    """Return what a module at these parts below dehyst imports against the rules."""
+    room = parts[0].removesuffix(".py")
+    found = []
+    for name in imports(ast.parse(source), ("dehyst", *parts[:-1])):
+        top, _, rest = name.partition(".")
+        if top == "dehyst":
+            other = rest.split(".")[0]
+            if other and other != "__version__" and other != room and FLOOR.get(other, 99) >= FLOOR[room]:
+                found.append(f"{room} (floor {FLOOR[room]}) imports dehyst.{rest}")
+        elif top not in sys.stdlib_module_names and room not in HOMES.get(top, ()):
+            found.append(f"{room} imports {top}, whose home is {sorted(HOMES.get(top, ['nowhere']))}")
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(SOURCE)))
+def test_a_module_imports_from_lower_floors_only(path):
+    parts = path.relative_to(SOURCE).parts
+    assert parts[0].removesuffix(".py") in FLOOR, f"{parts[0]} has no floor: add it to FLOORS"
+    assert not faults(path.read_text(encoding="utf-8"), parts)
+
+
+@pytest.mark.parametrize(
+    ("source", "parts", "number"),
+    [
+        ("import dehyst.io", ("models", "pi.py"), 1),
+        ("from dehyst.io.text import a", ("models", "pi.py"), 1),
+        ("def f():\n    from dehyst import io", ("models", "pi.py"), 1),
+        ("from ..report import page", ("identification", "fit.py"), 1),
+        ("from importlib import import_module\nimport_module('dehyst.cli')", ("io", "a.py"), 1),
+        ("from dehyst.findings import Finding", ("errors.py",), 1),  # never sideways either
+        ("import scipy.optimize, pandas", ("models", "pi.py"), 2),
+        ("from . import text\nfrom dehyst import __version__, models\nimport os, numpy", ("io", "a.py"), 0),
+        ("from dehyst.errors import LogError\nimport scipy", ("io", "a.py"), 0),
+    ],
+)
+def test_the_rule_itself_finds_what_it_should(source, parts, number):
+    assert len(faults(source, parts)) == number
