@@ -32,6 +32,7 @@ def maxwell_slip_log(
         creep[k] = creep[k - 1] + share * (friction[k] - creep[k - 1])
     y = 40.0 * np.tanh(0.55 * (0.6 * (x - 2.0) + friction + 0.1 * creep)) + 40.0 * noise * rng.standard_normal(samples)
     values = {
+        "time": t,
         "name": "elbow-03.csv",
         "input_name": "pressure",
         "output_name": "angle",
@@ -39,7 +40,7 @@ def maxwell_slip_log(
         "output_unit": "deg",
         "provenance": {"file": "elbow-03.csv", "sha256": "ab" * 32, "rows": samples, "columns": ["pressure", "angle"]},
     }
-    return Recording(input=x, output=y, time=t, **(values | names))
+    return Recording(input=x, output=y, **(values | names))
 
 
 def score(y, model, span):

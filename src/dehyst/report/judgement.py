@@ -9,8 +9,9 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
 from dehyst.identification.fit import Fit, Score
-from dehyst.identification.judge import GOOD_PERCENT, POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.report.replay import inverse_miss
 from dehyst.report.text import count, number, with_unit
 

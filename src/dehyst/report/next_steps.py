@@ -7,6 +7,7 @@ import shlex
 from dataclasses import dataclass
 
 from dehyst.identification.fit import Fit
+from dehyst.recording import Recording
 from dehyst.report.text import clean
 
 
@@ -23,7 +24,7 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
     rec = fit.recordings[0]
     name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
     file = shlex.quote(name)
-    x, y = shlex.quote(_one_line(rec.input_name)), shlex.quote(_one_line(rec.output_name))
+    x, y = (shlex.quote(_column(rec, role)) for role in ("input", "output"))
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
     steps = [
         Lines(
@@ -35,10 +36,12 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
             "The same in Python, for whole signals and sample by sample in real time",
             "import dehyst\n\n"
             f"model = dehyst.load_model({name!r})\n"
-            f"y = model.simulate(x)              # x in {x_unit} -> y in {y_unit}\n"
+            f"# input in {x_unit}, output in {y_unit}\n"
+            "y = model.simulate(x)\n"
             "inverse = model.inverse()\n"
-            f"x = inverse.simulate(reference)    # reference in {y_unit} -> x in {x_unit}\n\n"
-            "step = inverse.stepper()           # state lives in the stepper\n"
+            "x = inverse.simulate(reference)\n\n"
+            "# one sample at a time; the state lives in the stepper\n"
+            "step = inverse.stepper()\n"
             "x_k = step(reference_k)",
         ),
     ]
@@ -46,6 +49,12 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
         keep = "Keep the model, in Python or with --save on the command line; this run was not told where"
         steps.insert(0, Lines(keep, 'fit.model.save("model.json")'))
     return tuple(steps)
+
+
+def _column(recording: Recording, role: str) -> str:
+    """Name of the column in the log, which may carry the unit: "pressure_bar" rather than "pressure"."""
+    named = recording.provenance.get(role)
+    return _one_line(named if isinstance(named, str) else getattr(recording, f"{role}_name"))
 
 
 def _one_line(text: str) -> str:

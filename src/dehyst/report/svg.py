@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -39,7 +41,7 @@ def panel_svg(panel: Panel, prefix: str) -> str:
         FigureCanvasSVG(canvas)
         panel.draw(canvas.add_subplot())
         stream = io.StringIO()
-        canvas.savefig(stream, format="svg", metadata=_NO_METADATA)
+        _save(canvas, stream, format="svg", metadata=_NO_METADATA)
     root = ElementTree.fromstring(_body(stream.getvalue()))
     _make_inline(root, prefix)
     root.set("role", "img")
@@ -62,10 +64,10 @@ def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
             part.set_facecolor("none")
         picture = io.BytesIO()
         FigureCanvasAgg(canvas)
-        canvas.savefig(picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(figure.title)})
+        _save(canvas, picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(figure.title)})
         drawing = io.StringIO()
         FigureCanvasSVG(canvas)
-        canvas.savefig(drawing, format="svg", metadata=_NO_METADATA)
+        _save(canvas, drawing, format="svg", metadata=_NO_METADATA)
     root = ElementTree.fromstring(_body(drawing.getvalue()))
     _round_paths(root)
     title = ElementTree.Element(f"{_SVG}title")
@@ -78,6 +80,13 @@ def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
         write_atomically(folder / f"{stem}.svg", text),
         write_atomically(folder / f"{stem}.png", picture.getvalue()),
     ]
+
+
+def _save(canvas: Canvas, stream: io.StringIO | io.BytesIO, **options: Any) -> None:
+    """Draw a figure; a letter that no installed font has becomes a box, which is nothing to warn a caller about."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        canvas.savefig(stream, **options)
 
 
 def _body(document: str) -> str:

@@ -79,26 +79,26 @@ def tables(fit: Fit) -> tuple[Table, ...]:
 
 def _scores(fit: Fit) -> Table:
     unit = fit.recordings[0].output_unit
+    bracket = f" [{unit}]" if unit else ""
     rows = [
-        _score_row("Model, fitted part", fit.train, unit),
-        _score_row("Model, held-out part", fit.test, unit),
-        _score_row("Curve, fitted part", fit.static_train, unit),
-        _score_row("Curve, held-out part", fit.static_test, unit),
+        _score_row("Model, fitted part", fit.train),
+        _score_row("Model, held-out part", fit.test),
+        _score_row("Curve, fitted part", fit.static_train),
+        _score_row("Curve, held-out part", fit.static_test),
     ]
     return Table(
         "Scores",
-        ("", "RMSE", "% of range", "NRMSE", "largest"),
+        ("", f"RMSE{bracket}", "% of range", "NRMSE", f"largest{bracket}"),
         tuple(row for row in rows if row),
         "NRMSE is the RMSE over the standard deviation of the output: 1 is what a constant reaches. "
         "The curve is the best one without hysteresis.",
     )
 
 
-def _score_row(name: str, score: Score | None, unit: str) -> tuple[str, ...]:
+def _score_row(name: str, score: Score | None) -> tuple[str, ...]:
     if score is None:
         return ()
-    rmse, largest = with_unit(score.rmse, unit), with_unit(score.max, unit)
-    return (name, rmse, number(score.rmse_percent), number(score.nrmse), largest)
+    return (name, number(score.rmse), number(score.rmse_percent), number(score.nrmse), number(score.max))
 
 
 def _certificate(fit: Fit) -> Table:

@@ -38,13 +38,29 @@ def short(text: object, length: int = 42) -> str:
     Examples
     --------
     >>> short("a_very_long_column_name [bar]", 16)
-    'a_very_…me [bar]'
+    'a_very_…e [bar]'
     """
     line = " ".join(clean(text).split())
-    if len(line) <= length:
+    if width(line) <= length:
         return line
-    head = (length - 1) // 2
-    return line[:head] + ELLIPSIS + line[head + 1 - length :]
+    head, tail = "", ""
+    while width(head) + width(tail) < length - 2:
+        if width(head) < width(tail):
+            head += line[len(head)]
+        else:
+            tail = line[len(line) - len(tail) - 1] + tail
+    return head + ELLIPSIS + tail
+
+
+def width(text: str) -> int:
+    """Return how many letters wide a text is; Chinese, Japanese and Korean letters count twice.
+
+    Examples
+    --------
+    >>> width("bar"), width("圧力")
+    (3, 4)
+    """
+    return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in text)
 
 
 def number(value: float | None, digits: int = 3) -> str:

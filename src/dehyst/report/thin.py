@@ -19,6 +19,8 @@ LIMIT = 5000
 ACROSS, UP = 640, 440
 # Cell sizes for thinning a path, from half a point to one and a half: a straight line joins what is kept.
 CELLS = (1.0, 2.0, 3.0)
+# Longest outline of an area, in cells; a rougher one is drawn on a coarser grid.
+RIM = 12_000
 # Cells that may be filled while drawing an area; beyond it the samples are drawn without the lines between them.
 WORK = 30_000_000
 
@@ -131,7 +133,23 @@ def occupancy(x: Array, y: Array, window: Window) -> tuple[Array, Array, Cells]:
         spread = np.maximum(spread, 0.6 * np.maximum(np.roll(visited, 1, axis), np.roll(visited, -1, axis)))
     columns = np.linspace(window.x_low, window.x_high, ACROSS + 1)
     rows = np.linspace(window.y_low, window.y_high, UP + 1)
+    while _rim(spread) > RIM and min(spread.shape) > 64:
+        columns, rows, spread = _coarser(columns, rows, spread)
     return columns, rows, spread
+
+
+def _rim(visited: Cells) -> int:
+    """Length of the outline, in cells."""
+    inside = visited >= 0.5
+    return int(np.count_nonzero(inside[1:] != inside[:-1]) + np.count_nonzero(inside[:, 1:] != inside[:, :-1]))
+
+
+def _coarser(columns: Array, rows: Array, visited: Cells) -> tuple[Array, Array, Cells]:
+    """Join 2 x 2 cells: visited if one of them is."""
+    height, across = (size // 2 * 2 for size in visited.shape)
+    blocks = visited[:height, :across].reshape(height // 2, 2, across // 2, 2)
+    joined: Cells = blocks.max(axis=(1, 3))
+    return 0.5 * (columns[:across:2] + columns[1:across:2]), 0.5 * (rows[:height:2] + rows[1:height:2]), joined
 
 
 def _filled_in(u: Array, v: Array) -> tuple[Array, Array]:

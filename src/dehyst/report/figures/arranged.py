@@ -80,7 +80,7 @@ def _draw(fit: Fit, pairs: list[tuple[Array, Array]], window: Window, axes: Axes
     longest = max(fit.recordings[0].pieces, key=lambda piece: piece.stop - piece.start)
     draw_arrows(axes, x, y, longest, window, MODEL)
     if several and len(pairs) <= len(CYCLE):
-        add_legend(axes, columns=2)
+        add_legend(axes)
 
 
 def _draw_measured(fit: Fit, axes: Axes) -> None:

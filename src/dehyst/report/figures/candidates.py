@@ -11,7 +11,7 @@ from dehyst.report.figures.panel import Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
 
-MAXIMUM_BARS = 9
+MAXIMUM_BARS = 7
 
 _STARTS = {"zero": "at zero", "rest": "at rest"}
 
@@ -43,7 +43,9 @@ def _shown(fit: Fit) -> list[Candidate]:
     ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: c.error_percent)
     leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]
     must = leaders + [c for c in ranked if c.chosen and c not in leaders]
-    rest = [c for c in ranked if c not in must][: max(0, MAXIMUM_BARS - 1 - len(must))]
+    named = {_name(c): c for c in reversed(ranked)}  # of variants with the same name, the best
+    rest = [c for c in named.values() if _name(c) not in {_name(m) for m in must}]
+    rest = sorted(rest, key=lambda c: c.error_percent)[: max(0, MAXIMUM_BARS - 1 - len(must))]
     curve = (
         []
         if any(is_static(c) for c in must)
@@ -78,6 +80,7 @@ def _draw(shown: list[Candidate], axes: Axes) -> None:
         place,
         xerr=np.minimum(spread, error),
         fmt="none",
+        color=INK.light,
         ecolor=INK.light,
         elinewidth=1.1,
         capsize=2.5,

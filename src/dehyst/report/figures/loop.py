@@ -97,7 +97,7 @@ def _draw_loop(fit: Fit, i: int, axes: Axes) -> None:
     )
     longest = max(recording.pieces, key=lambda piece: piece.stop - piece.start)
     draw_arrows(axes, x, y, longest, window, MODEL)
-    add_legend(axes, columns=4)
+    add_legend(axes)
 
 
 def _stretch(fit: Fit) -> tuple[int, int]:
@@ -137,4 +137,4 @@ def _draw_time(fit: Fit, first: int, axes: Axes) -> None:
     )
     for moment in break_times(recording, t)[:100]:
         axes.axvline(moment, color=BAD.light, lw=0.8, ls=(0, (1, 2)), zorder=1)
-    add_legend(axes, columns=4)
+    add_legend(axes)

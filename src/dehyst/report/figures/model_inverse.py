@@ -78,7 +78,7 @@ def _draw_model(fit: Fit, axes: Axes) -> None:
         zorder=2.5,
     )
     _draw_pairs(fit, fits, "model", window, axes)
-    add_legend(axes, columns=3)
+    add_legend(axes)
 
 
 def _draw_inverse(fit: Fit, demands: list[Array], axes: Axes) -> None:
@@ -88,7 +88,7 @@ def _draw_inverse(fit: Fit, demands: list[Array], axes: Axes) -> None:
     label_axes(axes, window, fit.recordings[0].output_label, fit.recordings[0].input_label)
     _draw_pairs(fit, pairs, "applied", window, axes)
     _draw_pairs(fit, asked, "asked for by the inverse", window, axes)
-    add_legend(axes, columns=2)
+    add_legend(axes)
 
 
 def _draw_pairs(fit: Fit, pairs: list[tuple[Array, Array]], label: str, window: Window, axes: Axes) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.recording import Recording
-from dehyst.report.text import clean, power_of_ten, short
+from dehyst.report.text import clean, power_of_ten, short, width
 from dehyst.report.theme import INK, Token
 from dehyst.report.thin import Window, interrupted, occupancy, thin_path, thin_series
 
@@ -23,6 +23,8 @@ Axes = Any
 LABEL_LENGTH = 46
 # Axes whose largest value lies in this range are labelled as they are, others in powers of ten.
 PLAIN = (1e-2, 1e5)
+# Letters in a row of a legend, and how many of them the sample line of an entry takes.
+LEGEND_WIDTH, LEGEND_KEY = 62, 5
 # A clock that starts later than this many lengths of the log is set to zero at its first sample.
 FAR_AWAY = 20.0
 # matplotlib leaves this one out of the legend: one entry for several recordings drawn alike.
@@ -103,7 +105,7 @@ def legend_label(text: str) -> str:
     """Return a legend entry; matplotlib would hide one that begins with an underscore."""
     if text is NO_LABEL:
         return text
-    line = short(text, 36)
+    line = short(text, 40)
     return f"\u00a0{line}" if line.startswith("_") else line
 
 
@@ -155,16 +157,18 @@ def draw_series(
     axes.plot(t[kept], y[kept], color=token.light, lw=width, ls=dashes, label=legend_label(label), zorder=order)
 
 
-def add_legend(axes: Axes, columns: int = 2) -> None:
-    """Put the legend above the panel, right of nothing and over nothing."""
+def add_legend(axes: Axes) -> None:
+    """Put the legend above the panel, over nothing, in as many columns as fit."""
     handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        legend = axes.legend(
-            handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.115), ncols=columns, labelcolor=INK.light
-        )
-        for handle in legend.legend_handles:
-            if handle is not None and hasattr(handle, "set_linewidth"):
-                handle.set_linewidth(max(1.6, handle.get_linewidth()))
+    if not handles:
+        return
+    columns = max(1, min(len(labels), LEGEND_WIDTH // (max(width(label) for label in labels) + LEGEND_KEY)))
+    legend = axes.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.115), ncols=columns, labelcolor=INK.light
+    )
+    for handle in legend.legend_handles:
+        if handle is not None and hasattr(handle, "set_linewidth"):
+            handle.set_linewidth(max(1.6, handle.get_linewidth()))
 
 
 def path_of(recording: Recording, signal: Array, mask: Mask | None = None) -> Array:

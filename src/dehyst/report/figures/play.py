@@ -113,7 +113,7 @@ def _draw_over_input(
     label_axes(axes, window, recording.input_label, f"play z{unit}")
     for r, z, token, width in zip(thresholds, plays, _COLOURS, _WIDTHS, strict=False):
         draw_path(axes, x, z, window, token, label=_label(r, recording.input_unit), width=width, outline=True)
-    add_legend(axes, columns=3)
+    add_legend(axes)
 
 
 def _draw_over_time(
@@ -135,4 +135,4 @@ def _draw_over_time(
         draw_series(axes, t, centred, MUTED, label="x − c", width=0.9)
     for r, z, token, width in zip(thresholds, plays, _COLOURS, _WIDTHS, strict=False):
         draw_series(axes, t, z[:end], token, label=_label(r, recording.input_unit), width=width)
-    add_legend(axes, columns=3)
+    add_legend(axes)

@@ -102,7 +102,7 @@ def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
             axes.axvline(moment, color=BAD.light, lw=0.9, ls=(0, (1, 2)), zorder=1)
     for border in borders:
         axes.axvline(border, color=MUTED.light, lw=0.8, ls=(0, (5, 3)), zorder=1)
-    add_legend(axes, columns=3)
+    add_legend(axes)
 
 
 def _one_after_another(fit: Fit) -> tuple[list[Array], list[float], str]:
@@ -136,4 +136,4 @@ def _draw_input(fit: Fit, rmse: float, axes: Axes) -> None:
             shown = name if name not in seen else NO_LABEL
             seen.add(name)
             draw_path(axes, path_of(rec, rec.input), path_of(rec, left[i], mask), window, token, label=shown, width=0.9)
-    add_legend(axes, columns=3)
+    add_legend(axes)

@@ -95,7 +95,7 @@ def _draw_weights(
     for sign, token, name in ((w > 0, TRAIN, "weight"), (w < 0, TEST, "negative weight")):
         if sign.any():
             axes.vlines(r[sign], 0.0, w[sign], color=token.light, lw=1.6, zorder=2)
-            axes.plot(r[sign], w[sign], "o", color=token.light, ms=4.5, mec="none", label=name, zorder=3)
+            axes.plot(r[sign], w[sign], "o", color=token.light, ms=4.5, mew=0.0, label=name, zorder=3)
     if undetermined.size:
         axes.plot(
             undetermined,
@@ -108,7 +108,7 @@ def _draw_weights(
             clip_on=False,
             label="not determined",
         )
-    add_legend(axes, columns=3)
+    add_legend(axes)
 
 
 def _draw_loading(fit: Fit, core: PrandtlIshlinskii, axes: Axes) -> None:
@@ -122,8 +122,13 @@ def _draw_loading(fit: Fit, core: PrandtlIshlinskii, axes: Axes) -> None:
 
 
 def _draw_map(fit: Fit, mapping: MonotoneMap, axes: Axes) -> None:
-    rec = fit.recordings[0]
-    window = Window.around((mapping.u, mapping.v))
-    unit = f" [{rec.output_unit}]" if rec.output_unit else ""
+    # The map goes on beyond the data; only the part that this log used is of interest.
+    ends = np.array([extreme(np.concatenate(fit.predictions)) for extreme in (np.min, np.max)])
+    low, high = np.sort(mapping.inverse()(ends))
+    inner = mapping.u[(mapping.u > low) & (mapping.u < high)]
+    u = np.concatenate([[low], inner, [high]])
+    window = Window.around((u, mapping(u)))
+    unit = f" [{fit.recordings[0].output_unit}]" if fit.recordings[0].output_unit else ""
     label_axes(axes, window, f"sum of the operators H[x]{unit}", f"output S{unit}")
-    axes.plot(mapping.u, mapping.v, color=STATIC.light, lw=1.8, marker="o", ms=3.5, mec="none")
+    axes.plot(u, mapping(u), color=STATIC.light, lw=1.8)
+    axes.plot(inner, mapping(inner), "o", color=STATIC.light, ms=4.0, mew=0.0)

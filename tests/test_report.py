@@ -1,0 +1,424 @@
+"""Claims about the report: complete in itself, safe, small, readable by machines that read HTML, SVG and PNG."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import struct
+import time
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst.errors import OutputError
+from dehyst.findings import Finding
+from dehyst.identification.fit import Score
+from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
+from dehyst.report import write_report
+from dehyst.report.figures import all_figures
+from dehyst.report.judgement import Grade, lights, overall
+from dehyst.report.svg import write_figure
+from dehyst.report.theme import TOKENS, fonts
+from report_samples import HOSTILE, falling, fit_by_hand, maxwell_slip_log
+
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+ALL_FIGURES = ["loop", "arranged", "play", "model", "residual", "weights", "candidates"]
+
+
+class Reader(HTMLParser):
+    """Reads a page, and complains about what a validator would."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.faults: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag, attributes):
+        names = [name for name, _ in attributes]
+        if len(set(names)) != len(names):
+            self.faults.append(f"attribute repeated in <{tag}>")
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.elements.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> closes something else")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def read(page) -> Reader:
+    reader = Reader()
+    reader.feed(page.read_text(encoding="utf-8"))
+    reader.close()
+    if reader.open:
+        reader.faults.append(f"never closed: {reader.open}")
+    return reader
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return fit_by_hand()
+
+
+@pytest.fixture(scope="module")
+def page(fit, tmp_path_factory):
+    return write_report(fit, tmp_path_factory.mktemp("report") / "report.html")
+
+
+def test_the_page_is_well_formed_and_every_id_is_unique(page):
+    reader = read(page)
+    assert reader.faults == []
+    ids = [attributes["id"] for _, attributes in reader.elements if "id" in attributes]
+    assert len(ids) > 10 and len(set(ids)) == len(ids)
+
+
+def test_the_page_refers_to_nothing_outside_itself(page):
+    text = page.read_text(encoding="utf-8")
+    assert re.search(r"(https?|ftp|file):|//[\w.]+\.\w|@import", text) is None
+    for tag, attributes in read(page).elements:
+        assert tag not in {"script", "iframe", "object", "embed", "img", "base", "form"}
+        assert not any(name.startswith("on") for name in attributes)
+        for name in ("src", "href", "xlink:href", "data", "action", "srcset"):
+            assert (attributes.get(name) or "#")[0] == "#" or attributes[name] == "data:,"
+        assert re.search(r"url\((?!#)", attributes.get("style") or "") is None
+
+
+def test_every_reference_inside_the_page_has_a_target(page):
+    reader = read(page)
+    ids = {attributes["id"] for _, attributes in reader.elements if "id" in attributes}
+    text = page.read_text(encoding="utf-8")
+    wanted = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
+    assert len(wanted) > 10
+    assert wanted <= ids
+
+
+def test_the_page_forbids_scripts_and_requests(page):
+    policies = [a["content"] for t, a in read(page).elements if a.get("http-equiv") == "Content-Security-Policy"]
+    assert policies == ["default-src 'none'; style-src 'unsafe-inline'; img-src data:"]
+
+
+def test_every_figure_is_on_the_page_with_an_alternative_text(fit, page):
+    reader = read(page)
+    sections = [a["id"] for t, a in reader.elements if t == "section" and a.get("class") == "figure"]
+    assert sections == ALL_FIGURES
+    pictures = [a for t, a in reader.elements if t == "svg"]
+    panels = [panel for figure in all_figures(fit) for panel in figure.panels]
+    assert len(pictures) == len(panels) >= 13
+    assert [a["aria-label"] for a in pictures] == [panel.alt for panel in panels]
+    assert all(a["role"] == "img" and len(a["aria-label"]) > 15 for a in pictures)
+    assert all(panel.title in reader.text for panel in panels)
+
+
+def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands(fit, tmp_path):
+    text = read(write_report(fit, tmp_path / "r.html", model_file="elbow model.json")).text
+    assert fit.verdict in text
+    assert f"{fit.test.rmse_percent:.2f}" in text and f"{fit.train.rmse_percent:.2f}" in text
+    assert f"{fit.static_test.rmse_percent:.2f}" in text
+    for finding in fit.warnings:
+        assert finding.code in text and finding.message in text
+    assert "dehyst compensate 'elbow model.json' reference.csv --output angle" in text
+    assert "load_model('elbow model.json')" in text
+    assert "ab" * 32 in text  # the checksum of the log
+
+
+def test_commands_name_the_columns_of_the_log_not_the_labels(tmp_path):
+    log = maxwell_slip_log(provenance={"input": "pressure_bar", "output": "angle [deg]"})
+    text = read(write_report(fit_by_hand(log), tmp_path / "r.html")).text
+    assert "--output 'angle [deg]'" in text and "--input pressure_bar" in text
+
+
+def test_axes_carry_names_and_units(page):
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", page.read_text(encoding="utf-8"))
+    assert texts.count("pressure [bar]") >= 5
+    assert texts.count("angle [deg]") >= 4
+    assert {"residual [deg]", "weight w [deg/bar]", "threshold r [bar]", "time [s]"} <= set(texts)
+
+
+def test_very_small_and_very_large_units_get_powers_of_ten_on_the_axis(tmp_path):
+    log = maxwell_slip_log()
+    tiny = replace(log, output=log.output * 1e-6, input=log.input * 1e6, output_unit="rad", input_unit="Pa")
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", write_report(fit_by_hand(tiny), tmp_path / "r.html").read_text())
+    assert "angle [10⁻⁶ rad]" in texts and "pressure [10⁶ Pa]" in texts
+    assert not any(re.search(r"\de[+-−]?\d", text) for text in texts)
+
+
+def test_a_log_without_time_is_drawn_over_sample_numbers(tmp_path):
+    text = write_report(fit_by_hand(maxwell_slip_log(time=None)), tmp_path / "r.html").read_text()
+    assert ">sample number<" in text and "time [s]" not in text
+
+
+def test_a_clock_that_counts_from_1970_is_set_to_zero(tmp_path):
+    log = maxwell_slip_log()
+    text = write_report(fit_by_hand(replace(log, time=log.time + 1.7e9)), tmp_path / "r.html").read_text()
+    assert ">time since the first sample [s]<" in text
+
+
+HOSTILE_NAMES = [
+    HOSTILE,
+    '"><img src=x onerror=alert(1)>',
+    "</style></svg><script>alert(1)</script>",
+    "a]]>b &lt; &amp; <!-- c",
+    "{{ 7 * 7 }}{% raw %}",
+    "$\\frac{1}{0}$ 100 % _x_",
+    "_hidden",
+    "null\x00 bell\x07 esc\x1b[31m",
+    "lone \ud800 surrogate",
+    "right \u202e left",
+    "圧力 Δp Давление ضغط 🦾",
+    "",
+    "x" * 5000,
+    "圧" * 300,
+    "line\nbreak\ttab",
+    "url(#a) style='x' #0072b2 var(--ink)",
+]
+
+
+@pytest.mark.parametrize("first", range(4))
+def test_no_name_of_a_log_can_break_the_page_or_run_in_it(first, tmp_path):
+    a, b, c, d = HOSTILE_NAMES[4 * first : 4 * first + 4]
+    log = maxwell_slip_log(400, name=a, input_name=b, output_name=c, input_unit=d[:60], output_unit=a[:60])
+    log = replace(log, provenance={b: c, "nested": {d: [a]}}, findings=(Finding("x", b),))
+    other = replace(log, name=b)
+    fit = replace(
+        fit_by_hand(log, other), warnings=(Finding(c, d),), settings={a: b}, verdict=f"verdict {a} {b} {c} {d}"
+    )
+    figures = tmp_path / "figures" if first == 0 else None
+    page = write_report(fit, tmp_path / "r.html", figures=figures, model_file=c or None)
+    reader = read(page)
+    assert reader.faults == []
+    assert not [tag for tag, _ in reader.elements if tag in {"script", "img"}]
+    assert not [attributes for _, attributes in reader.elements if any(n.startswith("on") for n in attributes)]
+    assert len([tag for tag, _ in reader.elements if tag == "svg"]) >= 13
+    for name in (a, b, c, d):
+        if name.isprintable():
+            assert " ".join(name.split()) in reader.text
+    for svg in (tmp_path / "figures").glob("*.svg"):
+        ElementTree.fromstring(svg.read_bytes())
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["圧" * 300, "W" * 300, "🦾"])
+def test_long_and_foreign_names_and_units_leave_room_for_the_picture(name, tmp_path):
+    log = maxwell_slip_log(300, name=name, input_name=name, output_name=name, input_unit=name, output_unit=name)
+    assert write_report(fit_by_hand(log), tmp_path / "r.html").exists()
+
+
+def test_figures_are_written_as_valid_svg_and_png(fit, tmp_path):
+    write_report(fit, tmp_path / "r.html", figures=tmp_path / "new" / "figures")
+    names = sorted(path.name for path in (tmp_path / "new" / "figures").iterdir())
+    assert names == sorted(
+        f"figure-{k}-{key}.{kind}" for k, key in enumerate(ALL_FIGURES, start=1) for kind in ("svg", "png")
+    )
+    for path in (tmp_path / "new" / "figures").iterdir():
+        data = path.read_bytes()
+        if path.suffix == ".svg":
+            root = ElementTree.fromstring(data)
+            assert root.tag == "{http://www.w3.org/2000/svg}svg"
+            assert root.find("{http://www.w3.org/2000/svg}title").text
+            assert len(root.findall(".//{http://www.w3.org/2000/svg}path")) > 5
+            assert b"creativecommons" not in data and b"var(--" not in data
+        else:
+            assert data[:8] == b"\x89PNG\r\n\x1a\n" and data[-12:-4].endswith(b"IEND")
+            width, height = struct.unpack(">II", data[16:24])
+            assert width >= 900 and height >= 700
+
+
+def test_a_figure_is_the_same_twice(fit, tmp_path):
+    figure = all_figures(fit)[0]
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        write_figure(figure, folder, 1)
+    for path in (tmp_path / "a").iterdir():
+        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
+
+
+def test_a_failed_write_leaves_the_old_page_and_no_litter(fit, tmp_path, monkeypatch):
+    target = tmp_path / "r.html"
+    target.write_text("old")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OutputError, match="No space left"):
+        write_report(fit, target)
+    assert target.read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["r.html"]
+
+
+def test_a_folder_that_does_not_exist_is_named(fit, tmp_path):
+    with pytest.raises(OutputError, match="nowhere"):
+        write_report(fit, tmp_path / "nowhere" / "r.html")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="folder"):
+        write_report(fit, tmp_path / "r.html", figures=tmp_path / "file")
+
+
+def test_the_page_is_readable_by_others(page):
+    assert stat.S_IMODE(page.stat().st_mode) & stat.S_IRUSR
+
+
+@pytest.mark.parametrize("loops", [6.0, 700.0])
+def test_a_long_log_gives_a_small_page_quickly(loops, tmp_path):
+    fit = fit_by_hand(maxwell_slip_log(100_000, loops=loops))
+    write_report(fit_by_hand(), tmp_path / "warm.html")  # first use loads fonts
+    start = time.process_time()
+    page = write_report(fit, tmp_path / "r.html")
+    assert time.process_time() - start < 5.0
+    assert page.stat().st_size < 3_000_000
+    assert read(page).faults == []
+
+
+def test_a_million_rows_of_noise_work(tmp_path):
+    rng = np.random.default_rng(1)
+    log = maxwell_slip_log(4000)
+    many = replace(
+        log, input=rng.standard_normal(1_000_000), output=rng.standard_normal(1_000_000), time=np.arange(1e6)
+    )
+    page = write_report(fit_by_hand(many, n=4), tmp_path / "r.html")
+    assert page.stat().st_size < 3_000_000
+
+
+@pytest.mark.parametrize(("family", "train"), [("pi", 1.0), ("modified-pi", 0.5), ("stop", 0.5)])
+def test_every_family_and_split_is_drawn(family, train, tmp_path):
+    page = write_report(fit_by_hand(falling(maxwell_slip_log(600)), family=family, train=train), tmp_path / "r.html")
+    reader = read(page)
+    assert reader.faults == []
+    assert ("held out" in " ".join(re.findall(r"<text[^>]*>([^<]*)</text>", page.read_text()))) == (train < 1.0)
+    assert ("Output map S" in reader.text) == (family == "modified-pi")
+    assert ("stop weight s" in reader.text) == (family == "stop")
+
+
+def test_a_curve_without_memory_is_reported_without_operators(tmp_path):
+    fit = fit_by_hand()
+    flat = replace(fit, model=fit.static, candidates=(), warnings=())
+    assert isinstance(flat.model, StaticCurve)
+    sections = [
+        a["id"] for t, a in read(write_report(flat, tmp_path / "r.html")).elements if a.get("class") == "figure"
+    ]
+    assert sections == ["loop", "arranged", "model", "residual"]
+
+
+def test_a_model_without_inverse_says_so(tmp_path):
+    fit = fit_by_hand(family="pi")
+    stuck = replace(fit, model=PrandtlIshlinskii(np.array([0.5, 1.0]), np.array([1.0, 1.0]), center=2.0))
+    text = read(write_report(stuck, tmp_path / "r.html")).text
+    assert "This model has no inverse" in text
+    assert {light.aspect: light.grade for light in lights(stuck)}["Inverse"] is Grade.BAD
+
+
+def test_several_logs_are_drawn_beside_each_other(tmp_path):
+    logs = [maxwell_slip_log(500, seed=k, name=f"trial-{k}.csv") for k in range(8)]
+    page = write_report(fit_by_hand(*logs), tmp_path / "r.html")
+    reader = read(page)
+    assert reader.faults == []
+    assert all(f"trial-{k}.csv" in reader.text for k in range(8))
+    assert "first 6 of 8 logs" in reader.text
+    assert "time, log after log [s]" in reader.text
+
+
+def test_gaps_interrupt_lines_and_are_marked(tmp_path):
+    log = maxwell_slip_log(600)
+    time_with_gap = np.where(np.arange(600) >= 200, log.time + 30.0, log.time)
+    reader = read(write_report(fit_by_hand(replace(log, breaks=(200,), time=time_with_gap)), tmp_path / "r.html"))
+    assert "the place where samples are missing" in reader.text
+
+
+def test_a_log_that_fits_exactly_and_numbers_that_do_not_exist_are_printed(tmp_path):
+    x = np.sin(np.linspace(0, 20, 300))
+    log = replace(maxwell_slip_log(300), input=x, output=2 * x)
+    zero = Score(0.0, 0.0, 0.0, 0.0)
+    nothing = Score(float("nan"), float("nan"), float("inf"), float("nan"))
+    for score in (zero, nothing):
+        fit = replace(fit_by_hand(log), train=score, test=score, static_train=score, static_test=score)
+        assert read(write_report(fit, tmp_path / "r.html")).faults == []
+
+
+def test_figures_use_colours_of_the_theme_only(page):
+    css, _, body = page.read_text(encoding="utf-8").partition("</style>")
+    used = set(re.findall(r"#[0-9a-f]{6}\b", body))
+    assert used == set()  # every colour became a variable
+    for token in TOKENS:
+        assert f"--{token.name}: {token.light};" in css and f"--{token.name}: {token.dark};" in css
+
+
+def _contrast(a: str, b: str) -> float:
+    def luminance(colour):
+        parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(a), luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("side", ["light", "dark"])
+def test_letters_and_lines_stand_out_from_the_paper(side):
+    colours = {token.name: getattr(token, side) for token in TOKENS}
+    paper = colours["paper"]
+    assert all(_contrast(colours[name], paper) >= 4.5 for name in ("ink", "muted"))
+    assert all(
+        _contrast(colours[n], paper) >= 3.0 for n in ("train", "test", "model", "static", "other", "bad", "fifth")
+    )
+
+
+def test_the_light_for_the_whole_says_what_the_verdict_says(tmp_path):
+    words = {
+        Grade.GOOD: "good for compensation",
+        Grade.CARE: "usable with care",
+        Grade.BAD: "do not compensate with it",
+    }
+    x = 2 * np.sin(np.linspace(0, 40, 900)) * np.linspace(1, 0.3, 900)
+    y = PrandtlIshlinskii(np.array([0.0, 0.6]), np.array([1.0, 0.5])).simulate(x)
+    noise = np.random.default_rng(0).standard_normal(900)
+    seen = set()
+    for output in (y, y + 0.12 * noise, 2 * x, 3.0 * noise + x):
+        fit = dehyst.identify(dehyst.Recording(input=x, output=output), family="pi")
+        assert words[overall(fit)] in fit.verdict
+        seen.add(overall(fit))
+        assert read(write_report(fit, tmp_path / "r.html")).faults == []
+    assert {Grade.GOOD, Grade.BAD} <= seen
+
+
+def test_drawing_leaves_matplotlib_as_it_was(fit, tmp_path):
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    write_report(fit, tmp_path / "r.html")
+    assert dict(matplotlib.rcParams) == before
+    assert fonts()[0] == "DejaVu Sans"
+
+
+def test_importing_the_package_does_not_load_matplotlib():
+    import subprocess
+    import sys
+
+    code = "import dehyst, dehyst.identification, sys; print('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
+
+
+def test_the_play_figure_uses_thresholds_of_the_model(fit):
+    assert isinstance(fit.model, ModifiedPrandtlIshlinskii)
+    figure = next(figure for figure in all_figures(fit) if figure.key == "play")
+    named = [float(v) for v in re.findall(r"([\d.]+)\s*bar", figure.caption.replace("\xa0", " "))[1:]]
+    assert 2 <= len(named) <= 3
+    for r in named:
+        assert np.min(np.abs(fit.model.hysteresis.thresholds - r)) <= 0.005 * max(r, 1e-9) + 1e-12

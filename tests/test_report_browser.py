@@ -1,0 +1,195 @@
+"""Claims about the report as a real browser shows it: Debian's Chromium, headless, without a network."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+from dataclasses import dataclass, replace
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from dehyst.report import write_report
+from report_samples import HOSTILE, fit_by_hand, maxwell_slip_log
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage", "--hide-scrollbars",
+    "--enable-logging=stderr", "--host-resolver-rules=MAP * ~NOTFOUND",
+)  # fmt: skip
+DESK, PHONE = (1200, 1600), (390, 844)
+
+# What the measuring copy of the page writes into its own body.
+PROBE = """<script>
+window.addEventListener("load", () => {
+  const width = document.documentElement.clientWidth;
+  const outside = [...document.querySelectorAll("body *")].filter(e => {
+    const box = e.getBoundingClientRect();
+    return box.width && (box.right > width + 1 || box.left < -1) && !e.closest(".scroll, pre, svg");
+  }).map(e => e.tagName + "." + e.className).slice(0, 5);
+  const letters = [...document.querySelectorAll("svg text")].filter(e => e.textContent.trim());
+  const spill = letters.filter(e => {
+    const box = e.getBoundingClientRect(), room = e.closest("svg").getBoundingClientRect();
+    return box.right > room.right + 2 || box.left < room.left - 2 || box.top < room.top - 2;
+  }).map(e => e.textContent).slice(0, 5);
+  const heights = letters.map(e => parseFloat(getComputedStyle(e).fontSize) * e.getScreenCTM().a);
+  const result = {
+    client: width, scroll: document.documentElement.scrollWidth, outside, spill,
+    plots: document.querySelectorAll("svg.plot").length, smallest: Math.min(...heights),
+    verdict: document.querySelector("#verdict .lead").textContent,
+    flat: [...document.querySelectorAll("svg.plot")].filter(e => e.getBoundingClientRect().height < 150).length,
+    ink: getComputedStyle(document.body).color,
+    pixels: window.innerWidth,
+  };
+  const out = document.createElement("pre");
+  out.id = "probe";
+  out.textContent = JSON.stringify(result);
+  document.body.append(out);
+});
+</script></body>"""
+
+pytestmark = pytest.mark.skipif(
+    BROWSER is None,
+    reason="no Chromium or Chrome found: install one (apt-get install chromium) to open the report in it",
+)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the browser printed."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def browse(
+    page: Path, profile: Path, *arguments: str, size: tuple[int, int] = DESK
+) -> subprocess.CompletedProcess[str]:
+    command = [BROWSER, *FLAGS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}", *arguments]
+    with subprocess.Popen(
+        [*command, page.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        try:
+            out, err = process.communicate(timeout=60)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            raise
+    return Seen(process.returncode, out, err)
+
+
+def measured(page: Path, tmp_path: Path, *arguments: str, size: tuple[int, int]) -> dict:
+    """Load a copy of the page that may run one script, inside a frame of exactly the given width.
+
+    A window of a headless browser is never narrower than about 500 pixels; a frame is.
+    """
+    text = page.read_text(encoding="utf-8")
+    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text)
+    copy = tmp_path / "copy.html"
+    copy.write_text(text.replace("</body>", PROBE), encoding="utf-8")
+    frame = tmp_path / "frame.html"
+    frame.write_text(
+        f'<!DOCTYPE html><body style="margin:0"><iframe src="copy.html" width="{size[0]}" height="{size[1]}" '
+        f'style="border:0"></iframe><script>addEventListener("load", () => setTimeout(() => {{'
+        f'document.body.append(Object.assign(document.createElement("pre"), {{id: "found", textContent: '
+        f'document.querySelector("iframe").contentDocument.querySelector("#probe").textContent}}))}}, 100))</script>',
+        encoding="utf-8",
+    )
+    dom = browse(
+        frame, tmp_path / "profile", "--allow-file-access-from-files", "--virtual-time-budget=4000", "--dump-dom",
+        *arguments, size=(max(size[0], 600), size[1]),
+    )  # fmt: skip
+    found = re.search(r'<pre id="found">(.*?)</pre>', dom.stdout, re.S)
+    assert found, dom.stderr[-2000:]
+    return json.loads(unescape(found.group(1)))
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return fit_by_hand()
+
+
+@pytest.fixture(scope="module")
+def page(fit, tmp_path_factory):
+    return write_report(fit, tmp_path_factory.mktemp("browser") / "report.html")
+
+
+def test_the_browser_reads_the_whole_page_without_complaint(fit, page, tmp_path):
+    seen = browse(page, tmp_path / "profile", "--dump-dom")
+    assert seen.returncode == 0
+    assert fit.verdict in unescape(seen.stdout)
+    assert seen.stdout.count("<svg ") >= 13
+    assert "</html>" in seen.stdout
+    assert "CONSOLE" not in seen.stderr, seen.stderr
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_nothing_runs_over_the_edge_and_letters_can_be_read(fit, page, tmp_path, size):
+    found = measured(page, tmp_path, size=size)
+    assert found["pixels"] == found["client"] == size[0]
+    assert found["scroll"] <= found["client"]
+    assert found["outside"] == []
+    assert found["spill"] == []
+    assert found["plots"] >= 13 and found["flat"] == 0
+    assert found["smallest"] >= 9.0  # CSS pixels of the smallest letters in a figure
+    assert found["verdict"] == fit.verdict
+
+
+def test_long_names_do_not_run_over_the_edge_of_a_phone(tmp_path):
+    name = "a_very_long_column_name_without_any_space_" * 6
+    log = maxwell_slip_log(300, name=name, input_name=name, output_name="圧力" * 40, input_unit="kgf/cm2" * 9)
+    log = replace(log, provenance={"file": name, "sha256": "f" * 64})
+    found = measured(write_report(fit_by_hand(log), tmp_path / "r.html", model_file=name), tmp_path, size=PHONE)
+    assert found["scroll"] <= found["client"] and found["outside"] == []
+
+
+def test_a_dark_screen_gets_light_letters(page, tmp_path):
+    dark = measured(page, tmp_path, "--blink-settings=preferredColorScheme=0", size=DESK)["ink"]
+    light = measured(page, tmp_path, "--blink-settings=preferredColorScheme=1", size=DESK)["ink"]
+    brightness = [sum(map(int, re.findall(r"\d+", colour)[:3])) for colour in (dark, light)]
+    assert brightness[0] > 600 > 200 > brightness[1]
+
+
+@pytest.mark.parametrize("size", [DESK, (500, 1400)], ids=["desk", "narrow"])
+def test_a_screenshot_shows_letters_and_curves(page, tmp_path, size):
+    shot = tmp_path / "shot.png"
+    browse(page, tmp_path / "profile", f"--screenshot={shot}", size=size)
+    pixels = imread(shot)[..., :3]
+    assert pixels.shape[:2] == (size[1], size[0])
+    dark = float(np.mean(pixels.sum(axis=2) < 1.5))
+    assert 0.005 < dark < 0.5  # neither blank nor black
+    rows = pixels.reshape(pixels.shape[0], -1)
+    written = np.ptp(rows, axis=1) > 0.3
+    assert written.mean() > 0.3  # letters all the way down, not one error line
+    if size == DESK:
+        blue = (pixels[..., 2] - pixels[..., 0] > 0.3).sum()
+        assert blue > 500
+
+
+def test_the_page_prints(page, tmp_path):
+    pdf = tmp_path / "report.pdf"
+    browse(page, tmp_path / "profile", "--no-pdf-header-footer", f"--print-to-pdf={pdf}")
+    data = pdf.read_bytes()
+    assert data.startswith(b"%PDF-") and b"%%EOF" in data[-32:]
+    sheets = len(re.findall(rb"/Type\s*/Page\b", data))
+    assert 3 <= sheets <= 15
+
+
+def test_no_name_of_a_log_runs_as_a_script(tmp_path):
+    name = HOSTILE.replace("alert", "document.title=")
+    log = maxwell_slip_log(300, name=name, input_name=name, output_name=f"<img src=x onerror={name}>")
+    fit = replace(fit_by_hand(log), verdict=f"</p></div></body>{name}")
+    page = write_report(fit, tmp_path / "r.html")
+    for text in (page.read_text(), page.read_text().replace("Content-Security-Policy", "x")):
+        page.write_text(text)
+        seen = browse(page, tmp_path / "profile", "--dump-dom")
+        assert "<script" not in seen.stdout and "<img" not in seen.stdout
+        assert "hysteresis report</title>" in seen.stdout
+        assert "CONSOLE" not in seen.stderr
