@@ -307,3 +307,11 @@ def test_a_single_signal_keeps_gaps_as_breaks(tmp_path: Path) -> None:
     signal = read_signal(log(tmp_path, T[keep], X[keep], Y[keep]), "angle")
     assert signal.breaks == (110,)
     assert signal.provenance["column"] == "angle_deg"
+
+
+def test_a_named_clock_serves_the_signal_it_fits(tmp_path: Path) -> None:
+    slow = np.arange(100) * 0.04
+    np.savez(tmp_path / "log.npz", t=T, p_bar=X, slow_time=slow, other_time=slow + 100.0, angle_deg=3.0 * slow)
+    rec = read_log(tmp_path / "log.npz", "p", "angle", time="slow_time")
+    np.testing.assert_allclose(rec.output, 3.0 * np.asarray(rec.time), atol=1e-12)
+    assert "two-clocks" in codes(rec)
