@@ -113,7 +113,7 @@ def about_fit(
             f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
         )
     scored = test_masks if any(mask.any() for mask in test_masks) else train_masks
-    error, bar = _rms(records, outputs, scored), _rms(records, curves, scored)
+    error, bar = rms(records, outputs, scored), rms(records, curves, scored)
     if error > STATIC_AS_GOOD * bar:
         yield Finding(
             "static-as-good",
@@ -153,6 +153,7 @@ def _beyond_training(records: tuple[Recording, ...], test_masks: tuple[Mask, ...
     return 0.5 * worst
 
 
-def _rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+def rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+    """RMS error of `outputs` over the chosen samples of all recordings. [output]"""
     errors = [y[mask] - record.output[mask] for record, y, mask in zip(records, outputs, chosen, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import POOR_PERCENT, about_data, about_fit
+from dehyst.identification.cautions import POOR_PERCENT, about_data, about_fit, rms
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.recording import Recording
@@ -17,7 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 GOOD_PERCENT = 3.0
 # Findings that keep a small error from being called good.
-SERIOUS = {"rate-dependent", "drift", "mixed-loop", "few-loops", "extrapolation", "high-inverse-gain"}
+SERIOUS = {"rate-dependent", "drift", "mixed-loop", "few-loops", "high-inverse-gain"}
 
 
 def examine(
@@ -32,7 +32,9 @@ def examine(
     family: str,
 ) -> tuple[LoopFacts, tuple[Finding, ...]]:
     """Return what the data shows and every finding a user should know, those of reading the log first."""
-    residuals = [y - record.output for y, record in zip(outputs, records, strict=True)]
+    # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
+    better = min((outputs, curves), key=lambda answers: rms(records, answers, train_masks))
+    residuals = [y - record.output for y, record in zip(better, records, strict=True)]
     share, size = _rate(records, residuals, train_masks, test_masks, data.output_range)
     change, doubt = facts.drift(records[0].input, residuals[0]) if len(records[0]) > 8 else (0.0, 0.0)
     loop_facts = LoopFacts(

@@ -41,6 +41,7 @@ Array = npt.NDArray[np.float64]
 
 PAPER_OPERATORS = 100
 PAPER_EPS = 0.001
+MOST_OPERATORS = 2000
 
 
 @dataclass(frozen=True)
@@ -212,8 +213,10 @@ def _check_settings(
             f"initial_state {initial_state!r} is not one of auto, {', '.join(INITIAL_STATES)}.",
             initial_state=initial_state,
         )
-    if isinstance(n, bool) or int(n) != n or not 1 <= n <= 10_000:
-        raise ParameterError(f"n = {n!r} operators: pass a whole number from 1 to 10000 (the paper uses 100).", n=n)
+    if isinstance(n, bool) or int(n) != n or not 1 <= n <= MOST_OPERATORS:
+        raise ParameterError(
+            f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100).", n=n
+        )
     if not 0.0 < float(eps) <= 1.0:
         raise ParameterError(
             f"eps = {eps:g} must lie in (0, 1]: it is the smallest slope after a reversal, relative to output range "

@@ -66,8 +66,9 @@ def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
 def _blocks(x: Array, thresholds: Array, state: Array, rows: Rows) -> Iterator[tuple[Rows, Array]]:
     """Play outputs at the given rows of one piece, a chunk at a time."""
     position = 0
-    for begin in range(0, rows.size, CHUNK):
-        part = rows[begin : begin + CHUNK]
+    size = max(CHUNK, 2 * thresholds.size)  # fewer rows than columns would not reduce anything
+    for begin in range(0, rows.size, size):
+        part = rows[begin : begin + size]
         stop = int(part[-1]) + 1
         plays, state = _native.play_bank(x[position:stop], thresholds, state, part - position)
         position = stop

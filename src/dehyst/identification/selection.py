@@ -26,6 +26,8 @@ Array = npt.NDArray[np.float64]
 BLOCKS = 5
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000
+# A finer grid changes the fit, not the choice.
+COMPARED_OPERATORS = 100
 FEWEST_ROWS = 40
 # A simpler family is preferred when its error is within this share of the best one.
 WITHIN_NOISE = 0.02
@@ -89,7 +91,7 @@ def compare(
     listed = list(choices)
     results: list[tuple[Choice, Array]] = []
     for start in dict.fromkeys(choice.initial_state for choice in listed):
-        bank = make_bank(data, threshold_grid(data, operators, start, given), start)
+        bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), start, given), start)
         rows = _thinned(training_rows(data, start))
         if sum(part.size for part in rows) < FEWEST_ROWS:
             continue
