@@ -13,7 +13,7 @@ from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.report.replay import inverse_miss
-from dehyst.report.text import count, number, with_unit
+from dehyst.report.text import count, number, short, with_unit
 
 Array = npt.NDArray[np.float64]
 
@@ -245,4 +245,4 @@ def _range(fit: Fit, role: str) -> str:
     rec = fit.recordings[0]
     name, unit = (rec.input_name, rec.input_unit) if role == "input" else (rec.output_name, rec.output_unit)
     low, high = min(float(np.min(s)) for s in signals), max(float(np.max(s)) for s in signals)
-    return f"{name} {number(low)} to {with_unit(high, unit)}"
+    return f"{short(name, 40)} {number(low)} to {with_unit(high, unit)}"

@@ -136,5 +136,5 @@ def _draw_time(fit: Fit, first: int, axes: Axes) -> None:
         order=3,
     )
     for moment in break_times(recording, t)[:100]:
-        axes.axvline(moment, color=BAD.light, lw=0.8, ls=(0, (1, 2)), zorder=1)
+        axes.axvline(moment, color=BAD.light, lw=1.4, ls=(0, (1, 1.5)), zorder=2.5)
     add_legend(axes)

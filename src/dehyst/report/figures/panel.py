@@ -162,13 +162,22 @@ def add_legend(axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if not handles:
         return
-    columns = max(1, min(len(labels), LEGEND_WIDTH // (max(width(label) for label in labels) + LEGEND_KEY)))
+    columns = next((n for n in range(len(labels), 1, -1) if _legend_width(labels, n) <= LEGEND_WIDTH), 1)
     legend = axes.legend(
         handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.115), ncols=columns, labelcolor=INK.light
     )
     for handle in legend.legend_handles:
         if handle is not None and hasattr(handle, "set_linewidth"):
             handle.set_linewidth(max(1.6, handle.get_linewidth()))
+
+
+def _legend_width(labels: list[str], columns: int) -> int:
+    """Letters across a legend that is filled column by column."""
+    rows = -(-len(labels) // columns)
+    return sum(
+        max(width(label) for label in labels[start : start + rows]) + LEGEND_KEY
+        for start in range(0, len(labels), rows)
+    )
 
 
 def path_of(recording: Recording, signal: Array, mask: Mask | None = None) -> Array:

@@ -99,7 +99,7 @@ def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
             seen.add(name)
             draw_series(axes, path_of(rec, times[i]), path_of(rec, left[i], mask), token, label=shown, width=0.9)
         for moment in break_times(rec, times[i])[:MARKS]:
-            axes.axvline(moment, color=BAD.light, lw=0.9, ls=(0, (1, 2)), zorder=1)
+            axes.axvline(moment, color=BAD.light, lw=1.4, ls=(0, (1, 1.5)), zorder=2.5)
     for border in borders:
         axes.axvline(border, color=MUTED.light, lw=0.8, ls=(0, (5, 3)), zorder=1)
     add_legend(axes)
