@@ -56,11 +56,11 @@ def turning_points(signal: npt.ArrayLike, swing: float | None = None) -> npt.NDA
         if value < values[low]:
             low = i
         if direction >= 0 and values[high] - value > swing:
-            if direction > 0 or candidates[high] > 0:
+            if direction > 0:  # before the first swing that counts, nothing has turned yet
                 found.append(candidates[high])
             direction, low, high = -1, i, i
         elif direction <= 0 and value - values[low] > swing:
-            if direction < 0 or candidates[low] > 0:
+            if direction < 0:
                 found.append(candidates[low])
             direction, low, high = 1, i, i
     found.append(x.size - 1)
