@@ -76,7 +76,7 @@ class LoopSummary:
     turns
         Number of inner turning points.
     loops
-        Complete back-and-forth cycles, ``turns // 2``.
+        Back-and-forth cycles, two swings each, ``(turns + 1) // 2``.
     swings
         Distances between successive turning points, (turns + 1,). [unit of x]
     coverage
@@ -105,4 +105,4 @@ def summarise_loops(signal: npt.ArrayLike, swing: float | None = None) -> LoopSu
     span = float(np.ptp(x)) if x.size else 0.0
     inner = swings[1:-1]
     minor = float(np.mean(inner < 0.9 * span)) if inner.size and span > 0 else 0.0
-    return LoopSummary(turns=turns, loops=turns // 2, swings=swings, coverage=minor)
+    return LoopSummary(turns=turns, loops=(turns + 1) // 2, swings=swings, coverage=minor)
