@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime as _datetime
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ from dehyst.identification.selection import (
 )
 from dehyst.identification.static_curve import fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
-from dehyst.models.arrays import parameter_array, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -125,10 +125,11 @@ def identify(
     """
     records = _as_tuple(recordings)
     given = _check_settings(family, n, eps, thresholds, initial_state)
+    fraction = parameter_number(train_fraction, "train_fraction")
     # Hundreds of small factorisations: the threads of BLAS would spend their time waiting for each other, up to
     # ten times that of the work itself on a busy machine.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _identify(records, family, n, eps, given, initial_state, train_fraction)
+        return _identify(records, family, int(n), float(eps), given, initial_state, fraction)
 
 
 def _identify(
@@ -187,7 +188,9 @@ def identify_paper(recordings: Recording | Sequence[Recording], *, train_fractio
 
 
 def _as_tuple(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
-    records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    if isinstance(recordings, Recording):
+        return (recordings,)
+    records = tuple(recordings) if isinstance(recordings, Iterable) else ()
     if not records or not all(isinstance(record, Recording) for record in records):
         raise ParameterError(
             "identify() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
@@ -213,11 +216,12 @@ def _check_settings(
             f"initial_state {initial_state!r} is not one of auto, {', '.join(INITIAL_STATES)}.",
             initial_state=initial_state,
         )
-    if isinstance(n, bool) or int(n) != n or not 1 <= n <= MOST_OPERATORS:
+    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= MOST_OPERATORS:
         raise ParameterError(
             f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100).", n=n
         )
-    if not 0.0 < float(eps) <= 1.0:
+    eps = parameter_number(eps, "eps")
+    if not 0.0 < eps <= 1.0:
         raise ParameterError(
             f"eps = {eps:g} must lie in (0, 1]: it is the smallest slope after a reversal, relative to output range "
             f"over input range, and 1/eps bounds the inverse's gain. The paper uses 0.001.",
