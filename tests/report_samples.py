@@ -80,12 +80,14 @@ def fit_by_hand(*recordings: Recording, family: str = "modified-pi", train: floa
     span = float(np.ptp(y))
     fitted, held = np.concatenate(masks), ~np.concatenate(masks)
     p, s = np.concatenate(predictions), static.simulate(x)
+    inverse_predictions = tuple(model.inverse().simulate(rec.output) for rec in recordings)
     tested = bool(held.any())
     return Fit(
         family=family,
         model=model,
         recordings=recordings,
         predictions=predictions,
+        inverse_predictions=inverse_predictions,
         train_masks=masks,
         test_masks=tuple(~mask for mask in masks),
         train=score(y[fitted], p[fitted], span),
@@ -94,7 +96,7 @@ def fit_by_hand(*recordings: Recording, family: str = "modified-pi", train: floa
         static_train=score(y[fitted], s[fitted], span),
         static_test=score(y[held], s[held], span) if tested else None,
         certificate=Certificate(
-            3e-16, 4.4e-15, model.inverse_gain, model.nonzero_weights, n, tuple(float(v) for v in r[-3:]), "zero"
+            3e-16, 4.4e-15, model.inverse_gain, 2.0, model.nonzero_weights, n, tuple(float(v) for v in r[-3:]), "zero"
         ),
         facts=LoopFacts("counter-clockwise", int(sign), 14.2, 6, 1.3, -0.4),
         candidates=(

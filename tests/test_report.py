@@ -21,7 +21,7 @@ from dehyst.identification.fit import Score
 from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
 from dehyst.report import write_report
 from dehyst.report.figures import all_figures
-from dehyst.report.judgement import Grade, lights, overall
+from dehyst.report.judgement import Grade, overall
 from dehyst.report.svg import write_figure
 from dehyst.report.theme import TOKENS, fonts
 from report_samples import HOSTILE, falling, fit_by_hand, maxwell_slip_log
@@ -315,14 +315,6 @@ def test_a_curve_without_memory_is_reported_without_operators(tmp_path):
         a["id"] for t, a in read(write_report(flat, tmp_path / "r.html")).elements if a.get("class") == "figure"
     ]
     assert sections == ["loop", "arranged", "model", "residual"]
-
-
-def test_a_model_without_inverse_says_so(tmp_path):
-    fit = fit_by_hand(family="pi")
-    stuck = replace(fit, model=PrandtlIshlinskii(np.array([0.5, 1.0]), np.array([1.0, 1.0]), center=2.0))
-    text = read(write_report(stuck, tmp_path / "r.html")).text
-    assert "This model has no inverse" in text
-    assert {light.aspect: light.grade for light in lights(stuck)}["Inverse"] is Grade.BAD
 
 
 def test_several_logs_are_drawn_beside_each_other(tmp_path):

@@ -24,6 +24,8 @@ DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02
 HIGH_GAIN = 20.0
 POOR_PERCENT = 10.0
+# A compensator that is off by a quarter of its range does harm.
+INVERSE_MISSES = 25.0
 STATIC_AS_GOOD = 0.95
 
 
@@ -128,6 +130,13 @@ def about_fit(
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
             f"ratio of the ranges): noise on its input becomes steps of its output. Raise --eps to the slope you "
             f"can accept, at some cost in accuracy.",
+        )
+    if certificate.inverse_miss_percent > INVERSE_MISSES:
+        yield Finding(
+            "inverse-misses",
+            f"to reach the measured output the inverse asks for an input that is off by "
+            f"{certificate.inverse_miss_percent:.3g} % of the input's range (rms): a compensator would drive the "
+            f"actuator astray. Use the model for simulation only; see the other warnings for the reason.",
         )
     percent = 100.0 * error / data.output_range
     if percent > POOR_PERCENT:

@@ -53,9 +53,13 @@ class Certificate:
         Largest violation of the optimality conditions of the quadratic program, relative to |H_j| |y|:
         the gradient on free weights and its negative part on weights at their bound.
     round_trip_error
-        max |model(inverse(y)) - y| over the log's output, relative to its range.
+        Larger of max |inverse(model(x)) - x| and max |model(inverse(y)) - y| over the log's input x and y = model(x),
+        relative to their ranges.
     inverse_gain
         Largest slope of the inverse. [input/output]
+    inverse_miss_percent
+        RMS of the input that the inverse asks for to reach the measured output, less the input that was applied;
+        over held-out samples (fitted ones if none were held out), percent of the input's range.
     nonzero_weights
         Number of operators with weight.
     operators
@@ -70,6 +74,7 @@ class Certificate:
     kkt_residual: float
     round_trip_error: float
     inverse_gain: float
+    inverse_miss_percent: float
     nonzero_weights: int
     operators: int
     undetermined: tuple[float, ...]
@@ -148,6 +153,9 @@ class Fit:
         The data, one per log.
     predictions
         Output of the model for each recording, (T,). [output]
+    inverse_predictions
+        Input that the inverse asks for to reach the measured output of each recording, (T,): what a compensator
+        would have done. [input]
     train_masks, test_masks
         Which samples of each recording were fitted, which were held out, (T,). Samples whose memory was
         unknown belong to neither.
@@ -184,6 +192,7 @@ class Fit:
     model: HysteresisModel
     recordings: tuple[Recording, ...]
     predictions: tuple[Array, ...]
+    inverse_predictions: tuple[Array, ...]
     train_masks: tuple[Mask, ...]
     test_masks: tuple[Mask, ...]
     train: Score
@@ -211,6 +220,7 @@ class Fit:
             "kkt_residual": self.certificate.kkt_residual,
             "round_trip_error": self.certificate.round_trip_error,
             "inverse_gain": self.certificate.inverse_gain,
+            "inverse_miss_percent": self.certificate.inverse_miss_percent,
             "initial_state": self.certificate.initial_state,
             "verdict": self.verdict,
             "warnings": [finding.as_dict() for finding in self.warnings],

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import POOR_PERCENT, about_data, about_fit, rms
+from dehyst.identification.cautions import about_data, about_fit, rms
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.recording import Recording
@@ -83,7 +83,7 @@ def verdict(
     where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
     codes = {finding.code for finding in findings}
     serious = sorted(codes & SERIOUS)
-    if judged.rmse_percent > POOR_PERCENT or "static-as-good" in codes:
+    if codes & {"poor-fit", "static-as-good", "inverse-misses"}:
         grade = "do not compensate with it"
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:
         grade = "good for compensation"

@@ -20,7 +20,7 @@ from dehyst.identification.families import FAMILIES, Estimate, fit_family
 from dehyst.identification.fit import Candidate, Certificate, Fit
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.identification.regressors import Bank, make_bank, reduce, training_rows
-from dehyst.identification.scores import masks, predictions, round_trip, score
+from dehyst.identification.scores import inverse_miss, masks, predictions, round_trip, score
 from dehyst.identification.selection import (
     BY_ORIENTATION,
     REGULARISATIONS,
@@ -285,7 +285,7 @@ def _certify(
     model = build_model(estimate, data, bank, knots, ModelCard())
     static = fit_static(data, rows, ModelCard())
     train_masks, test_masks = masks(records, data, choice.initial_state)
-    outputs = predictions(records, data, bank, model)
+    outputs, demands = predictions(records, data, bank, model)
     curves = tuple(static.simulate(record.input) for record in records)
     train, test = (score(records, outputs, chosen, data.output_range) for chosen in (train_masks, test_masks))
     static_train, static_test = (
@@ -297,6 +297,7 @@ def _certify(
         kkt_residual=estimate.kkt_residual,
         round_trip_error=round_trip(model, records[0].input),
         inverse_gain=model.inverse_gain,
+        inverse_miss_percent=100.0 * inverse_miss(records, demands, train_masks if test is None else test_masks),
         nonzero_weights=model.nonzero_weights,
         operators=problem.operators,
         undetermined=tuple(float(r) for r in bank.undetermined * data.half_range),
@@ -312,6 +313,7 @@ def _certify(
         model=model.with_card(card),
         recordings=records,
         predictions=outputs,
+        inverse_predictions=demands,
         train_masks=train_masks,
         test_masks=test_masks,
         train=train,

@@ -29,16 +29,23 @@ def masks(
     return tuple(train), tuple(test)
 
 
-def predictions(records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel) -> tuple[Array, ...]:
-    """Output of the model for each recording, every piece starting from its own memory."""
+def predictions(
+    records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Output of the model for each recording, and the input its inverse asks for to reach the measured output.
+
+    Every piece starts from its own memory.
+    """
     outputs = [np.empty(len(record)) for record in records]
+    demands = [np.empty(len(record)) for record in records]
     thresholds = _thresholds(model)
     kept = np.searchsorted(bank.thresholds * data.half_range, thresholds)
     for piece, state in zip(data.pieces, bank.states, strict=True):
         span = slice(piece.start, piece.start + piece.x.size)
         started = model.with_state(state[kept] * data.half_range)
         outputs[piece.recording][span] = started.simulate(records[piece.recording].input[span])
-    return tuple(outputs)
+        demands[piece.recording][span] = started.inverse().simulate(records[piece.recording].output[span])
+    return tuple(outputs), tuple(demands)
 
 
 def _thresholds(model: HysteresisModel) -> Array:
@@ -76,3 +83,10 @@ def round_trip(model: HysteresisModel, x: Array) -> float:
     input_error = float(np.max(np.abs(back - x))) / max(float(np.ptp(x)), 1e-300)
     output_error = float(np.max(np.abs(again - y))) / max(float(np.ptp(y)), 1e-300)
     return max(input_error, output_error)
+
+
+def inverse_miss(records: tuple[Recording, ...], demands: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+    """RMS of the input asked for less the input applied, over the chosen samples, share of the input's range."""
+    miss = np.concatenate([(x - rec.input)[mask] for rec, x, mask in zip(records, demands, chosen, strict=True)])
+    inputs = np.concatenate([record.input for record in records])
+    return float(np.sqrt(np.mean(miss**2))) / float(np.ptp(inputs))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT
-from dehyst.report.replay import inverse_miss
+from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
 
 Array = npt.NDArray[np.float64]
@@ -166,8 +166,6 @@ def _span(signals: list[Array]) -> float:
 def _inverse(fit: Fit) -> Light:
     miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
-    if miss is None or not math.isfinite(error):
-        return Light("Inverse", Grade.BAD, "there is none")
     share = miss[0] / _span([rec.input for rec in fit.recordings])
     grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
     reason = (

@@ -9,7 +9,7 @@ from typing import Any
 
 from dehyst.identification.fit import Fit, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
-from dehyst.report.replay import play_core
+from dehyst.report.parts import play_core
 from dehyst.report.text import count, number, plain, with_unit
 
 # Rows of a parameter table; a model of 10 000 operators belongs in its file, not on a page.

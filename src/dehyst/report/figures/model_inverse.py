@@ -19,7 +19,7 @@ from dehyst.report.figures.panel import (
     path_of,
     says,
 )
-from dehyst.report.replay import inverse_miss, inverse_over
+from dehyst.report.parts import inverse_miss
 from dehyst.report.text import with_unit
 from dehyst.report.theme import DATA, MODEL, STATIC
 from dehyst.report.thin import Window
@@ -28,35 +28,25 @@ from dehyst.report.thin import Window
 def model_figure(fit: Fit) -> Figure:
     """Return figure 4."""
     rec = fit.recordings[0]
-    demands = [inverse_over(fit, recording) for recording in fit.recordings]
-    panels = [
+    rms, worst = (with_unit(value, rec.input_unit) for value in inverse_miss(fit))
+    caption = (
+        "Model: what it predicts for the measured input, with the best curve without hysteresis (dashed), which "
+        "every hysteresis model has to beat. Inverse model: the compensator's view, the input that it asks for to "
+        f"reach the measured output. It misses the input that was really applied by {rms} (RMS; largest {worst})."
+    )
+    panels = (
         Panel(
             "Model: output over input",
             partial(_draw_model, fit),
             says(f"{rec.output_label} over {rec.input_label}: measured, model, and the curve without hysteresis."),
-        )
-    ]
-    caption = (
-        "Model: what it predicts for the measured input, with the best curve without hysteresis (dashed), which "
-        "every hysteresis model has to beat."
+        ),
+        Panel(
+            "Inverse model: input over output",
+            partial(_draw_inverse, fit),
+            says(f"{rec.input_label} over {rec.output_label}: applied, and asked for by the inverse model."),
+        ),
     )
-    found = [demand for demand in demands if demand is not None]
-    if len(found) == len(demands):
-        caption += " Inverse model: the compensator's view, the input that it asks for to reach the measured output."
-        miss = inverse_miss(fit)
-        if miss is not None:
-            rms, worst = (with_unit(value, rec.input_unit) for value in miss)
-            caption += f" It misses the input that was really applied by {rms} (RMS; largest {worst})."
-        panels.append(
-            Panel(
-                "Inverse model: input over output",
-                partial(_draw_inverse, fit, found),
-                says(f"{rec.input_label} over {rec.output_label}: applied, and asked for by the inverse model."),
-            )
-        )
-    else:
-        caption += " This model has no inverse, so there is nothing to draw for it."
-    return Figure("model", "Model and inverse against the data", caption, tuple(panels))
+    return Figure("model", "Model and inverse against the data", caption, panels)
 
 
 def _draw_model(fit: Fit, axes: Axes) -> None:
@@ -81,9 +71,9 @@ def _draw_model(fit: Fit, axes: Axes) -> None:
     add_legend(axes)
 
 
-def _draw_inverse(fit: Fit, demands: list[Array], axes: Axes) -> None:
+def _draw_inverse(fit: Fit, axes: Axes) -> None:
     pairs = [(rec.output, rec.input) for rec in fit.recordings]
-    asked = list(zip((rec.output for rec in fit.recordings), demands, strict=True))
+    asked = list(zip((rec.output for rec in fit.recordings), fit.inverse_predictions, strict=True))
     window = Window.around(*pairs, *asked)
     label_axes(axes, window, fit.recordings[0].output_label, fit.recordings[0].input_label)
     _draw_pairs(fit, pairs, "applied", window, axes)

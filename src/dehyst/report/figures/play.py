@@ -22,7 +22,7 @@ from dehyst.report.figures.panel import (
     says,
     time_of,
 )
-from dehyst.report.replay import at_start, play_core
+from dehyst.report.parts import play_core
 from dehyst.report.text import number, with_unit
 from dehyst.report.theme import FIFTH, MUTED, TEST, TRAIN
 from dehyst.report.thin import Window
@@ -84,14 +84,13 @@ def typical_thresholds(core: PrandtlIshlinskii) -> Array:
 
 
 def _plays(fit: Fit, core: PrandtlIshlinskii, thresholds: Array) -> tuple[Array, list[Array]]:
-    """Input of the first piece (T,) and the play of each threshold (T,), memory as in the identification."""
+    """Input of the first piece (T,) and the play of each threshold (T,), memory as identified."""
     piece = fit.recordings[0].pieces[0]
     x = np.asarray(fit.recordings[0].input[piece])
-    started = play_core(at_start(fit, fit.recordings[0], piece)) or core
     plays = []
     for r in thresholds:
         k = int(np.argmin(np.abs(core.thresholds - r)))
-        state = None if started.state is None else started.state[k : k + 1]
+        state = None if core.state is None else core.state[k : k + 1]
         plays.append(PrandtlIshlinskii(np.array([r]), np.ones(1), 0.0, state, core.center).simulate(x))
     return x, plays
 

@@ -9,7 +9,7 @@ import numpy as np
 from dehyst.identification.fit import Fit
 from dehyst.models import MonotoneMap, PrandtlIshlinskii, StopOperatorModel
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, label_axes, says
-from dehyst.report.replay import output_map, play_core
+from dehyst.report.parts import output_map, play_core
 from dehyst.report.text import count, number, with_unit
 from dehyst.report.theme import BAD, MUTED, STATIC, TEST, TRAIN
 from dehyst.report.thin import Window

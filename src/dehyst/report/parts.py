@@ -1,0 +1,42 @@
+"""Parts of a model that figures and tables show, and how far its inverse is from what was applied."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.fit import Fit
+from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
+
+Array = npt.NDArray[np.float64]
+
+
+def play_core(model: HysteresisModel) -> PrandtlIshlinskii | None:
+    """Return the sum of plays inside a model, or None if it has no memory."""
+    if isinstance(model, PrandtlIshlinskii):
+        return model
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        return model.hysteresis
+    if isinstance(model, StopOperatorModel):
+        return model.as_play()
+    return None
+
+
+def output_map(model: HysteresisModel) -> MonotoneMap | None:
+    """Return the map behind the operator of a modified model, or None."""
+    return model.after if isinstance(model, ModifiedPrandtlIshlinskii) else None
+
+
+def inverse_miss(fit: Fit) -> tuple[float, float]:
+    """Return RMS and largest difference of the input asked for and the input applied.
+
+    Over held-out samples, or over the fitted ones if none were held out. [input]
+    """
+    chosen = fit.train_masks if fit.test is None else fit.test_masks
+    miss = np.concatenate(
+        [
+            (demanded - recording.input)[mask]
+            for recording, demanded, mask in zip(fit.recordings, fit.inverse_predictions, chosen, strict=True)
+        ]
+    )
+    return float(np.sqrt(np.mean(miss**2))), float(np.max(np.abs(miss)))
