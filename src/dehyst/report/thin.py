@@ -98,8 +98,9 @@ def thin_path(x: Array, y: Array, window: Window) -> tuple[Array, Array] | None:
         return None
     good = np.flatnonzero(~gap)
     if good.size:
-        new[good[turning_points(x[good])]] = True
-        new[good[turning_points(y[good])]] = True
+        for signal in (x[good], y[good]):
+            new[good[turning_points(signal)]] = True
+            new[good[[int(np.argmin(signal)), int(np.argmax(signal))]]] = True
     return x[new], y[new]
 
 
