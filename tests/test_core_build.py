@@ -97,13 +97,13 @@ int main(void)
 """
 
 
-def run_program(flags, tmp_path, model, x):
+def run_program(flags, tmp_path, model, x, sources=SOURCES):
     """Compile the core with a small main program, run it on x, and return outputs and flags."""
     compiler = tool("gcc", "clang", "cc")
     main = tmp_path / "main.c"
     main.write_text(PROGRAM, encoding="utf-8")
     binary = tmp_path / "main"
-    run(compiler, "-std=c11", *flags, f"-I{CORE}", main, *SOURCES, "-o", binary)
+    run(compiler, "-std=c11", *flags, f"-I{CORE}", main, *sources, "-o", binary)
     parts = ([float(model.weights.size)], model.thresholds, model.weights, model.state, x)
     data = b"".join(np.asarray(part, dtype="<f8").tobytes() for part in parts)
     done = subprocess.run([binary], input=data, capture_output=True, timeout=60)
@@ -134,6 +134,21 @@ def test_the_guard_survives_fast_math(flags, tmp_path):
     np.testing.assert_allclose(y[~hit], model.simulate(x), rtol=0, atol=1e-13)
     assert np.all(y[205:210] == y[204])
     assert np.all(y[410:] == y[409])
+
+
+def test_fast_math_does_delete_a_guard_by_isfinite(tmp_path):
+    # Otherwise the test above would prove nothing about this compiler.
+    naive = tmp_path / "guard.c"
+    naive.write_text(
+        '#include <math.h>\n#include "dehyst.h"\nint dehyst_accept(dehyst_real x) { return isfinite(x); }\n',
+        encoding="utf-8",
+    )
+    sources = [naive, *(s for s in SOURCES if s.name != "guard.c")]
+    model, x = example()
+    y, _ = run_program(["-Ofast"], tmp_path, model, np.insert(x, 100, np.nan), sources)
+    if np.all(np.isfinite(y)):
+        pytest.skip("this compiler keeps isfinite under -Ofast: the guard is not needed here")
+    assert np.isnan(y[100])
 
 
 @pytest.mark.parametrize("flags", [["-O0"], ["-O1"], ["-O3", "-ffp-contract=off"]], ids=" ".join)

@@ -4,6 +4,7 @@ import copy
 import hashlib
 import json
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -337,8 +338,17 @@ def test_a_missing_file_is_named(tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 def test_a_named_pipe_does_not_hang(tmp_path):
+    def hangs(*_):
+        raise TimeoutError("load_model waits for a writer that never comes")
+
     os.mkfifo(tmp_path / "pipe")
-    assert "no regular file" in refused(tmp_path / "pipe", None)
+    old = signal.signal(signal.SIGALRM, hangs)
+    signal.alarm(5)
+    try:
+        assert "no regular file" in refused(tmp_path / "pipe", None)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no endless device")

@@ -73,3 +73,10 @@ def test_the_inverse_of_the_inverse_is_the_map(mapping):
     assert np.array_equal(again.v, mapping.v)
     assert mapping.inverse().increasing == mapping.increasing
     assert mapping.inverse().inverse_gain == pytest.approx(np.max(np.abs(mapping.slopes)))
+
+
+def test_the_last_breakpoint_is_met_exactly_whatever_the_digits():
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        u, v = np.sort(rng.normal(size=(2, 4)) * 10.0 ** rng.integers(-3, 4, (2, 1)), axis=1)
+        assert np.array_equal(MonotoneMap(u, v)(u), v)
