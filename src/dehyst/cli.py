@@ -159,9 +159,11 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("stopped; files that were complete are kept, none is half written\n")
         sys.exit(130)
-    except BrokenPipeError:  # `dehyst simulate ... | head` is no fault
-        sys.stderr.close()
-        sys.exit(0)
+    except SystemExit as end:
+        # typer ends with status 1 when the reader of a pipe left early, but `dehyst simulate ... | head` is no fault.
+        if isinstance(end.__context__, BrokenPipeError):
+            sys.exit(0)
+        raise
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def run_simulate(
     x, findings = _in_units_of(model.card.input, signal)
     findings += _outside(x, model.card.input, "input", "the model extrapolates there")
     y = model.simulate(x)
-    _write(signal, {_column(model.card.input): x, _column(model.card.output, "model"): y}, out, log)
+    _write(signal, {_column(model.card.input): x, _column(model.card.output, "model"): y}, out, (log, model_file))
     print_findings([*signal.findings, *findings], stderr=True)
 
 
@@ -59,7 +59,8 @@ def run_compensate(
     x = model.inverse().simulate(y)
     findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += _proof(model, x, y)
-    _write(signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x}, out, reference)
+    columns = {_column(model.card.output): y, _column(model.card.input, "compensated"): x}
+    _write(signal, columns, out, (reference, model_file))
     print_findings([*signal.findings, *findings], stderr=True)
 
 
@@ -121,13 +122,13 @@ def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
     ]
 
 
-def _write(signal: Signal, columns: dict[str, Array], out: Path | None, source: Path) -> None:
+def _write(signal: Signal, columns: dict[str, Array], out: Path | None, sources: tuple[Path, Path]) -> None:
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns
     if out is None:
         sys.stdout.write(format_csv(table))
         return
-    if out.resolve() == source.resolve():
-        raise OutputError(f"'{out}' is the log itself; writing there would lose it. Name another file.")
+    if out.resolve() in {source.resolve() for source in sources}:
+        raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
     write_csv(out, table)
     sys.stderr.write(f"wrote {out}: {', '.join(table)}\n")

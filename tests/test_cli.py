@@ -1,0 +1,386 @@
+"""The command line as a user meets it: every command, files in and out, JSON, exit status, words of the errors."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst import cli
+from dehyst.experiments import example_recording
+from dehyst.io import write_csv
+
+QUICK = ("--n", "20", "--family", "pi")
+PRESSURE, ANGLE = "pressure_difference_bar", "angle_deg"
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run one command line in this process; return exit status, stdout, stderr."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
+        capsys.readouterr()
+        try:
+            cli.main()
+            status = 0
+        except SystemExit as end:
+            status = end.code or 0
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
+
+    return command
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """An example log, a model identified on it, and a reference to follow."""
+    place = tmp_path_factory.mktemp("cli")
+    rec = example_recording(rate=10.0)
+    write_csv(place / "log.csv", {"time_s": rec.time, PRESSURE: rec.input, ANGLE: rec.output})
+    fit = dehyst.identify(dehyst.read_log(place / "log.csv", PRESSURE, ANGLE), "pi", n=20)
+    fit.model.save(place / "model.json")
+    t = np.arange(0, 20, 0.05)
+    write_csv(place / "reference.csv", {"time_s": t, ANGLE: 25 * np.sin(0.5 * t)})
+    return place
+
+
+def table(text):
+    """A CSV text as {column: values}."""
+    lines = text.splitlines()
+    values = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    return dict(zip(lines[0].split(","), values.T, strict=True))
+
+
+# identify
+
+
+def test_identify_prints_verdict_scores_and_the_next_command(run, folder):
+    status, out, err = run("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
+    assert (status, err) == (0, "")
+    flat = " ".join(out.split())
+    for word in ("pi, held out", "no hysteresis, held out", "rms [deg]", "of 20 operators", "next:", "inverse gain"):
+        assert word in flat
+    assert re.search(r"pi, \d+ of 20 operators: \d+\.\d\d % of range rms on held-out loops", flat)
+
+
+def test_identify_json_is_only_json_with_the_promised_keys(run, folder):
+    status, out, err = run("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--json", *QUICK)
+    assert (status, err) == (0, "")
+    result = json.loads(out)
+    score = {"rmse", "rmse_percent", "nrmse", "max"}
+    assert set(result["train"]) == set(result["test"]) == set(result["static_test"]) == score
+    assert (result["family"], result["n"]) == ("pi", 20)
+    assert 0 < result["nonzero_weights"] <= 20
+    for key in ("kkt_residual", "round_trip_error", "inverse_gain"):
+        assert isinstance(result[key], float)
+    assert result["kkt_residual"] < 1e-12 and result["round_trip_error"] < 1e-12
+    assert all(set(warning) == {"code", "message"} for warning in result["warnings"])
+    # The same numbers as in Python.
+    fit = dehyst.identify(dehyst.read_log(folder / "log.csv", PRESSURE, ANGLE), "pi", n=20)
+    assert result["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-12)
+
+
+def test_json_has_null_where_there_is_no_test_and_never_infinity(run, folder):
+    arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--json", *QUICK)
+    status, out, _ = run(*arguments, "--train-fraction", "1")
+    result = json.loads(out, parse_constant=pytest.fail)
+    assert status == 0
+    assert result["test"] is None and result["static_test"] is None
+    assert "no-held-out" in {warning["code"] for warning in result["warnings"]}
+
+
+def test_identify_saves_a_model_that_remembers_where_it_came_from(run, folder, tmp_path):
+    target = tmp_path / "m.json"
+    status, out, _ = run(
+        "identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target
+    )
+    assert status == 0 and str(target) in out.replace("\n", "") and "dehyst compensate" in out
+    model = dehyst.load_model(target)
+    assert (model.card.input.label, model.card.output.label) == ("pressure_difference [bar]", "angle [deg]")
+    assert model.card.provenance["logs"][0]["file"] == "log.csv"
+    assert model.card.provenance["settings"]["n"] == 20
+
+
+def test_identify_writes_report_and_figures(run, folder, tmp_path):
+    page, figures = tmp_path / "r.html", tmp_path / "figures"
+    arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
+    status, _, _ = run(*arguments, "--report", page, "--figures", figures)
+    assert status == 0
+    assert page.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
+    assert {path.suffix for path in figures.iterdir()} >= {".svg", ".png"}
+
+
+def test_family_and_settings_reach_the_identification(run, folder):
+    base = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--json")
+    for family in ("pi", "pi-cumulative", "modified-pi", "stop"):
+        result = json.loads(run(*base, "--family", family, "--n", "15")[1])
+        assert (result["family"], result["n"]) == (family, 15)
+    result = json.loads(run(*base, "--family", "pi", "--thresholds", "0,0.1,0.5", "--initial-state", "rest")[1])
+    assert (result["n"], result["initial_state"]) == (3, "rest")
+    gains = [json.loads(run(*base, *QUICK, "--eps", eps)[1])["inverse_gain"] for eps in ("0.001", "1.0")]
+    assert gains[1] < gains[0]
+
+
+def test_the_window_cuts_the_log(run, folder, tmp_path):
+    target = tmp_path / "m.json"
+    base = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target)
+    assert run(*base, "--from", "12", "--to", "84")[0] == 0
+    log = dehyst.load_model(target).card.provenance["logs"][0]
+    assert log["samples"] == 720
+    assert log["window"] == [12.0, 84.0]
+
+
+def test_several_logs_and_several_runs_are_fitted_together(run, folder, tmp_path):
+    rec = example_recording(rate=10.0)
+    run_column = np.repeat(["a", "b", "c"], len(rec) // 3)
+    lines = [f"run,time_s,{PRESSURE},{ANGLE}"]
+    lines += [f"{r},{t},{x},{y}" for r, t, x, y in zip(run_column, rec.time, rec.input, rec.output, strict=True)]
+    (tmp_path / "runs.csv").write_text("\n".join(lines) + "\n")
+    target = tmp_path / "m.json"
+    tail = ("--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target)
+    assert run("identify", tmp_path / "runs.csv", "--run", "a", "--run", "c", *tail)[0] == 0
+    logs = dehyst.load_model(target).card.provenance["logs"]
+    assert [log["run"] for log in logs] == ["a", "c"]
+    assert run("identify", folder / "log.csv", folder / "log.csv", *tail)[0] == 0
+    assert len(dehyst.load_model(target).card.provenance["logs"]) == 2
+    status, _, err = run("identify", tmp_path / "runs.csv", *tail)
+    assert status == 2 and err.startswith("RunError") and "--run" in err
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [("p [bar]", "q [deg]"), ("<b>", "</b>"), ("[bold]", "[/red]"), ("druck [µm]", "winkel °"), ("$x_1$", "{y}")],
+)
+def test_odd_column_names_survive(run, tmp_path, x, y):
+    rec = example_recording(rate=5.0)
+    log = tmp_path / "odd log.csv"
+    write_csv(log, {"time_s": rec.time, x: rec.input, y: rec.output})
+    target = tmp_path / "m.json"
+    status, out, _ = run("identify", log, "--input", x, "--output", y, *QUICK, "--save", target)
+    assert status == 0
+    model = dehyst.load_model(target)
+    assert model.card.input.name == x.split(" [")[0]
+    assert model.card.output.name == dehyst.read_log(log, x, y).output_name
+    assert model.card.output.name in out  # in the line to type next
+    status, out, _ = run("simulate", target, log, "--input", x)
+    assert status == 0 and model.card.input.name in out.splitlines()[0]
+    status, out, _ = run("inspect", log)
+    assert status == 0 and x.split(" [")[0] in out
+
+
+# simulate, compensate
+
+
+def test_simulate_prints_the_models_output_with_units(run, folder):
+    status, out, err = run("simulate", folder / "model.json", folder / "log.csv", "--input", PRESSURE)
+    assert (status, err) == (0, "")
+    columns = table(out)
+    assert list(columns) == ["time [s]", "pressure_difference [bar]", "model_angle [deg]"]
+    rec = dehyst.read_log(folder / "log.csv", PRESSURE, ANGLE)
+    assert np.array_equal(columns["pressure_difference [bar]"], rec.input)
+    model = dehyst.load_model(folder / "model.json")
+    assert np.array_equal(columns["model_angle [deg]"], model.simulate(rec.input))
+
+
+def test_compensate_then_simulate_gives_the_reference_back(run, folder, tmp_path):
+    asked, answer = tmp_path / "input.csv", tmp_path / "answer.csv"
+    status, out, _ = run(
+        "compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE, "--out", asked
+    )
+    assert (status, out) == (0, "")
+    column = "compensated_pressure_difference [bar]"
+    assert run("simulate", folder / "model.json", asked, "--input", column, "--out", answer)[0] == 0
+    reference = dehyst.read_signal(folder / "reference.csv", ANGLE).values
+    found = dehyst.read_signal(answer, "model_angle [deg]").values
+    assert np.abs(found - reference).max() < 1e-10 * np.ptp(reference)
+    # And it is not the identity: the compensator had to do something.
+    assert np.ptp(table(asked.read_text())[column]) < 0.2 * np.ptp(reference)
+
+
+def test_units_are_converted_and_said(run, folder, tmp_path):
+    reference = dehyst.read_signal(folder / "reference.csv", ANGLE)
+    radians = tmp_path / "rad.csv"
+    write_csv(radians, {"time_s": reference.time, "angle_rad": np.deg2rad(reference.values)})
+    _, degrees_out, _ = run("compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE)
+    status, out, err = run("compensate", folder / "model.json", radians, "--output", "angle_rad")
+    assert status == 0
+    assert "unit-converted" in err and "from rad to" in " ".join(err.split())
+    column = "compensated_pressure_difference [bar]"
+    assert np.abs(table(out)[column] - table(degrees_out)[column]).max() < 1e-9
+    assert table(out)["angle [deg]"] == pytest.approx(reference.values, abs=1e-9)
+
+
+def test_units_that_cannot_be_converted_are_refused_and_unknown_ones_said(run, folder, tmp_path):
+    write_csv(tmp_path / "a.csv", {"time_s": [0, 1, 2, 3], "force_N": [0, 1, 2, 3], "reference": [0, 5, 9, 3]})
+    status, out, err = run("compensate", folder / "model.json", tmp_path / "a.csv", "--output", "force_N")
+    assert status == 2 and out == "" and err.startswith("UnitError")
+    status, out, err = run("compensate", folder / "model.json", tmp_path / "a.csv", "--output", "reference")
+    assert status == 0 and "unit-unknown" in err and len(out.splitlines()) == 5
+
+
+def test_leaving_the_identified_range_is_said(run, folder, tmp_path):
+    t = np.arange(0, 20, 0.1)
+    write_csv(tmp_path / "far.csv", {"time_s": t, ANGLE: 90 * np.sin(t), PRESSURE: 20 * np.sin(t)})
+    for command in (("compensate", "--output", ANGLE), ("simulate", "--input", PRESSURE)):
+        status, _, err = run(command[0], folder / "model.json", tmp_path / "far.csv", *command[1:])
+        assert status == 0 and "outside-range" in err and "extrapolates" in " ".join(err.split())
+
+
+def test_findings_of_simulate_go_to_stderr_so_that_csv_can_be_piped(run, folder, tmp_path):
+    lines = (folder / "log.csv").read_text().splitlines()
+    lines[50] = lines[50].rsplit(",", 2)[0] + ",nan,1"
+    (tmp_path / "holes.csv").write_text("\n".join(lines) + "\n")
+    status, out, err = run("simulate", folder / "model.json", tmp_path / "holes.csv", "--input", PRESSURE)
+    assert status == 0 and "warning" in err and "warning" not in out
+    assert len(table(out)) == 3
+
+
+# inspect, example
+
+
+def test_inspect_shows_columns_and_a_command_that_works(run, folder):
+    status, out, _ = run("inspect", folder / "log.csv")
+    assert status == 0
+    assert PRESSURE.removesuffix("_bar") in out and "looks like" in out
+    line = next(line for line in out.splitlines() if line.startswith("next: "))
+    assert "--input pressure_difference_bar --output angle_deg" in line
+    summary = json.loads(run("inspect", folder / "log.csv", "--json")[1])
+    assert summary["rows"] == 1440
+    assert {column["name"] for column in summary["columns"]} == {"time_s", PRESSURE, ANGLE}
+
+
+def test_example_writes_a_log_and_says_what_to_type(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = run("example", "--out", "my log.csv", "--seed", "3")
+    assert status == 0
+    assert "'my log.csv'" in out  # quoted for the shell
+    rec = dehyst.read_log("my log.csv", PRESSURE, ANGLE)
+    assert np.array_equal(rec.output, example_recording(seed=3).output)
+    assert run("example")[0] == 0 and (tmp_path / "example.csv").is_file()
+
+
+# Errors
+
+
+def failing(folder, tmp_path):
+    log, model = folder / "log.csv", folder / "model.json"
+    pair = ("--input", PRESSURE, "--output", ANGLE)
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "text.csv").write_text("hello\nworld\n")
+    (tmp_path / "flat.csv").write_text("time_s,p_bar,q_deg\n" + "".join(f"{k},1,{k % 5}\n" for k in range(50)))
+    return [
+        ("LogError", ("identify", tmp_path / "missing.csv", *pair)),
+        ("LogError", ("identify", tmp_path, *pair)),
+        ("LogError", ("identify", tmp_path / "empty.csv", *pair)),
+        ("LogError", ("identify", tmp_path / "text.csv", *pair)),
+        ("ColumnError", ("identify", log, "--input", "nope", "--output", ANGLE)),
+        ("ColumnError", ("identify", log, "--input", ANGLE, "--output", ANGLE)),
+        ("ExcitationError", ("identify", tmp_path / "flat.csv", "--input", "p_bar", "--output", "q_deg")),
+        ("ParameterError", ("identify", log, *pair, "--family", "bouc-wen")),
+        ("ParameterError", ("identify", log, *pair, "--n", "0")),
+        ("ParameterError", ("identify", log, *pair, "--eps", "-1")),
+        ("ParameterError", ("identify", log, *pair, "--eps", "nan")),
+        ("ParameterError", ("identify", log, *pair, "--train-fraction", "2")),
+        ("ParameterError", ("identify", log, *pair, "--thresholds", "0,a")),
+        ("ParameterError", ("identify", log, *pair, "--initial-state", "odd")),
+        ("ParameterError", ("identify", log, *pair, "--figures", tmp_path / "f")),
+        ("TimeError", ("identify", log, *pair, "--from", "5", "--to", "5")),
+        ("TimeError", ("identify", log, *pair, "--from", "1e6")),
+        ("OutputError", ("identify", log, *pair, "--save", tmp_path / "no" / "m.json")),
+        ("OutputError", ("identify", log, *pair, "--save", log)),
+        ("OutputError", ("identify", log, *pair, "--save", tmp_path / "x", "--report", tmp_path / "x")),
+        ("ModelFileError", ("simulate", log, log, "--input", PRESSURE)),
+        ("ModelFileError", ("compensate", tmp_path / "none.json", folder / "reference.csv", "--output", ANGLE)),
+        ("ColumnError", ("simulate", model, log, "--input", "nope")),
+        ("OutputError", ("simulate", model, log, "--input", PRESSURE, "--out", log)),
+        ("OutputError", ("compensate", model, log, "--output", ANGLE, "--out", tmp_path)),
+        ("LogError", ("inspect", tmp_path / "missing.csv")),
+        ("OutputError", ("example", "--out", tmp_path / "no" / "e.csv")),
+    ]
+
+
+def test_errors_exit_with_status_2_and_their_name_and_touch_nothing(run, folder, tmp_path):
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    for name, arguments in failing(folder, tmp_path):
+        status, out, err = run(*arguments)
+        assert (status, out) == (2, ""), arguments
+        assert err.startswith(f"{name}: ") and len(err) > 40, (arguments, err)
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_a_log_is_never_overwritten_by_another_name_for_it(run, folder, tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_bytes((folder / "log.csv").read_bytes())
+    (tmp_path / "link.csv").symlink_to(log)
+    os.link(log, tmp_path / "hard.csv")
+    content = log.read_bytes()
+    for other in ("link.csv", "hard.csv"):
+        run("identify", log, "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", tmp_path / other)
+        run("simulate", folder / "model.json", log, "--input", PRESSURE, "--out", tmp_path / other)
+        assert log.read_bytes() == content
+    arguments = ("simulate", folder / "model.json", log, "--input", PRESSURE, "--out", folder / "model.json")
+    model = (folder / "model.json").read_bytes()
+    assert run(*arguments)[0] == 2
+    assert (folder / "model.json").read_bytes() == model
+
+
+@pytest.mark.parametrize("arguments", [("identify",), ("identify", "a.csv"), ("nonsense",), ("inspect", "a", "--loud")])
+def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
+    status, out, err = run(*arguments)
+    assert (status, out) == (2, "")
+    assert "--help" in err
+
+
+# Help, version, pipes: in a process of its own, as the shell starts it.
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("", ("identify", "simulate", "compensate", "inspect", "example", "--version", "dehyst inspect LOG")),
+        ("identify", ("--input", "--output", "--run", "--from", "--to", "--family", "--n", "--eps", "--train-fraction",
+                      "--save", "--report", "--figures", "--json", "--thresholds", "--initial-state")),
+        ("simulate", ("--input", "--out", "--from", "--to", "--run", "--time")),
+        ("compensate", ("--output", "--out", "reference")),
+        ("inspect", ("--run", "--json")),
+        ("example", ("--out", "--seed")),
+    ],
+)  # fmt: skip
+def test_help_names_every_option(run, command, words):
+    status, out, err = run(*command.split(), "--help")
+    assert (status, err) == (0, "")
+    for word in words:
+        assert word in out
+
+
+def test_help_and_version_load_no_numerics():
+    code = (
+        "import sys\nsys.argv = ['dehyst', {!r}]\nfrom dehyst import cli\n"
+        "try:\n    cli.main()\nexcept SystemExit:\n    pass\n"
+        "print(sorted({{'numpy', 'scipy', 'matplotlib', 'rich', 'h5py'}} & set(sys.modules)))"
+    )
+    for option in ("--help", "--version"):
+        done = subprocess.run([sys.executable, "-c", code.format(option)], capture_output=True, text=True, check=True)
+        assert done.stdout.splitlines()[-1] == "[]"
+    assert dehyst.__version__ in done.stdout
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes of a POSIX shell")
+@pytest.mark.parametrize("lines", [0, 1])
+def test_a_reader_that_leaves_early_is_no_fault(folder, lines):
+    arguments = ["simulate", str(folder / "model.json"), str(folder / "log.csv"), "--input", PRESSURE]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "dehyst.cli", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    for _ in range(lines):
+        assert process.stdout.readline().startswith("time [s],")
+    process.stdout.close()
+    err = process.stderr.read()
+    assert process.wait(timeout=60) == 0
+    assert err == ""
