@@ -146,7 +146,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
             f"\n{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
             f"'{certificate.initial_state}'; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
             f"optimality {certificate.kkt_residual:.0e}, inverse round trip {certificate.round_trip_error:.0e}, "
-            f"inverse gain at most {certificate.inverse_gain:.4g}, input asked for {certificate.inverse_miss_percent:.2g} % off"
+            f"inverse gain at most {certificate.inverse_gain:.4g}"
         )
     )
     print_findings(fit.warnings)
