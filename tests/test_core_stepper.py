@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, _native
-from dehyst.models.base import RejectedSamplesWarning
+from dehyst.models import RejectedSamplesWarning
 from oracles import random_thresholds, random_walk, random_weights
 
 LIMIT = _native.INPUT_LIMIT

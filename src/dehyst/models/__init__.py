@@ -1,6 +1,6 @@
 """Hysteresis models: frozen parameters and their formulas."""
 
-from dehyst.models.base import HysteresisModel, Stepper
+from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, Stepper
 from dehyst.models.card import ModelCard, SignalCard
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
@@ -15,6 +15,7 @@ __all__ = [
     "ModifiedPrandtlIshlinskii",
     "MonotoneMap",
     "PrandtlIshlinskii",
+    "RejectedSamplesWarning",
     "SignalCard",
     "StaticCurve",
     "Stepper",
