@@ -92,6 +92,5 @@ def verdict(
     return (
         f"{family}, {certificate.nonzero_weights} of {certificate.operators} operators: {judged.rmse_percent:.2f} % of "
         f"range rms {where}, against {static.rmse_percent:.2f} % for the best curve without hysteresis; the inverse "
-        f"gives the applied input back to {certificate.inverse_miss_percent:.2g} % of its range, the model's own output "
-        f"to {certificate.round_trip_error:.0e}: {grade}."
+        f"gives the applied input back to {certificate.inverse_miss_percent:.2g} % of its range: {grade}."
     )
