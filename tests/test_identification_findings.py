@@ -93,6 +93,7 @@ FIRING = {
     "static-as-good": (memoryless, {}, "Use the curve"),
     "high-inverse-gain": (backlash, {}, "--eps"),
     "poor-fit": (erratic, {}, "other"),
+    "inverse-misses": (erratic, {}, "simulation only"),
     "no-held-out": (lambda: clean(), {"train_fraction": 1}, "--train-fraction 0.5"),
 }
 
@@ -276,6 +277,21 @@ def test_the_round_trip_of_the_certificate_is_that_of_the_inverse():
         # The gain bounds every slope of the inverse that shows up.
         moving = np.abs(np.diff(y)) > 1e-6
         assert (np.abs(np.diff(back)[moving] / np.diff(y)[moving])).max() <= fit.certificate.inverse_gain * (1 + 1e-6)
+
+
+def test_the_inverse_miss_is_the_input_asked_for_less_the_input_applied():
+    rec = clean()
+    half = len(rec) // 2
+    for family in ("pi", "modified-pi", "stop"):
+        for fraction, part in ((0.5, slice(half, None)), (1.0, slice(None))):
+            fit = dehyst.identify(rec, family, n=25, train_fraction=fraction)
+            asked = fit.model.inverse().simulate(rec.output)
+            assert np.array_equal(asked, fit.inverse_predictions[0])
+            miss = np.sqrt(np.mean((asked - rec.input)[part] ** 2))
+            expected = 100 * miss / np.ptp(rec.input)
+            assert fit.certificate.inverse_miss_percent == pytest.approx(expected, rel=1e-9)
+            if family == "pi":
+                assert expected < 1.0
 
 
 def test_eps_bounds_the_gain_of_the_inverse():
