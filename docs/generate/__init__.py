@@ -1,0 +1,1 @@
+"""What `docs/build.py` makes: reference pages, shown outputs, figures."""

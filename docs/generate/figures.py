@@ -1,0 +1,236 @@
+"""Every figure of README.md and docs/: docs/images/*.svg, and loop.png for places that show no SVG."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+import dehyst
+from dehyst.experiments import example_recording
+from generate.joint import respond
+
+Array = npt.NDArray[np.float64]
+
+INK, MUTED, GRID = "#1b2530", "#566170", "#e2e6eb"
+BLUE, ORANGE, GREEN, GREY = "#0072b2", "#d55e00", "#007a5a", "#8a939e"
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 11,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#97a1ad",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 12,
+    "axes.titleweight": "bold",
+    "grid.color": GRID,
+    "xtick.color": "#97a1ad",
+    "ytick.color": "#97a1ad",
+    "xtick.labelcolor": MUTED,
+    "ytick.labelcolor": MUTED,
+    "legend.frameon": False,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.hashsalt": "dehyst",
+    "svg.fonttype": "path",  # letters as outlines: the same picture wherever it is shown
+    "path.simplify_threshold": 0.2,
+}
+STEP = 0.02  # sampling time of the simulated joint [s]
+
+
+def build(folder: Path) -> list[Path]:
+    """Draw every figure; return the files."""
+    return [path for name, draw in FIGURES.items() for path in write(name, draw, folder)]
+
+
+def write(name: str, draw: Callable[[], Figure], folder: Path) -> list[Path]:
+    """Draw one figure as SVG, and as PNG where that is wanted too. No date, no address, no random ids."""
+    with matplotlib.rc_context({**matplotlib.rcParamsDefault, "backend": "agg", **STYLE}):
+        figure = draw()
+        svg = io.StringIO()
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        text = svg.getvalue()
+        files = [folder / f"{name}.svg"]
+        files[0].write_text("\n".join(line.rstrip() for line in text[text.index("<svg") :].split("\n")), "utf-8")
+        if name in WITH_PNG:
+            files.append(folder / f"{name}.png")
+            figure.savefig(files[1], format="png", dpi=180, metadata={"Software": None})
+    return files
+
+
+@cache
+def example_fit() -> dehyst.Fit:
+    """The example log, identified as `dehyst identify` does without options."""
+    return dehyst.identify(example_recording())
+
+
+@cache
+def tracking() -> tuple[Array, Array, Array, Array]:
+    """Time, reference, and angles of the simulated joint driven by a curve's and by the model's inverse."""
+    fit = example_fit()
+    time = np.arange(0.0, 60.0, STEP)
+    wanted = 26.0 * np.linspace(1.0, 0.25, time.size) * np.sin(2 * np.pi * time / 10.0)
+    plain, compensated = (respond(m.inverse().simulate(wanted), STEP) for m in (fit.static, fit.model))
+    return time, wanted, plain, compensated
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def loop() -> Figure:
+    """The picture of README.md: the example's loop with the model over it, and what the compensator does."""
+    fit = example_fit()
+    rec = fit.recordings[0]
+    figure = Figure(figsize=(9.6, 4.3), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.12))
+    held = fit.test_masks[0]
+    x, y, model = rec.input[held], rec.output[held], fit.predictions[0][held]
+    inset = left.inset_axes((0.58, 0.09, 0.41, 0.44))
+    for axes, widths in ((left, (2.6, 0.7)), (inset, (4.0, 1.0))):
+        axes.plot(x, y, color="#86bbdf", lw=widths[0], label="measured", solid_joinstyle="round")
+        axes.plot(x, model, color=INK, lw=widths[1], label="model, fitted to earlier loops")
+    inset.set(xlim=(0.25, 1.75), ylim=(3.5, 17.5), xticks=[], yticks=[], facecolor="white")
+    for spine in inset.spines.values():
+        spine.set(visible=True, color="#97a1ad")
+    left.indicate_inset_zoom(inset, edgecolor="#566170", alpha=0.6)
+    left.set(title="One log becomes a model", xlabel="pressure difference [bar]", ylabel="angle [deg]")
+    left.set(xlim=(-4.7, 4.7), ylim=(-34, 38))
+    left.legend(loc="upper left", handlelength=1.6, borderaxespad=0.2)
+    time, wanted, plain, compensated = tracking()
+    right.axhline(0.0, color="#97a1ad", lw=0.8)
+    right.plot(time, plain - wanted, color=ORANGE, lw=1.6)
+    right.plot(time, compensated - wanted, color=BLUE, lw=1.6)
+    right.set(
+        title="Its inverse takes the hysteresis out",
+        xlabel="time [s]",
+        ylabel="angle error of the simulated joint [deg]",
+    )
+    high = 1.75 * float(np.max(np.abs(plain - wanted)))
+    right.set(xlim=(0, 60), ylim=(-high, high))
+    right.text(
+        59.5, 0.95 * high, f"best curve without hysteresis: {rms(plain - wanted):.2f}° rms", color=ORANGE, ha="right",
+        va="top",
+    )  # fmt: skip
+    right.text(
+        59.5, -0.95 * high, f"with the compensator: {rms(compensated - wanted):.2f}° rms", color=BLUE, ha="right",
+        va="bottom",
+    )  # fmt: skip
+    return figure
+
+
+def play() -> Figure:
+    """The play operator, and how a sum of plays makes a loop."""
+    x = np.concatenate([np.linspace(a, b, 200) for a, b in ((0, 2), (2, -2), (-2, 2), (2, 0.3), (0.3, 1.4), (1.4, 0))])
+    figure = Figure(figsize=(9.6, 4.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for r, colour in ((0.0, GREY), (0.5, BLUE), (1.0, ORANGE)):
+        z = dehyst.PrandtlIshlinskii([0.0, max(r, 1e-9)], [0.0, 1.0]).simulate(x) if r else x
+        left.plot(x, z, color=colour, lw=2.0, label=f"r = {r:g}")
+    left.set(title="Plays of three half widths", xlabel="input x", ylabel="play z")
+    left.legend(loc="upper left")
+    model = dehyst.PrandtlIshlinskii([0.0, 0.25, 0.5, 0.75, 1.0], [0.3, 0.25, 0.2, 0.2, 0.2])
+    right.plot(x, model.simulate(x), color=INK, lw=2.0)
+    r = np.linspace(0, 2, 50)
+    right.plot(r, model.loading_curve(r), color=GREEN, lw=3.5, alpha=0.5, label="initial loading curve")
+    right.set(title="A weighted sum of plays", xlabel="input x", ylabel="output y")
+    right.legend(loc="upper left")
+    return figure
+
+
+def misprint() -> Figure:
+    """The closed inverse, and what equation (18) gives as printed."""
+    rng = np.random.default_rng(1)
+    n = 20
+    model = dehyst.PrandtlIshlinskii(np.arange(n) / n, 0.5 + rng.random(n))
+    t = np.linspace(0.0, 4.0, 1601)
+    x = np.sin(2 * np.pi * t) * (1.0 - 0.15 * t)
+    r, w = model.thresholds, model.weights
+    printed = np.array([np.sum(w[: i + 1] * (r[i] - w[: i + 1])) for i in range(n)])
+    inverse = model.inverse()
+    z = np.zeros(n)
+    answers = []
+    for y in model.simulate(x).tolist():  # thresholds may be negative here, which the model class refuses
+        z = np.maximum(y - printed, np.minimum(y + printed, z))
+        answers.append(float(inverse.weights @ z))
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.plot(t, x, color="#86bbdf", lw=4.0, label="input of the model")
+    left.plot(t, inverse.simulate(model.simulate(x)), color=INK, lw=1.0, label="found again by the inverse")
+    left.set(title="Equation (18) corrected: r$_i$ − r$_j$", xlabel="time", ylabel="input x", ylim=(-1.2, 1.6))
+    left.legend(loc="upper right", ncols=2, fontsize=10)
+    right.plot(t, x, color="#86bbdf", lw=4.0, label="input of the model")
+    right.plot(t, answers, color=ORANGE, lw=1.2, label="answer as printed")
+    right.set(title="Equation (18) as printed: r$_i$ − w$_j$", xlabel="time", ylim=(-3.2, 2.0))
+    right.legend(loc="upper right", ncols=2, fontsize=10)
+    return figure
+
+
+def families() -> Figure:
+    """A typical loop of each family."""
+    t = np.linspace(0.0, 2.0, 801)
+    x = np.sin(2 * np.pi * t) * np.where(t < 1.25, 1.0, 0.55)
+    r = np.array([0.0, 0.15, 0.3, 0.5])
+    play = dehyst.PrandtlIshlinskii(r, [0.35, 0.35, 0.3, 0.25])
+    bend = dehyst.MonotoneMap([-1.4, -0.5, 0.1, 0.5, 1.4], [-1.1, -0.55, 0.15, 0.45, 0.62])
+    shown = (
+        ("pi", play, "lags, symmetric"),
+        ("modified-pi", dehyst.ModifiedPrandtlIshlinskii(play, after=bend), "lags, saturates, asymmetric"),
+        ("stop", dehyst.StopOperatorModel(r, [0.0, 1.6, 0.9, 0.5], 0.35), "leads: force over displacement"),
+    )
+    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    for axes, (name, model, words) in zip(figure.subplots(1, 3), shown, strict=True):
+        y = model.simulate(x)
+        axes.plot(x[200:], y[200:], color=BLUE, lw=2.0)
+        for k in (430, 630):
+            axes.annotate(
+                "", xy=(x[k + 12], y[k + 12]), xytext=(x[k], y[k]),
+                arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 16, "lw": 0},
+            )  # fmt: skip
+        axes.set(title=name, xlabel="input", xticklabels=[], yticklabels=[])
+        axes.set_ylabel("output" if name == "pi" else "")
+        axes.text(0.03, 0.97, words, transform=axes.transAxes, va="top", color=MUTED, fontsize=10)
+    return figure
+
+
+def creep() -> Figure:
+    """What a rate-independent model cannot follow: the simulated joint creeps while the pressure is held."""
+    time, pressure, angle, model = hold()
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.plot(time, pressure, color=GREY, lw=2.0)
+    left.set(title="Pressure, held for three minutes", xlabel="time [s]", ylabel="pressure difference [bar]")
+    right.plot(time, angle, color=BLUE, lw=2.0, label="simulated joint")
+    right.plot(time, model, color=INK, lw=1.2, label="identified model")
+    right.set(title="Angle, from 14 deg on", xlabel="time [s]", ylabel="angle [deg]", ylim=(14.0, 16.2))
+    right.legend(loc="lower right")
+    return figure
+
+
+def hold() -> tuple[Array, Array, Array, Array]:
+    """Time, pressure, angle of the simulated joint, angle of the model: a ramp of 2 s, then a hold."""
+    time = np.arange(0.0, 182.0, STEP)
+    pressure = 2.0 * np.minimum(time / 2.0, 1.0)
+    return time, pressure, respond(pressure, STEP), example_fit().model.simulate(pressure)
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "loop": loop,
+    "play": play,
+    "misprint": misprint,
+    "families": families,
+    "creep": creep,
+}
+WITH_PNG = {"loop"}

@@ -1,0 +1,261 @@
+"""The documentation is true: generated text is fresh, code runs and prints what is shown, links lead somewhere.
+
+How shown outputs are compared is written in docs/generate/blocks.py: words must agree, numbers within 1 % or one unit
+of their last digit.
+"""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import dehyst
+from dehyst.models import model_to_dict
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+sys.path.insert(0, str(DOCS))
+
+import build  # noqa: E402 - docs/build.py, found through the path above
+from generate import blocks, errors, figures, findings, python_names  # noqa: E402
+
+PAGES = [page for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))) if page.exists()]
+RUN = build.written_pages()
+STALE = "run: python docs/build.py"
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@cache
+def generated() -> dict[Path, str]:
+    return build.generated_pages()
+
+
+def test_pages_are_found():
+    assert len(PAGES) >= 14
+    assert len(RUN) >= 6
+    assert sum(len(blocks.steps(page.read_text(encoding="utf-8"))) for page in RUN) > 20
+
+
+@pytest.mark.parametrize("name", ["index.md", *(f"reference/{name}" for name in build.REFERENCE)])
+def test_generated_text_is_fresh(name):
+    assert (DOCS / name).read_text(encoding="utf-8") == generated()[DOCS / name], STALE
+
+
+@pytest.mark.parametrize("page", RUN, ids=name_of)
+def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
+    wrong = [
+        f"{name_of(page)}:{step.line}\n--- shown\n{step.shown}\n--- printed\n{printed}"
+        for step, printed in blocks.run_page(page.read_text(encoding="utf-8"), tmp_path)
+        if step.shown is not None and not blocks.agree(step.shown, printed)
+    ]
+    assert not wrong, STALE + "\n" + "\n".join(wrong)
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed"),
+    [
+        ("rms 0.16 %", "rms 0.19 %"),
+        ("a b", "a b c"),
+        ("a\n...\nz", "a b c"),
+        ("5 gaps", "7 gaps"),
+        ("error 1e-15", "error 1e-6"),
+        ("True", "False"),
+        ("", "Traceback"),
+    ],
+)
+def test_the_comparison_of_outputs_can_fail(shown, printed):
+    assert blocks.agree(shown, shown)
+    assert not blocks.agree(shown, printed)
+
+
+def test_a_page_whose_code_fails_is_noticed(tmp_path):
+    with pytest.raises(AssertionError, match="line 3"):
+        blocks.run_page("text\n```python\n1 / 0\n```\n", tmp_path)
+
+
+def test_outputs_that_are_no_longer_true_are_replaced_and_true_ones_kept(tmp_path):
+    text = "```python\nprint(0.5)\n```\n\n```text\n{}\n```\n\nafter\n"
+    for shown, kept in (("0.7", "0.5"), ("0.501", "0.501")):
+        page, folder = text.format(shown), tmp_path / kept
+        folder.mkdir()
+        assert blocks.with_outputs(page, blocks.run_page(page, folder)) == text.format(kept)
+
+
+@pytest.mark.parametrize("module", [blocks, findings], ids=["blocks", "findings"])
+def test_examples_of_the_generators_are_right(module):
+    result = doctest.testmod(module)
+    assert result.attempted
+    assert not result.failed
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors that a reader of Markdown gives to the headings of a page."""
+    headings = re.findall(r"(?m)^#+ +(.+)$", re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8")))
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_every_link_leads_somewhere(page):
+    text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
+    targets = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r"(?:src|href|srcset)=\"([^\"]+)\"", text)
+    broken = []
+    for target in targets:
+        if target.startswith(("https://", "http://", "mailto:")):
+            continue
+        path, _, anchor = target.partition("#")
+        goal = (page.parent / path).resolve() if path else page
+        if not goal.exists() or (anchor and anchor not in anchors(goal)):
+            broken.append(target)
+    assert not broken
+
+
+def test_index_links_every_page_and_every_decision():
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    linked = {(DOCS / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", index)}
+    missing = [name_of(page) for page in DOCS.rglob("*.md") if page.resolve() not in linked | {DOCS / "index.md"}]
+    assert not missing, STALE
+
+
+PRIVATE = re.compile(
+    r"(?<![\w.])/(work|tmp|root|home|Users)/|[A-Z]:\\|file://|localhost|\b\d{1,3}(?:\.\d{1,3}){3}\b"
+    r"|https?://[^\s/]*(?:\.local|\.internal|\.lan|proxy|artifactory|registry|mirror)",
+)
+
+
+def test_no_path_or_host_of_a_machine_is_written_anywhere():
+    files = [*PAGES, *DOCS.rglob("*.py"), *(DOCS / "images").glob("*.svg"), *(ROOT / "examples").glob("*.py")]
+    found = [
+        f"{name_of(path)}: {match[0]}"
+        for path in files
+        for match in PRIVATE.finditer(path.read_text(encoding="utf-8"))
+        if path.name != "test_docs.py"
+    ]
+    assert not found
+    assert PRIVATE.search("see /" + "tmp/x")
+
+
+def test_every_warning_code_of_the_source_is_documented():
+    assert findings.documented() == findings.raised()
+    assert len(findings.raised()) > 30
+
+
+def test_a_code_that_is_computed_otherwise_is_noticed():
+    assert findings.codes_in("Finding('a-b', 'text')") == {"a-b"}
+    with pytest.raises(ValueError, match="computed"):
+        findings.codes_in("Finding(name, 'text')")
+
+
+def test_every_error_class_has_an_entry_with_a_message_of_its_own():
+    kinds = {kind.__name__ for kind in errors.classes()} - {"DehystError"}
+    assert kinds == set(errors.PROVOKED)
+    assert set(re.findall(r"(?m)^## (\w+)$", generated()[DOCS / "reference" / "errors.md"])) == kinds
+
+
+def test_every_public_name_and_every_member_of_the_stepper_is_in_the_reference():
+    page = generated()[DOCS / "reference" / "python.md"]
+    assert all(f"### dehyst.{name}\n" in page for name in dehyst.__all__ if not name.startswith("_"))
+    assert all(f"`step.{name}" in page for name in python_names.stepper_names())
+
+
+def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
+    if isinstance(value, dict):
+        return set(value).union(*(keys_of(item) for key, item in value.items() if key not in free))
+    return set().union(*(keys_of(item) for item in value)) if isinstance(value, (list, tuple)) else set()
+
+
+def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
+    import dataclasses
+
+    from dehyst.experiments import write_example
+
+    log = write_example(tmp_path / "example.csv")
+    rec = dehyst.read_log(log, input="#2", output="#3", stop=40.0)
+    inner = dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, 1.0])
+    keys = keys_of(dataclasses.asdict(dehyst.inspect_log(log)))
+    for family in ("pi", "modified-pi", "stop"):
+        fit = dehyst.identify(rec, family, initial_state="rest")
+        keys |= keys_of(fit.as_dict()) | keys_of(model_to_dict(fit.model))
+    keys |= keys_of(model_to_dict(fit.static)) | keys_of(model_to_dict(inner)) | {"code", "message"}
+    documented = set(re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8")))
+    assert not keys - documented
+    assert len(keys) > 60
+
+
+def test_every_figure_exists_and_is_shown():
+    images = {path.name for path in (DOCS / "images").iterdir()}
+    drawn = {f"{name}.svg" for name in figures.FIGURES} | {f"{name}.png" for name in figures.WITH_PNG}
+    shown = {name for page in PAGES for name in re.findall(r"images/([\w.-]+)", page.read_text(encoding="utf-8"))}
+    assert images == drawn, STALE
+    assert shown <= images
+    assert {name for name in images if name.endswith(".svg")} <= shown
+
+
+def test_a_figure_is_drawn_the_same_twice_without_date_or_address(tmp_path):
+    texts = []
+    for folder in (tmp_path / "a", tmp_path / "b"):
+        folder.mkdir()
+        texts.append(figures.write("play", figures.play, folder)[0].read_bytes())
+    assert texts[0] == texts[1]
+    assert b"<dc:date>" not in texts[0]
+    assert b"<!DOCTYPE" not in texts[0]
+
+
+def test_numbers_beside_figures_are_those_of_the_figures():
+    _, wanted, plain, compensated = figures.tracking()
+    tutorial = (DOCS / "tutorial" / "first-loop.md").read_text(encoding="utf-8")
+    assert f"leaves {figures.rms(compensated - wanted):.2f} deg rms" in tutorial
+    assert f"leaves {figures.rms(plain - wanted):.2f} deg" in tutorial
+    time, _, angle, model = figures.hold()
+    held = int((time < 2.0).sum())
+    limits = (DOCS / "explanation" / "limits.md").read_text(encoding="utf-8")
+    crept = f"creeps from {angle[held]:.1f} to {angle[-1]:.1f} deg"
+    assert f"{crept} while the model stays at {model[-1]:.1f} deg" in limits
+
+
+def run_example(name: str, folder: Path) -> str:
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / name],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=os.environ,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert not done.stderr
+    return done.stdout
+
+
+def test_examples_are_short():
+    scripts = list((ROOT / "examples").glob("*.py"))
+    assert len(scripts) >= 2
+    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 60 for path in scripts)
+
+
+def test_the_example_of_a_real_time_loop_shows_that_the_compensator_helps():
+    page = (DOCS / "how-to" / "use-the-compensator.md").read_text(encoding="utf-8")  # run by the test of its page
+    shown = next(step.shown for step in blocks.steps(page) if step.code.startswith("python examples/real_time_loop.py"))
+    rms = [float(number) for number in re.findall(r"([\d.]+) um with", shown)]
+    assert len(rms) == 4
+    assert rms[1] < 0.2 * rms[0]
+    assert rms[3] < 0.5 * rms[2]
+
+
+def test_the_example_of_identification_checks_itself(tmp_path):
+    printed = run_example("identify_and_compensate.py", tmp_path)
+    assert "good for compensation" in printed
+    assert "same output: True" in printed
+    assert float(re.search(r"wanted: (\S+) deg", printed)[1]) < 1e-9
+    assert not list(tmp_path.iterdir())
