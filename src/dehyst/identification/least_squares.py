@@ -51,7 +51,7 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     system
         Rows or their triangular factor, (T, free + n + 1).
     free
-        Number of unbounded unknowns, whose columns come first.
+        Number of unbounded unknowns, whose columns come first and are independent.
     lower
         Lower bounds of w, (n,).
 
@@ -105,7 +105,7 @@ def _polish(inner: Array, target: Array, v: Array) -> Array:
 def _back_substitute(r: Array, b: Array) -> Array:
     if b.size == 0:
         return b
-    return np.asarray(np.linalg.lstsq(r, b, rcond=None)[0], dtype=np.float64)
+    return np.asarray(np.linalg.solve(r, b), dtype=np.float64)
 
 
 def _kkt_residual(inner: Array, target: Array, w: Array, lower: Array) -> float:
