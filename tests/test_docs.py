@@ -120,6 +120,14 @@ def test_every_link_leads_somewhere(page):
     assert not broken
 
 
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "docs/explanation/how-it-is-tested.md"])
+def test_files_that_a_page_names_exist(name):
+    named = set(re.findall(r"`(?:[\w./]*/)?([\w-]+\.(?:py|c|h|cpp|pyi))`", (ROOT / name).read_text(encoding="utf-8")))
+    folders = [ROOT / room for room in ("src", "core", "tests", "docs", "examples")]
+    assert named
+    assert named <= {path.name for folder in folders for path in folder.rglob("*")}
+
+
 def test_index_links_every_page_and_every_decision():
     index = (DOCS / "index.md").read_text(encoding="utf-8")
     linked = {(DOCS / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", index)}
