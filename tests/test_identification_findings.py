@@ -94,6 +94,7 @@ FIRING = {
     "high-inverse-gain": (backlash, {}, "--eps"),
     "poor-fit": (erratic, {}, "other"),
     "inverse-misses": (erratic, {}, "simulation only"),
+    "recordings-differ": (lambda: [clean(), clean(output=clean().output + 1.0)], {}, "Align the zeros"),
     "no-held-out": (lambda: clean(), {"train_fraction": 1}, "--train-fraction 0.5"),
 }
 

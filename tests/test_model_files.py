@@ -24,10 +24,15 @@ from dehyst.models import ModelCard, SignalCard, model_from_dict, model_to_dict
 one_file = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 any_float = st.floats(-1e100, 1e100) | st.sampled_from([0.0, -0.0, 5e-324, -5e-324, 1e-300, 2.2250738585072014e-308])
 plain = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False, allow_infinity=False)
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**70), 2**70)
+    | st.floats(allow_nan=False, allow_infinity=False)
     | st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]),
-                                                                        max_size=5), inner, max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"]), max_size=5), inner, max_size=3)
+    ),
     max_leaves=6,
 )
 
@@ -168,10 +173,34 @@ def deep(levels):
 
 @pytest.mark.parametrize(
     "provenance",
-    [{"x": np.nan}, {"x": np.inf}, {"x": object()}, {"x": np.zeros(2)}, {"x": b"raw"}, {(1, 2): 3}, {"x": {1, 2}},
-     {"x": "\ud800"}, {"\udfff": 1}, loop(), deep(40), deep(100_000)],
-    ids=["nan", "inf", "object", "array", "bytes", "tuple-key", "set", "surrogate", "surrogate-key", "loop", "deep",
-         "bottomless"],
+    [
+        {"x": np.nan},
+        {"x": np.inf},
+        {"x": object()},
+        {"x": np.zeros(2)},
+        {"x": b"raw"},
+        {(1, 2): 3},
+        {"x": {1, 2}},
+        {"x": "\ud800"},
+        {"\udfff": 1},
+        loop(),
+        deep(40),
+        deep(100_000),
+    ],
+    ids=[
+        "nan",
+        "inf",
+        "object",
+        "array",
+        "bytes",
+        "tuple-key",
+        "set",
+        "surrogate",
+        "surrogate-key",
+        "loop",
+        "deep",
+        "bottomless",
+    ],
 )
 def test_what_a_reader_would_refuse_is_not_saved(tmp_path, provenance):
     model = PrandtlIshlinskii([0.0], [1.0])

@@ -26,6 +26,8 @@ HIGH_GAIN = 20.0
 POOR_PERCENT = 10.0
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
+# Recordings fitted together whose mean residuals differ by more than this share of the output's range.
+LEVELS_APART = 0.05
 STATIC_AS_GOOD = 0.95
 
 
@@ -114,6 +116,14 @@ def about_fit(
             f"the held-out input leaves the range that was fitted by {100 * beyond:.0f} %: the test measures "
             f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
         )
+    apart = _levels_apart(records, outputs, train_masks) / data.output_range
+    if apart > LEVELS_APART:
+        yield Finding(
+            "recordings-differ",
+            f"the outputs of the recordings lie up to {100 * apart:.0f} % of range apart at the same input: their sensors "
+            f"have different zeros, or the actuator was in another condition. One model averages over that. Align the "
+            f"zeros, or identify each recording by itself.",
+        )
     scored = test_masks if any(mask.any() for mask in test_masks) else train_masks
     error, bar = rms(records, outputs, scored), rms(records, curves, scored)
     if error > STATIC_AS_GOOD * bar:
@@ -151,6 +161,16 @@ def about_fit(
             "nothing was held out, so the errors are those of the fit itself and flatter it. Log more loops, or fit a "
             "part only (--train-fraction 0.5).",
         )
+
+
+def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+    """Largest difference of the mean residuals of two recordings. [output]"""
+    levels = [
+        float(np.mean((record.output - y)[mask]))
+        for record, y, mask in zip(records, outputs, chosen, strict=True)
+        if mask.any()
+    ]
+    return max(levels) - min(levels)
 
 
 def _beyond_training(records: tuple[Recording, ...], test_masks: tuple[Mask, ...], data: DataSet) -> float:

@@ -17,7 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 GOOD_PERCENT = 3.0
 # Findings that keep a small error from being called good.
-SERIOUS = {"rate-dependent", "drift", "mixed-loop", "few-loops", "high-inverse-gain"}
+SERIOUS = {"rate-dependent", "drift", "mixed-loop", "few-loops", "high-inverse-gain", "recordings-differ"}
 
 
 def examine(
