@@ -227,6 +227,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "{INVERSE_MISSES} % of the input's range (rms).",
             "Use the model for simulation only. See the other warnings for the reason.",
         ),
+        "recordings-differ": (
+            "Recordings fitted together lie more than {LEVELS_APART} of the output's range apart at the same input "
+            "(difference of their mean residuals).",
+            "Align the zeros of the sensors, or identify each recording by itself.",
+        ),
         "no-held-out": (
             "Nothing was held out (`--train-fraction 1`). The errors are those of the fit itself and flatter it.",
             "Log more loops, or fit a part only.",

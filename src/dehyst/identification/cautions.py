@@ -120,9 +120,9 @@ def about_fit(
     if apart > LEVELS_APART:
         yield Finding(
             "recordings-differ",
-            f"the outputs of the recordings lie up to {100 * apart:.0f} % of range apart at the same input: their sensors "
-            f"have different zeros, or the actuator was in another condition. One model averages over that. Align the "
-            f"zeros, or identify each recording by itself.",
+            f"the outputs of the recordings lie up to {100 * apart:.0f} % of range apart at the same input: their "
+            f"sensors have different zeros, or the actuator was in another condition. One model averages over that. "
+            f"Align the zeros, or identify each recording by itself.",
         )
     scored = test_masks if any(mask.any() for mask in test_masks) else train_masks
     error, bar = rms(records, outputs, scored), rms(records, curves, scored)

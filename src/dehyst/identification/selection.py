@@ -9,7 +9,7 @@ difficulty, and one that holds the only virgin curve must not decide alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +31,7 @@ COMPARED_OPERATORS = 100
 FEWEST_ROWS = 40
 # A simpler family is preferred when its error is within this share of the best one.
 WITHIN_NOISE = 0.02
+NO_DIFFERENCE = 0.002
 REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
@@ -139,6 +140,10 @@ def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate
     for index in order:
         simpler = families.index(results[index][0].family) < families.index(results[winner][0].family)
         if simpler and scores[index] - scores[order[0]] <= np.log1p(WITHIN_NOISE):
+            winner = index
+    for index in range(len(results)):  # the start state that assumes least, where it makes no difference
+        same = replace(results[index][0], initial_state=results[winner][0].initial_state) == results[winner][0]
+        if same and index < winner and scores[index] - scores[winner] <= np.log1p(NO_DIFFERENCE):
             winner = index
     candidates = [
         _candidate(*results[index], chosen=index == winner) for index in [winner, *(k for k in order if k != winner)]
