@@ -17,7 +17,7 @@ demo: $(VENV)/installed
 	@echo "Open demo/report.html in a browser."
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
