@@ -106,9 +106,9 @@ def simulate(
     out: Out = None,
 ) -> None:
     """Print a model's output for a logged input, as CSV."""
-    from dehyst.app.play import run_simulate
+    from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(model, log, input, time, run, start, stop, out)
+    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out))
 
 
 @app.command()
@@ -123,9 +123,9 @@ def compensate(
     out: Out = None,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
-    from dehyst.app.play import run_compensate
+    from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(model, reference, output, time, run, start, stop, out)
+    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out))
 
 
 @app.command()

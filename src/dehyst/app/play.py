@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,47 +22,47 @@ Array = npt.NDArray[np.float64]
 BEYOND = 0.02
 
 
-def run_simulate(
-    model_file: Path,
-    log: Path,
-    column: str,
-    time: str | None,
-    run: str | None,
-    start: float | None,
-    stop: float | None,
-    out: Path | None,
-) -> None:
+@dataclass(frozen=True)
+class PlayRequest:
+    """The command line of ``dehyst simulate`` and ``dehyst compensate``."""
+
+    model: Path
+    log: Path
+    column: str
+    time: str | None
+    run: str | None
+    start: float | None
+    stop: float | None
+    out: Path | None
+
+
+def run_simulate(request: PlayRequest) -> None:
     """Write time, input and the model's output."""
-    model = load_model(model_file)
-    signal = read_signal(log, column, time=time, run=run, start=start, stop=stop)
+    model, signal = _read(request)
     x, findings = _in_units_of(model.card.input, signal)
     findings += _outside(x, model.card.input, "input", "the model extrapolates there")
     y = model.simulate(x)
-    _write(signal, {_column(model.card.input): x, _column(model.card.output, "model"): y}, out, (log, model_file))
+    _write(request, signal, {_column(model.card.input): x, _column(model.card.output, "model"): y})
     print_findings([*signal.findings, *findings], stderr=True)
 
 
-def run_compensate(
-    model_file: Path,
-    reference: Path,
-    column: str,
-    time: str | None,
-    run: str | None,
-    start: float | None,
-    stop: float | None,
-    out: Path | None,
-) -> None:
+def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
-    model = load_model(model_file)
-    signal = read_signal(reference, column, time=time, run=run, start=start, stop=stop)
+    model, signal = _read(request)
     y, findings = _in_units_of(model.card.output, signal)
     findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
     x = model.inverse().simulate(y)
     findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += _proof(model, x, y)
-    columns = {_column(model.card.output): y, _column(model.card.input, "compensated"): x}
-    _write(signal, columns, out, (reference, model_file))
+    _write(request, signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x})
     print_findings([*signal.findings, *findings], stderr=True)
+
+
+def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
+    signal = read_signal(
+        request.log, request.column, time=request.time, run=request.run, start=request.start, stop=request.stop
+    )
+    return load_model(request.model), signal
 
 
 def _column(card: SignalCard, prefix: str = "") -> str:
@@ -122,13 +123,14 @@ def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
     ]
 
 
-def _write(signal: Signal, columns: dict[str, Array], out: Path | None, sources: tuple[Path, Path]) -> None:
+def _write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns
+    out = request.out
     if out is None:
         sys.stdout.write(format_csv(table))
         return
-    if out.resolve() in {source.resolve() for source in sources}:
+    if out.resolve() in {request.log.resolve(), request.model.resolve()}:
         raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
     write_csv(out, table)
     sys.stderr.write(f"wrote {out}: {', '.join(table)}\n")

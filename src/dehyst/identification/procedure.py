@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import datetime as _datetime
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,16 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
-from dehyst import __version__
-from dehyst.errors import ExcitationError, ParameterError
-from dehyst.identification import facts, judge
-from dehyst.identification.build import build_model
+from dehyst.errors import ExcitationError
+from dehyst.identification import facts
+from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import FAMILIES, Estimate, fit_family
-from dehyst.identification.fit import Candidate, Certificate, Fit
-from dehyst.identification.memory import INITIAL_STATES
+from dehyst.identification.families import Estimate, fit_family
+from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.regressors import Bank, make_bank, reduce, training_rows
-from dehyst.identification.scores import inverse_miss, masks, predictions, round_trip, score
 from dehyst.identification.selection import (
     BY_ORIENTATION,
     REGULARISATIONS,
@@ -32,16 +28,11 @@ from dehyst.identification.selection import (
     possible_choices,
     threshold_grid,
 )
-from dehyst.identification.static_curve import fit_static
-from dehyst.models import ModelCard, SignalCard, StaticCurve
-from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
+from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings
+from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
-
-PAPER_OPERATORS = 100
-PAPER_EPS = 0.001
-MOST_OPERATORS = 2000
 
 
 @dataclass(frozen=True)
@@ -123,8 +114,8 @@ def identify(
     >>> fit.model.weights.round(9).tolist()
     [1.0, 0.5, 0.25]
     """
-    records = _as_tuple(recordings)
-    given = _check_settings(family, n, eps, thresholds, initial_state)
+    records = check_recordings(recordings)
+    given = check_settings(family, n, eps, thresholds, initial_state)
     fraction = parameter_number(train_fraction, "train_fraction")
     # Hundreds of small factorisations: the threads of BLAS would spend their time waiting for each other, up to
     # ten times that of the work itself on a busy machine.
@@ -161,7 +152,7 @@ def _identify(
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
-    return _certify(records, problem, choice, bank, estimate, candidates, loop, settings)
+    return certify(records, data, problem.operators, choice, bank, estimate, candidates, loop, settings)
 
 
 def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5) -> Fit:
@@ -185,58 +176,6 @@ def identify_paper(recordings: Recording | Sequence[Recording], *, train_fractio
     ('pi', 100)
     """
     return identify(recordings, "pi", n=PAPER_OPERATORS, eps=PAPER_EPS, train_fraction=train_fraction)
-
-
-def _as_tuple(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
-    if isinstance(recordings, Recording):
-        return (recordings,)
-    records = tuple(recordings) if isinstance(recordings, Iterable) else ()
-    if not records or not all(isinstance(record, Recording) for record in records):
-        raise ParameterError(
-            "identify() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
-            "output=...) or dehyst.Recording(input=x, output=y)."
-        )
-    units = {(record.input_unit, record.output_unit) for record in records}
-    if len(units) > 1:
-        raise ParameterError(
-            f"the recordings carry different units, {sorted(units)}; one model has one pair of units. "
-            f"Convert them first.",
-            units=units,
-        )
-    return records
-
-
-def _check_settings(
-    family: str, n: int, eps: float, thresholds: npt.ArrayLike | None, initial_state: str
-) -> Array | None:
-    if family != "auto" and family not in FAMILIES:
-        raise ParameterError(f"family {family!r} is not one of auto, {', '.join(FAMILIES)}.", family=family)
-    if initial_state != "auto" and initial_state not in INITIAL_STATES:
-        raise ParameterError(
-            f"initial_state {initial_state!r} is not one of auto, {', '.join(INITIAL_STATES)}.",
-            initial_state=initial_state,
-        )
-    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= MOST_OPERATORS:
-        raise ParameterError(
-            f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100).", n=n
-        )
-    eps = parameter_number(eps, "eps")
-    if not 0.0 < eps <= 1.0:
-        raise ParameterError(
-            f"eps = {eps:g} must lie in (0, 1]: it is the smallest slope after a reversal, relative to output range "
-            f"over input range, and 1/eps bounds the inverse's gain. The paper uses 0.001.",
-            eps=eps,
-        )
-    if thresholds is None:
-        return None
-    given = parameter_array(thresholds, "thresholds")
-    strictly_increasing(given, "thresholds")
-    if given[0] != 0.0:
-        raise ParameterError(
-            f"thresholds[0] = {given[0]:g} must be 0: without a play of radius 0 the model has no inverse.",
-            first=float(given[0]),
-        )
-    return given
 
 
 def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -> tuple[Choice, tuple[Candidate, ...]]:
@@ -267,93 +206,3 @@ def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate]:
     system = reduce(data, bank, rows, knots)
     estimate = fit_family(choice.family, system, bank.thresholds.size, problem.eps, knots, choice.regularisation)
     return bank, estimate
-
-
-def _certify(
-    records: tuple[Recording, ...],
-    problem: _Problem,
-    choice: Choice,
-    bank: Bank,
-    estimate: Estimate,
-    candidates: tuple[Candidate, ...],
-    loop: facts.Orientation,
-    settings: dict[str, Any],
-) -> Fit:
-    data = problem.data
-    knots = output_knots() if choice.family == "modified-pi" else None
-    rows = training_rows(data, choice.initial_state)
-    model = build_model(estimate, data, bank, knots, ModelCard())
-    static = fit_static(data, rows, ModelCard())
-    train_masks, test_masks = masks(records, data, choice.initial_state)
-    outputs, demands = predictions(records, data, bank, model)
-    curves = tuple(static.simulate(record.input) for record in records)
-    train, test = (score(records, outputs, chosen, data.output_range) for chosen in (train_masks, test_masks))
-    static_train, static_test = (
-        score(records, curves, chosen, data.output_range) for chosen in (train_masks, test_masks)
-    )
-    if train is None or static_train is None:
-        raise AssertionError("no training samples")  # _fit has checked
-    certificate = Certificate(
-        kkt_residual=estimate.kkt_residual,
-        round_trip_error=round_trip(model, records[0].input),
-        inverse_gain=model.inverse_gain,
-        inverse_miss_percent=100.0 * inverse_miss(records, demands, train_masks if test is None else test_masks),
-        nonzero_weights=model.nonzero_weights,
-        operators=problem.operators,
-        undetermined=tuple(float(r) for r in bank.undetermined * data.half_range),
-        initial_state=choice.initial_state,
-    )
-    loop_facts, findings = judge.examine(
-        records, data, loop, outputs, curves, train_masks, test_masks, certificate, choice.family
-    )
-    verdict = judge.verdict(choice.family, train, test, static_test or static_train, certificate, findings)
-    card = _card(records, settings, choice, train, test, verdict)
-    return Fit(
-        family=choice.family,
-        model=model.with_card(card),
-        recordings=records,
-        predictions=outputs,
-        inverse_predictions=demands,
-        train_masks=train_masks,
-        test_masks=test_masks,
-        train=train,
-        test=test,
-        static=StaticCurve(static.curve, card),
-        static_train=static_train,
-        static_test=static_test,
-        certificate=certificate,
-        facts=loop_facts,
-        candidates=candidates,
-        warnings=findings,
-        settings=settings,
-        verdict=verdict,
-    )
-
-
-def _card(
-    records: tuple[Recording, ...],
-    settings: dict[str, Any],
-    choice: Choice,
-    train: Any,
-    test: Any,
-    verdict: str,
-) -> ModelCard:
-    first = records[0]
-    low_in, high_in = min(float(r.input.min()) for r in records), max(float(r.input.max()) for r in records)
-    low_out, high_out = min(float(r.output.min()) for r in records), max(float(r.output.max()) for r in records)
-    provenance = {
-        "logs": [dict(record.provenance) | {"name": record.name, "samples": len(record)} for record in records],
-        "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
-        "dehyst": __version__,
-        "settings": dict(settings),
-        "identified_family": choice.family,
-        "initial_state": choice.initial_state,
-        "train": train.as_dict(),
-        "test": None if test is None else test.as_dict(),
-        "verdict": verdict,
-    }
-    return ModelCard(
-        SignalCard(first.input_name, first.input_unit, low_in, high_in),
-        SignalCard(first.output_name, first.output_unit, low_out, high_out),
-        provenance,
-    )

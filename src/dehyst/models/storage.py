@@ -9,62 +9,17 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models.base import HysteresisModel
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.modified import ModifiedPrandtlIshlinskii
-from dehyst.models.monotone import MonotoneMap
-from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
-from dehyst.models.static import StaticCurve
-from dehyst.models.stop import StopOperatorModel
+from dehyst.models.parameters import Json, model_of, number, parameters_of
 
 SCHEMA = 1
 # A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and the worst
 # hostile file of this size is refused within a second.
 MAXIMUM_BYTES = 2 * 1024 * 1024
 MAXIMUM_DEPTH = 32
-
-Json = dict[str, Any]
-
-
-def _play_parameters(model: PrandtlIshlinskii) -> Json:
-    return {
-        "thresholds": model.thresholds.tolist(),
-        "weights": model.weights.tolist(),
-        "offset": model.offset,
-        "center": model.center,
-        "state": None if model.state is None else model.state.tolist(),
-    }
-
-
-def _map_parameters(mapping: MonotoneMap | None) -> Json | None:
-    return None if mapping is None else {"u": mapping.u.tolist(), "v": mapping.v.tolist()}
-
-
-def _parameters(model: HysteresisModel) -> Json:
-    if isinstance(model, PrandtlIshlinskii):
-        return _play_parameters(model)
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        return {
-            "hysteresis": _play_parameters(model.hysteresis),
-            "after": _map_parameters(model.after),
-            "before": _map_parameters(model.before),
-        }
-    if isinstance(model, StopOperatorModel):
-        return {
-            "thresholds": model.thresholds.tolist(),
-            "stop_weights": model.stop_weights.tolist(),
-            "slope": model.slope,
-            "offset": model.offset,
-            "center": model.center,
-            "state": None if model.state is None else model.state.tolist(),
-        }
-    if isinstance(model, StaticCurve):
-        return {"curve": _map_parameters(model.curve)}
-    raise ParameterError(f"no file format for models of type {type(model).__name__}.")
 
 
 def _signal(card: SignalCard) -> Json:
@@ -84,6 +39,7 @@ def model_to_dict(model: HysteresisModel) -> Json:
 
     Examples
     --------
+    >>> from dehyst.models import PrandtlIshlinskii
     >>> content = model_to_dict(PrandtlIshlinskii([0.0], [2.0]))
     >>> content["family"], content["schema"]
     ('pi', 1)
@@ -92,7 +48,7 @@ def model_to_dict(model: HysteresisModel) -> Json:
         "format": "dehyst-model",
         "schema": SCHEMA,
         "family": model.family,
-        "parameters": _parameters(model),
+        "parameters": parameters_of(model),
         "input": _signal(model.card.input),
         "output": _signal(model.card.output),
         "provenance": dict(model.card.provenance),
@@ -143,65 +99,13 @@ def _too_deep(value: Any) -> bool:
     return True
 
 
-def _numbers(value: Any, name: str) -> list[float]:
-    if not isinstance(value, list) or not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value):
-        raise ParameterError(f"{name} is not a list of numbers.")
-    return value
-
-
-def _number(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ParameterError(f"{name} is not a number.")
-    return float(value)
-
-
-def _read_play(p: Json) -> PrandtlIshlinskii:
-    return PrandtlIshlinskii(
-        np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
-        np.array(_numbers(p["weights"], "weights"), dtype=np.float64),
-        _number(p["offset"], "offset"),
-        None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
-        _number(p["center"], "center"),
-    )
-
-
-def _read_map(p: Json | None) -> MonotoneMap | None:
-    if p is None:
-        return None
-    return MonotoneMap(
-        np.array(_numbers(p["u"], "u"), dtype=np.float64), np.array(_numbers(p["v"], "v"), dtype=np.float64)
-    )
-
-
-def _read_parameters(family: Any, p: Json) -> HysteresisModel:
-    if family == "pi":
-        return _read_play(p)
-    if family == "modified-pi":
-        return ModifiedPrandtlIshlinskii(_read_play(p["hysteresis"]), _read_map(p["after"]), _read_map(p["before"]))
-    if family == "stop":
-        return StopOperatorModel(
-            np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
-            np.array(_numbers(p["stop_weights"], "stop_weights"), dtype=np.float64),
-            _number(p["slope"], "slope"),
-            _number(p["offset"], "offset"),
-            None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
-            _number(p["center"], "center"),
-        )
-    if family == "static":
-        curve = _read_map(p["curve"])
-        if curve is None:
-            raise ParameterError("curve is missing.")
-        return StaticCurve(curve)
-    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, static.")
-
-
 def _read_signal(p: Any, name: str) -> SignalCard:
     if not isinstance(p, dict) or not isinstance(p.get("name"), str) or not isinstance(p.get("unit"), str):
         raise ParameterError(f"'{name}' does not name a signal and its unit.")
     low, high = p.get("low"), p.get("high")
-    if (low is None) != (high is None) or (low is not None and not _number(low, "low") <= _number(high, "high")):
+    if (low is None) != (high is None) or (low is not None and not number(low, "low") <= number(high, "high")):
         raise ParameterError(f"'{name}' has no valid range ({low!r} to {high!r}).")
-    bounds = (None, None) if low is None else (_number(low, "low"), _number(high, "high"))
+    bounds = (None, None) if low is None else (number(low, "low"), number(high, "high"))
     if bounds[0] is not None and not (math.isfinite(bounds[0]) and math.isfinite(bounds[1] or 0.0)):
         raise ParameterError(f"'{name}' has an infinite range.")
     return SignalCard(p["name"], p["unit"], *bounds)
@@ -239,7 +143,7 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
             "Restore it from a backup, or write edited parameters with model.save(...), which signs them anew.",
         )
     try:
-        model = _read_parameters(content["family"], content["parameters"])
+        model = model_of(content["family"], content["parameters"])
         provenance = content["provenance"]
         if not isinstance(provenance, dict):
             raise ParameterError("provenance is not an object.")
@@ -287,6 +191,7 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     Examples
     --------
     >>> import tempfile, pathlib
+    >>> from dehyst.models import PrandtlIshlinskii
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
     >>> _ = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).save(path)
     >>> load_model(path).weights.tolist()

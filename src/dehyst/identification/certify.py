@@ -1,0 +1,110 @@
+"""A fitted estimate becomes a model with scores, certificate, verdict and provenance."""
+
+from __future__ import annotations
+
+import datetime as _datetime
+from typing import Any
+
+from dehyst import __version__
+from dehyst.identification import facts, judge
+from dehyst.identification.build import build_model
+from dehyst.identification.data import DataSet
+from dehyst.identification.families import Estimate
+from dehyst.identification.fit import Candidate, Certificate, Fit, Score
+from dehyst.identification.regressors import Bank, training_rows
+from dehyst.identification.scores import inverse_miss, masks, predictions, round_trip, score
+from dehyst.identification.selection import Choice, output_knots
+from dehyst.identification.static_curve import fit_static
+from dehyst.models import ModelCard, SignalCard, StaticCurve
+from dehyst.recording import Recording
+
+
+def certify(
+    records: tuple[Recording, ...],
+    data: DataSet,
+    operators: int,
+    choice: Choice,
+    bank: Bank,
+    estimate: Estimate,
+    candidates: tuple[Candidate, ...],
+    loop: facts.Orientation,
+    settings: dict[str, Any],
+) -> Fit:
+    """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict."""
+    knots = output_knots() if choice.family == "modified-pi" else None
+    rows = training_rows(data, choice.initial_state)
+    model = build_model(estimate, data, bank, knots, ModelCard())
+    static = fit_static(data, rows, ModelCard())
+    train_masks, test_masks = masks(records, data, choice.initial_state)
+    outputs, demands = predictions(records, data, bank, model)
+    curves = tuple(static.simulate(record.input) for record in records)
+    train, test = (score(records, outputs, chosen, data.output_range) for chosen in (train_masks, test_masks))
+    static_train, static_test = (
+        score(records, curves, chosen, data.output_range) for chosen in (train_masks, test_masks)
+    )
+    if train is None or static_train is None:
+        raise AssertionError("no training samples")  # _fit has checked
+    certificate = Certificate(
+        kkt_residual=estimate.kkt_residual,
+        round_trip_error=round_trip(model, records[0].input),
+        inverse_gain=model.inverse_gain,
+        inverse_miss_percent=100.0 * inverse_miss(records, demands, train_masks if test is None else test_masks),
+        nonzero_weights=model.nonzero_weights,
+        operators=operators,
+        undetermined=tuple(float(r) for r in bank.undetermined * data.half_range),
+        initial_state=choice.initial_state,
+    )
+    loop_facts, findings = judge.examine(
+        records, data, loop, outputs, curves, train_masks, test_masks, certificate, choice.family
+    )
+    verdict = judge.verdict(choice.family, train, test, static_test or static_train, certificate, findings)
+    card = _card(records, settings, choice, train, test, verdict)
+    return Fit(
+        family=choice.family,
+        model=model.with_card(card),
+        recordings=records,
+        predictions=outputs,
+        inverse_predictions=demands,
+        train_masks=train_masks,
+        test_masks=test_masks,
+        train=train,
+        test=test,
+        static=StaticCurve(static.curve, card),
+        static_train=static_train,
+        static_test=static_test,
+        certificate=certificate,
+        facts=loop_facts,
+        candidates=candidates,
+        warnings=findings,
+        settings=settings,
+        verdict=verdict,
+    )
+
+
+def _card(
+    records: tuple[Recording, ...],
+    settings: dict[str, Any],
+    choice: Choice,
+    train: Score,
+    test: Score | None,
+    verdict: str,
+) -> ModelCard:
+    first = records[0]
+    low_in, high_in = min(float(r.input.min()) for r in records), max(float(r.input.max()) for r in records)
+    low_out, high_out = min(float(r.output.min()) for r in records), max(float(r.output.max()) for r in records)
+    provenance = {
+        "logs": [dict(record.provenance) | {"name": record.name, "samples": len(record)} for record in records],
+        "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
+        "dehyst": __version__,
+        "settings": dict(settings),
+        "identified_family": choice.family,
+        "initial_state": choice.initial_state,
+        "train": train.as_dict(),
+        "test": None if test is None else test.as_dict(),
+        "verdict": verdict,
+    }
+    return ModelCard(
+        SignalCard(first.input_name, first.input_unit, low_in, high_in),
+        SignalCard(first.output_name, first.output_unit, low_out, high_out),
+        provenance,
+    )

@@ -1,0 +1,109 @@
+"""Parameters of each model family as plain JSON values, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.models.base import HysteresisModel
+from dehyst.models.modified import ModifiedPrandtlIshlinskii
+from dehyst.models.monotone import MonotoneMap
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.static import StaticCurve
+from dehyst.models.stop import StopOperatorModel
+
+Json = dict[str, Any]
+
+
+def _play_parameters(model: PrandtlIshlinskii) -> Json:
+    return {
+        "thresholds": model.thresholds.tolist(),
+        "weights": model.weights.tolist(),
+        "offset": model.offset,
+        "center": model.center,
+        "state": None if model.state is None else model.state.tolist(),
+    }
+
+
+def _map_parameters(mapping: MonotoneMap | None) -> Json | None:
+    return None if mapping is None else {"u": mapping.u.tolist(), "v": mapping.v.tolist()}
+
+
+def parameters_of(model: HysteresisModel) -> Json:
+    """Return the parameters of a model by name."""
+    if isinstance(model, PrandtlIshlinskii):
+        return _play_parameters(model)
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        return {
+            "hysteresis": _play_parameters(model.hysteresis),
+            "after": _map_parameters(model.after),
+            "before": _map_parameters(model.before),
+        }
+    if isinstance(model, StopOperatorModel):
+        return {
+            "thresholds": model.thresholds.tolist(),
+            "stop_weights": model.stop_weights.tolist(),
+            "slope": model.slope,
+            "offset": model.offset,
+            "center": model.center,
+            "state": None if model.state is None else model.state.tolist(),
+        }
+    if isinstance(model, StaticCurve):
+        return {"curve": _map_parameters(model.curve)}
+    raise ParameterError(f"no file format for models of type {type(model).__name__}.")
+
+
+def _numbers(value: Any, name: str) -> list[float]:
+    if not isinstance(value, list) or not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value):
+        raise ParameterError(f"{name} is not a list of numbers.")
+    return value
+
+
+def number(value: Any, name: str) -> float:
+    """Return a JSON number as float, or refuse it by name."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ParameterError(f"{name} is not a number.")
+    return float(value)
+
+
+def _read_play(p: Json) -> PrandtlIshlinskii:
+    return PrandtlIshlinskii(
+        np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
+        np.array(_numbers(p["weights"], "weights"), dtype=np.float64),
+        number(p["offset"], "offset"),
+        None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
+        number(p["center"], "center"),
+    )
+
+
+def _read_map(p: Json | None) -> MonotoneMap | None:
+    if p is None:
+        return None
+    return MonotoneMap(
+        np.array(_numbers(p["u"], "u"), dtype=np.float64), np.array(_numbers(p["v"], "v"), dtype=np.float64)
+    )
+
+
+def model_of(family: Any, p: Json) -> HysteresisModel:
+    """Return the model of a family and its parameters; KeyError or ParameterError if they are not those of one."""
+    if family == "pi":
+        return _read_play(p)
+    if family == "modified-pi":
+        return ModifiedPrandtlIshlinskii(_read_play(p["hysteresis"]), _read_map(p["after"]), _read_map(p["before"]))
+    if family == "stop":
+        return StopOperatorModel(
+            np.array(_numbers(p["thresholds"], "thresholds"), dtype=np.float64),
+            np.array(_numbers(p["stop_weights"], "stop_weights"), dtype=np.float64),
+            number(p["slope"], "slope"),
+            number(p["offset"], "offset"),
+            None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
+            number(p["center"], "center"),
+        )
+    if family == "static":
+        curve = _read_map(p["curve"])
+        if curve is None:
+            raise ParameterError("curve is missing.")
+        return StaticCurve(curve)
+    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, static.")
