@@ -72,7 +72,8 @@ def identify(
         or "auto": the one with the least error on loops held out within the training part, the simpler one
         within 2 %.
     n
-        Number of operators, at thresholds r_i = (i - 1)/n max|x|.
+        Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop" and
+        "pi-cumulative", whose loops are steep right after a reversal.
     eps
         Smallest slope right after a reversal, relative to output range over input range; 1/eps bounds the gain
         of the inverse.
@@ -200,8 +201,8 @@ def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate]:
             f"a start (--initial-state zero, rest, rising or falling).",
             samples=usable,
         )
-    bank = make_bank(data, threshold_grid(data, problem.operators, choice.initial_state, problem.given),
-                     choice.initial_state)  # fmt: skip
+    grid = threshold_grid(data, problem.operators, choice, problem.given)
+    bank = make_bank(data, grid, choice.initial_state)
     knots = output_knots() if choice.family == "modified-pi" else None
     system = reduce(data, bank, rows, knots)
     estimate = fit_family(choice.family, system, bank.thresholds.size, problem.eps, knots, choice.regularisation)

@@ -33,6 +33,8 @@ FEWEST_ROWS = 40
 WITHIN_NOISE = 0.02
 NO_DIFFERENCE = 0.002
 REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
+# Exponent of the threshold grid of leading (clockwise) loops.
+LEADING_POWER = 2
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
 BY_ORIENTATION = {
@@ -58,16 +60,24 @@ class Choice:
     regularisation: Regularisation | None
 
 
-def threshold_grid(data: DataSet, operators: int, initial_state: str, given: Array | None) -> Array:
-    """r_i = (i - 1)/n max|x - m| over the training samples, scaled, or the given thresholds."""
+def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array | None) -> Array:
+    """Thresholds of one choice, scaled: the given ones, or ((i - 1)/n)^p max|x - m| over the training samples.
+
+    p = 1 is the paper's grid. Leading loops are steep right after a reversal, where p = 2 is dense.
+    """
     if given is not None:
         return given / data.half_range
     radius = max(
-        largest_radius("rest" if initial_state == "rest" else "zero", piece.x[piece.train])
+        largest_radius("rest" if choice.initial_state == "rest" else "zero", piece.x[piece.train])
         for piece in data.pieces
         if piece.train.any()
     )
-    return np.arange(operators) / operators * radius
+    return (np.arange(operators) / operators) ** grid_power(choice.family) * radius
+
+
+def grid_power(family: str) -> int:
+    """Exponent of the threshold grid of a family."""
+    return LEADING_POWER if family in BY_ORIENTATION["clockwise"] else 1
 
 
 def output_knots() -> Array:
@@ -91,15 +101,24 @@ def compare(
     """Return each choice with its RMSE on every held-out block, scaled, (BLOCKS,)."""
     listed = list(choices)
     results: list[tuple[Choice, Array]] = []
-    for start in dict.fromkeys(choice.initial_state for choice in listed):
-        bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), start, given), start)
+    for group in _by_bank(listed):
+        start = group[0].initial_state
+        bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), group[0], given), start)
         rows = _thinned(training_rows(data, start))
         if sum(part.size for part in rows) < FEWEST_ROWS:
             continue
         plays, y = plays_at(data, bank, rows)
         folds = _Folds(plays, y)
-        results += [(choice, folds.errors(choice, bank, eps)) for choice in listed if choice.initial_state == start]
-    return results
+        results += [(choice, folds.errors(choice, bank, eps)) for choice in group]
+    return sorted(results, key=lambda result: listed.index(result[0]))
+
+
+def _by_bank(choices: list[Choice]) -> list[list[Choice]]:
+    """Choices that share one bank of operators, together."""
+    groups: dict[tuple[str, int], list[Choice]] = {}
+    for choice in choices:
+        groups.setdefault((choice.initial_state, grid_power(choice.family)), []).append(choice)
+    return list(groups.values())
 
 
 class _Folds:
