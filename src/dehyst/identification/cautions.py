@@ -16,9 +16,9 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 # A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
-RATE_SHARE = 0.15
+RATE_SHARE = 0.25
 # ... and is no smaller than this share of the output's range.
-RATE_SIZE = 0.005
+RATE_SIZE = 0.007
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02

@@ -86,30 +86,29 @@ def velocity(time: Array, x: Array) -> Array:
     return rate
 
 
-def rate_share(time: Array, x: Array, residual: Array, usable: npt.NDArray[np.bool_]) -> float:
-    """Share of the residual's RMS that the rate of the input explains on samples that were not fitted.
+def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_]) -> float:
+    """Share of a prediction's RMS error that the rate of the input takes away on samples that were not fitted.
 
-    1 - rms(residual - f) / rms(residual), where f is linear in hat functions h_j of the rate, in h_j x, and in the
-    acceleration. The record is cut into 20 blocks; even and odd blocks judge each other and the smaller share
-    counts, so that what is found must hold throughout. 0 when the rate explains nothing.
+    1 - rms(y - f) / rms(y - predicted), where f is linear in the prediction, in hat functions of the rate, in the
+    input and in its acceleration. The record is cut into 20 blocks; even and odd blocks judge each other and the
+    smaller share counts, so that what is found must hold throughout. 0 when the rate explains nothing.
     """
     rates = velocity(time, x)
     knots = np.unique(np.quantile(rates[usable], np.linspace(0.01, 0.99, 9)))
     if knots.size < 3:
         return 0.0
     hats = np.column_stack([np.interp(rates, knots, row) for row in np.eye(knots.size)])
-    acceleration = np.gradient(rates, time)
-    position = (x - x.mean()) / max(float(np.ptp(x)), 1e-300)
-    columns = np.column_stack([hats, hats * position[:, None], acceleration])
-    columns /= np.maximum(np.max(np.abs(columns), axis=0), 1e-300)
+    others = np.column_stack([predicted, x, np.gradient(rates, time)])
+    others = (others - others.mean(axis=0)) / np.maximum(np.ptp(others, axis=0), 1e-300)
+    columns = np.column_stack([hats, others])
     even = np.arange(x.size) * RATE_BLOCKS // x.size % 2 == 0
     shares = []
     for fitted, scored in ((usable & even, usable & ~even), (usable & ~even, usable & even)):
         if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
             return 0.0
-        coefficients = np.linalg.lstsq(columns[fitted], residual[fitted], rcond=None)[0]
-        before = float(np.mean(residual[scored] ** 2))
-        after = float(np.mean((residual[scored] - columns[scored] @ coefficients) ** 2))
+        coefficients = np.linalg.lstsq(columns[fitted], y[fitted], rcond=None)[0]
+        before = float(np.mean((y - predicted)[scored] ** 2))
+        after = float(np.mean((y[scored] - columns[scored] @ coefficients) ** 2))
         shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
     return max(0.0, float(min(shares)))
 

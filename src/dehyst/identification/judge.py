@@ -35,7 +35,7 @@ def examine(
     # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
     better = min((outputs, curves), key=lambda answers: rms(records, answers, train_masks))
     residuals = [y - record.output for y, record in zip(better, records, strict=True)]
-    share, size = _rate(records, residuals, train_masks, test_masks, data.output_range)
+    share, size = _rate(records, better, train_masks, test_masks, data.output_range)
     change, doubt = facts.drift(records[0].input, residuals[0]) if len(records[0]) > 8 else (0.0, 0.0)
     loop_facts = LoopFacts(
         orientation=loop.name,
@@ -54,19 +54,19 @@ def examine(
 
 def _rate(
     records: tuple[Recording, ...],
-    residuals: list[Array],
+    outputs: tuple[Array, ...],
     train_masks: tuple[Mask, ...],
     test_masks: tuple[Mask, ...],
     output_range: float,
 ) -> tuple[float, float | None]:
     """Share of the error that the rate explains, and its size in percent of range, in the first timed recording."""
-    for record, residual, train, test in zip(records, residuals, train_masks, test_masks, strict=True):
+    for record, predicted, train, test in zip(records, outputs, train_masks, test_masks, strict=True):
         if record.time is None or len(record.pieces) > 1:
             continue
         usable = train | test
-        share = facts.rate_share(record.time, record.input, residual, usable)
-        rms = float(np.sqrt(np.mean(residual[usable] ** 2)))
-        return share, 100.0 * rms * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
+        share = facts.rate_share(record.time, record.input, record.output, predicted, usable)
+        error = float(np.sqrt(np.mean((record.output - predicted)[usable] ** 2)))
+        return share, 100.0 * error * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
     return 0.0, None
 
 
