@@ -57,7 +57,7 @@ def scaled_problem(recordings, n, eps, family="pi", fraction=0.5):
     """State the documented problem for recordings that start from the state zero.
 
     x and y are scaled to [-1, 1] over the training part, r_i = (i - 1)/n max|x|, the fraction squared
-    for the families of leading loops.
+    for the stop form.
     """
     cut = [len(rec) if fraction >= 1 else int(fraction * len(rec)) for rec in recordings]
     x_train = [np.array(rec.input[:k]) for rec, k in zip(recordings, cut, strict=True)]
@@ -66,7 +66,7 @@ def scaled_problem(recordings, n, eps, family="pi", fraction=0.5):
     a, center = np.ptp(every) / 2, (every.min() + every.max()) / 2
     b, level = np.ptp(y_train) / 2, (y_train.min() + y_train.max()) / 2
     scaled = [(x - center) / a for x in x_train]
-    power = 2 if family in ("stop", "pi-cumulative") else 1
+    power = 2 if family == "stop" else 1
     thresholds = (np.arange(n) / n) ** power * np.abs(np.concatenate(scaled)).max()
     z = np.vstack([plays(x, thresholds, np.zeros(n)) for x in scaled])
     columns, lower = z, np.zeros(n)

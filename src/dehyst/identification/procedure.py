@@ -72,8 +72,8 @@ def identify(
         or "auto": the one with the least error on loops held out within the training part, the simpler one
         within 2 %.
     n
-        Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop" and
-        "pi-cumulative", whose loops are steep right after a reversal.
+        Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop", whose
+        loops are steep right after a reversal.
     eps
         Smallest slope right after a reversal, relative to output range over input range; 1/eps bounds the gain
         of the inverse.

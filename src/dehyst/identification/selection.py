@@ -33,8 +33,8 @@ FEWEST_ROWS = 40
 WITHIN_NOISE = 0.02
 NO_DIFFERENCE = 0.002
 REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
-# Exponent of the threshold grid of leading (clockwise) loops.
-LEADING_POWER = 2
+# Exponent of the threshold grid of the stop form.
+STOP_POWER = 2
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
 BY_ORIENTATION = {
@@ -77,7 +77,7 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
 
 def grid_power(family: str) -> int:
     """Exponent of the threshold grid of a family."""
-    return LEADING_POWER if family in BY_ORIENTATION["clockwise"] else 1
+    return STOP_POWER if family == "stop" else 1
 
 
 def output_knots() -> Array:
