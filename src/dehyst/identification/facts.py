@@ -107,7 +107,8 @@ def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.ND
         if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
             return 0.0
         coefficients = np.linalg.lstsq(columns[fitted], y[fitted], rcond=None)[0]
-        before = float(np.mean((y - predicted)[scored] ** 2))
+        error = y - predicted
+        before = float(np.mean((error[scored] - np.mean(error[fitted])) ** 2))  # a shifted zero is no rate
         after = float(np.mean((y[scored] - columns[scored] @ coefficients) ** 2))
         shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
     return max(0.0, float(min(shares)))

@@ -29,6 +29,11 @@ COMPARED_ROWS = 4000
 # A finer grid changes the fit, not the choice.
 COMPARED_OPERATORS = 100
 FEWEST_ROWS = 40
+# What is left of a log without one block may not move every play; a trace of ridge keeps those at rest, whose
+# weights would otherwise be anything. Relative to the rms of the scaled output.
+FOLD_RIDGE = 1e-3
+# Errors below this share of the best candidate's are not told apart: a block at standstill must not decide.
+FLOOR = 0.1
 # A simpler family is preferred when its error is within this share of the best one.
 WITHIN_NOISE = 0.02
 NO_DIFFERENCE = 0.002
@@ -138,7 +143,10 @@ class _Folds:
     def errors(self, choice: Choice, bank: Bank, eps: float) -> Array:
         errors = []
         n = bank.thresholds.size
-        for block, system in zip(self._blocks, self._without, strict=True):
+        ridge = np.zeros((n, self._without[0].shape[1]))
+        ridge[np.arange(n), 1 + np.arange(n)] = FOLD_RIDGE * np.sqrt(self._y.size)
+        for block, factor in zip(self._blocks, self._without, strict=True):
+            system = np.vstack([factor, ridge])
             estimate = fit_family(choice.family, system, n, eps, self._knots, choice.regularisation)
             residual = predict(estimate, self._plays[block], self._knots) - self._y[block]
             errors.append(float(np.sqrt(np.mean(residual**2))))
@@ -152,7 +160,8 @@ def _thinned(rows: tuple[Rows, ...]) -> tuple[Rows, ...]:
 
 def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate, ...]]:
     """Return the best choice, a simpler family winning within noise, and the comparison for the report."""
-    scores = [float(np.mean(np.log(np.maximum(errors, 1e-12)))) for _, errors in results]
+    floor = FLOOR * min(float(np.sqrt(np.mean(errors**2))) for _, errors in results)
+    scores = [float(np.mean(np.log(np.hypot(errors, floor) + 1e-12))) for _, errors in results]
     order = sorted(range(len(results)), key=scores.__getitem__)
     winner = order[0]
     families = list(dict.fromkeys(choice.family for choice, _ in results))
