@@ -96,9 +96,17 @@ def fit_by_hand(*recordings: Recording, family: str = "modified-pi", train: floa
         static_train=score(y[fitted], s[fitted], span),
         static_test=score(y[held], s[held], span) if tested else None,
         certificate=Certificate(
-            3e-16, 4.4e-15, model.inverse_gain, 2.0, model.nonzero_weights, n, tuple(float(v) for v in r[-3:]), "zero"
+            3e-16,
+            4.4e-15,
+            model.inverse_gain,
+            2.0,
+            None,
+            model.nonzero_weights,
+            n,
+            tuple(float(v) for v in r[-3:]),
+            "zero",
         ),
-        facts=LoopFacts("counter-clockwise", int(sign), 14.2, 6, 1.3, -0.4),
+        facts=LoopFacts("counter-clockwise", int(sign), 14.2, 6, 12, 1.3, -0.4),
         candidates=(
             Candidate(family, "zero", 1e-3, 1.12, 0.2, True),
             Candidate("pi", "rest", None, 3.4, 0.5),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -109,7 +108,7 @@ class Recording:
         put(self, "input", _signal(self.input, "input", self.name))
         put(self, "output", _signal(self.output, "output", self.name))
         put(self, "findings", tuple(self.findings))
-        put(self, "provenance", MappingProxyType(dict(self.provenance)))
+        put(self, "provenance", dict(self.provenance))
         put(self, "breaks", tuple(int(k) for k in self.breaks))
         if self.input.size != self.output.size:
             raise RecordingError(

@@ -73,6 +73,12 @@ def about_data(
             f"the same input: creep, warming or leakage. The model is an average over it. Warm up before logging, or "
             f"leave out the first cycles (--from).",
         )
+    if loop.turns == 0:
+        yield Finding(
+            "never-turns",
+            "the input never turns within the training part: one branch of a loop cannot show hysteresis, and "
+            "what looks like memory is made up. Fit all of it (--train-fraction 1), or log complete loops.",
+        )
     known = {finding.code for record in records for finding in record.findings}
     if loop.loops < 2 and "few-loops" not in known:
         yield Finding(
@@ -138,8 +144,7 @@ def about_fit(
         yield Finding(
             "high-inverse-gain",
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
-            f"ratio of the ranges): noise on its input becomes steps of its output. Raise --eps to the slope you "
-            f"can accept, at some cost in accuracy.",
+            f"ratio of the ranges): noise on its input becomes steps of its output. {_cure_of_gain(certificate)}",
         )
     if certificate.inverse_miss_percent > INVERSE_MISSES:
         yield Finding(
@@ -161,6 +166,12 @@ def about_fit(
             "nothing was held out, so the errors are those of the fit itself and flatter it. Log more loops, or fit a "
             "part only (--train-fraction 0.5).",
         )
+
+
+def _cure_of_gain(certificate: Certificate) -> str:
+    if certificate.affordable_eps is None:
+        return "Raise --eps to the slope you can accept, at some cost in accuracy, or smooth the reference."
+    return f"Identify with --eps {certificate.affordable_eps:.2g}: it costs less than 5 % of the accuracy of the fit."
 
 
 def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:

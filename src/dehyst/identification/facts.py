@@ -70,9 +70,10 @@ def orientation(data: DataSet) -> Orientation:
     return Orientation("counter-clockwise" if lag > lead else "clockwise", width)
 
 
-def count_loops(data: DataSet) -> int:
-    """Complete input cycles over the training part."""
-    return sum(summarise_loops(piece.x[piece.train], 0.1).loops for piece in data.pieces if piece.train.any())
+def count_loops(data: DataSet) -> tuple[int, int]:
+    """Input cycles and turning points over the training part."""
+    found = [summarise_loops(piece.x[piece.train], 0.1) for piece in data.pieces if piece.train.any()]
+    return sum(loops.loops for loops in found), sum(loops.turns for loops in found)
 
 
 def velocity(time: Array, x: Array) -> Array:
@@ -89,9 +90,10 @@ def velocity(time: Array, x: Array) -> Array:
 def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_]) -> float:
     """Share of a prediction's RMS error that the rate of the input takes away on samples that were not fitted.
 
-    1 - rms(y - f) / rms(y - predicted), where f is linear in the prediction, in hat functions of the rate, in the
-    input and in its acceleration. The record is cut into 20 blocks; even and odd blocks judge each other and the
-    smaller share counts, so that what is found must hold throughout. 0 when the rate explains nothing.
+    1 - rms(y - f) / rms(y - predicted), less a slow drift, where f is linear in the prediction, in hat functions of
+    the rate, in the input, in its acceleration and in the drift. The record is cut into 20 blocks; even and odd
+    blocks judge each other and the smaller share counts, so that what is found must hold throughout. 0 when the rate
+    explains nothing.
     """
     rates = velocity(time, x)
     knots = np.unique(np.quantile(rates[usable], np.linspace(0.01, 0.99, 9)))
@@ -100,15 +102,18 @@ def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.ND
     hats = np.column_stack([np.interp(rates, knots, row) for row in np.eye(knots.size)])
     others = np.column_stack([predicted, x, np.gradient(rates, time)])
     others = (others - others.mean(axis=0)) / np.maximum(np.ptp(others, axis=0), 1e-300)
-    columns = np.column_stack([hats, others])
+    clock = (time - time[0]) / (time[-1] - time[0])
+    slow = np.column_stack([np.ones(x.size), clock, clock**2])  # a shifted zero or a drift is no rate
+    columns = np.column_stack([hats, others, slow[:, 1:]])
+    error = y - predicted
     even = np.arange(x.size) * RATE_BLOCKS // x.size % 2 == 0
     shares = []
     for fitted, scored in ((usable & even, usable & ~even), (usable & ~even, usable & even)):
         if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
             return 0.0
         coefficients = np.linalg.lstsq(columns[fitted], y[fitted], rcond=None)[0]
-        error = y - predicted
-        before = float(np.mean((error[scored] - np.mean(error[fitted])) ** 2))  # a shifted zero is no rate
+        trend = np.linalg.lstsq(slow[fitted], error[fitted], rcond=None)[0]
+        before = float(np.mean((error[scored] - slow[scored] @ trend) ** 2))
         after = float(np.mean((y[scored] - columns[scored] @ coefficients) ** 2))
         shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
     return max(0.0, float(min(shares)))

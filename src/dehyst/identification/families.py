@@ -168,6 +168,17 @@ def _fit_modified(system: Array, operators: int, eps: float, knots: Array, regul
     return _estimate("modified-pi", solution, solution.bounded[:operators], solution.bounded[operators:])
 
 
+def residual_norm(estimate: Estimate, system: Array) -> float:
+    """Norm of what is left of the reduced system, in the coordinates of the program."""
+    n = estimate.weights.size
+    left: Array = estimate.offset * system[:, 0] + system[:, 1 : 1 + n] @ estimate.weights
+    if estimate.slopes is None:
+        left = left - system[:, -1]
+    else:
+        left = left - system[:, 1 + n : 1 + n + estimate.slopes.size] @ estimate.slopes
+    return float(np.linalg.norm(left))
+
+
 def map_points(knots: Array, slopes: Array) -> tuple[Array, Array]:
     """Breakpoints u = T(y) and values y of the output map, one range beyond the data at each end.
 

@@ -60,6 +60,9 @@ class Certificate:
     inverse_miss_percent
         RMS of the input that the inverse asks for to reach the measured output, less the input that was applied;
         over held-out samples (fitted ones if none were held out), percent of the input's range.
+    affordable_eps
+        Where eps bounds the inverse's gain: the largest eps tried that raises the error of the fit by no more than
+        5 %, in the units of the call; otherwise None.
     nonzero_weights
         Number of operators with weight.
     operators
@@ -75,6 +78,7 @@ class Certificate:
     round_trip_error: float
     inverse_gain: float
     inverse_miss_percent: float
+    affordable_eps: float | None
     nonzero_weights: int
     operators: int
     undetermined: tuple[float, ...]
@@ -123,7 +127,9 @@ class LoopFacts:
     width_percent
         Mean vertical width of the loop, percent of the output's range.
     loops
-        Complete input cycles.
+        Input cycles over the training part, two swings each.
+    turns
+        Turning points of the input within the training part.
     rate_dependence_percent
         Part of the output that follows the input's rate beyond any rate-independent model, percent of range
         (standard deviation); None without time stamps.
@@ -135,6 +141,7 @@ class LoopFacts:
     trend: int
     width_percent: float
     loops: int
+    turns: int
     rate_dependence_percent: float | None
     drift_percent: float
 

@@ -17,7 +17,15 @@ Mask = npt.NDArray[np.bool_]
 
 GOOD_PERCENT = 3.0
 # Findings that keep a small error from being called good.
-SERIOUS = {"rate-dependent", "drift", "mixed-loop", "few-loops", "high-inverse-gain", "recordings-differ"}
+SERIOUS = {
+    "rate-dependent",
+    "drift",
+    "mixed-loop",
+    "few-loops",
+    "high-inverse-gain",
+    "recordings-differ",
+    "swapped-columns",
+}
 
 
 def examine(
@@ -37,11 +45,13 @@ def examine(
     residuals = [y - record.output for y, record in zip(better, records, strict=True)]
     share, size = _rate(records, better, train_masks, test_masks, data.output_range)
     change, doubt = facts.drift(records[0].input, residuals[0]) if len(records[0]) > 8 else (0.0, 0.0)
+    loops, turns = facts.count_loops(data)
     loop_facts = LoopFacts(
         orientation=loop.name,
         trend=data.trend,
         width_percent=100.0 * loop.width,
-        loops=facts.count_loops(data),
+        loops=loops,
+        turns=turns,
         rate_dependence_percent=size,
         drift_percent=-100.0 * change / data.output_range,
     )
@@ -83,7 +93,7 @@ def verdict(
     where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
     codes = {finding.code for finding in findings}
     serious = sorted(codes & SERIOUS)
-    if codes & {"poor-fit", "static-as-good", "inverse-misses"}:
+    if codes & {"poor-fit", "static-as-good", "inverse-misses", "never-turns"}:
         grade = "do not compensate with it"
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:
         grade = "good for compensation"

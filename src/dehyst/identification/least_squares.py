@@ -19,6 +19,10 @@ from dehyst.errors import IdentificationError
 Array = npt.NDArray[np.float64]
 
 
+NOTHING_LEFT = 1e-10
+NO_EFFECT = 1e-12
+
+
 @dataclass(frozen=True, slots=True)
 class Solution:
     """Minimiser and its proof.
@@ -72,8 +76,10 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
         r = np.vstack([r, np.zeros((system.shape[1] - r.shape[0], system.shape[1]))])
     inner, target = r[free:, free : free + n], r[free:, -1]
     shifted = target - inner @ lower
-    # Columns of like length make the active set's choices independent of units.
+    # Columns of like length make the active set's choices independent of units. What is left of a column that the
+    # free ones explain is rounding: it says nothing, and its weight stays at the bound.
     lengths = np.linalg.norm(inner, axis=0)
+    inner = np.where(lengths > NOTHING_LEFT * np.linalg.norm(r[:, free : free + n], axis=0), inner, 0.0)
     scale = np.where(lengths > 0, lengths, 1.0)
     try:
         scaled, _ = nnls(inner / scale, shifted, maxiter=30 * n + 100)
@@ -89,8 +95,12 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
 
 
 def _polish(inner: Array, target: Array, v: Array) -> Array:
-    """Solve once more on the support by orthogonal factorisation; keep it if it stays feasible."""
-    support = np.flatnonzero(v > 0)
+    """Solve once more on the support by orthogonal factorisation; keep it if it stays feasible.
+
+    Weights that change nothing above rounding leave the support: they are zeros that rounding has hidden.
+    """
+    effect = v * np.linalg.norm(inner, axis=0)
+    support = np.flatnonzero(effect > NO_EFFECT * np.linalg.norm(target))
     if support.size == 0:
         return v
     q, r = np.linalg.qr(inner[:, support])

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-InitialState = Literal["zero", "rest", "rising", "falling", "unknown"]
+InitialState = Literal["zero", "origin", "rest", "rising", "falling", "unknown"]
 INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
 
 # Both extremes count as visited when the signal came within this share of its range: closer than that, the
@@ -17,22 +17,24 @@ INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
 VISITED = 0.02
 
 
-def state_before(kind: str, thresholds: Array, first: float, low: float, high: float) -> Array:
+def state_before(kind: str, thresholds: Array, first: float, low: float, high: float, origin: float = 0.0) -> Array:
     """States z0 (n,) of plays whose history before the first sample is assumed.
 
     Parameters
     ----------
     kind
-        "zero": after a decaying oscillation around the centre, z0 = 0 (the 2012 paper). "rest": never moved,
-        z0 = x_0. "rising": went from the upper to the lower extreme and came up to x_0, as in a log that
-        starts within a rising branch of a periodic motion. "falling": the mirror image. "unknown": like
-        "rising"; samples whose memory matters are masked by `known_from`.
+        "zero": after a decaying oscillation around the centre, z0 = 0 (the 2012 paper). "origin": came from rest at
+        input 0, before centring. "rest": never moved, z0 = x_0. "rising": went from the upper to the lower extreme
+        and came up to x_0, as in a log that starts within a rising branch of a periodic motion. "falling": the mirror
+        image. "unknown": like "rising"; samples whose memory matters are masked by `known_from`.
     thresholds
         r, (n,). [input]
     first
         x_0, first sample of the centred input. [input]
     low, high
         Extremes of the centred input. [input]
+    origin
+        Where input 0 lies in the centred input. [input]
 
     Examples
     --------
@@ -41,6 +43,8 @@ def state_before(kind: str, thresholds: Array, first: float, low: float, high: f
     """
     if kind == "zero":
         return np.zeros(thresholds.size)
+    if kind == "origin":
+        return np.full(thresholds.size, origin)
     if kind == "rest":
         return np.full(thresholds.size, first)
     z = np.zeros(thresholds.size)

@@ -14,7 +14,7 @@ from dehyst.errors import ExcitationError
 from dehyst.identification import facts
 from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import Estimate, fit_family
+from dehyst.identification.families import Estimate, fit_family, residual_norm
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.regressors import Bank, make_bank, reduce, training_rows
 from dehyst.identification.selection import (
@@ -26,13 +26,18 @@ from dehyst.identification.selection import (
     compare,
     output_knots,
     possible_choices,
+    start_of_paper,
     threshold_grid,
 )
-from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings
+from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings, paper_eps
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
+
+
+# A firmer eps may cost this factor in the error of the fit.
+AFFORDABLE = 1.05
 
 
 @dataclass(frozen=True)
@@ -75,14 +80,15 @@ def identify(
         Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop", whose
         loops are steep right after a reversal.
     eps
-        Smallest slope right after a reversal, relative to output range over input range; 1/eps bounds the gain
-        of the inverse.
+        Smallest slope right after a reversal. For the family "pi" the paper's bound w_1 >= eps. [output/input]
+        Otherwise, and for "auto", relative to output range over input range.
     thresholds
         Thresholds to use instead of the grid, (n,), increasing from 0. [input]
     initial_state
         Memory before the first sample: "zero" (after decaying oscillation; the paper), "rest" (never moved),
         "rising" or "falling" (in the middle of a periodic motion), "unknown" (samples before both extremes were
-        visited do not count), or "auto": "zero" for the family "pi", by held-out error otherwise.
+        visited do not count), "origin" (came from rest at input 0), or "auto": by held-out error; for the family
+        "pi" it is "zero" unless another start halves the error.
     train_fraction
         Share of each recording that is fitted; the rest is the test. 1 fits everything and tests nothing.
 
@@ -111,7 +117,7 @@ def identify(
     >>> x = 2 * np.sin(np.linspace(0, 30, 600)) * np.linspace(1, 0.2, 600)
     >>> y = dehyst.PrandtlIshlinskii([0.0, 0.5, 1.0], [1.0, 0.5, 0.25]).simulate(x)
     >>> rec = dehyst.Recording(input=x, output=y)
-    >>> fit = dehyst.identify(rec, family="pi", thresholds=[0.0, 0.5, 1.0], initial_state="rest")
+    >>> fit = dehyst.identify(rec, family="pi", thresholds=[0.0, 0.5, 1.0])
     >>> fit.model.weights.round(9).tolist()
     [1.0, 0.5, 0.25]
     """
@@ -134,18 +140,22 @@ def _identify(
     train_fraction: float,
 ) -> Fit:
     data = prepare(records, train_fraction)
-    problem = _Problem(data, n if given is None else given.size, float(eps), given)
+    # The paper's program bounds w_1 itself; everywhere else eps is relative to the ratio of the ranges.
+    scaled = paper_eps(eps, records[0], data) if family == "pi" else eps
+    problem = _Problem(data, n if given is None else given.size, scaled, given)
     loop = facts.orientation(data)
     families = BY_ORIENTATION[loop.name] if family == "auto" else (family,)
     starts = STARTS if initial_state == "auto" else (initial_state,)
     if family == "pi" and initial_state == "auto":
-        starts = ("zero",)
+        starts = (start_of_paper(data, problem.operators, scaled, given),)
     choice, candidates = _choose(problem, families, starts)
-    bank, estimate = _fit(problem, choice)
+    bank, estimate, affordable = _fit(problem, choice)
+    if affordable is not None and family == "pi":
+        affordable *= data.amplitude / data.half_range  # back to the units of w_1
     settings: dict[str, Any] = {
         "family": family,
         "n": problem.operators,
-        "eps": problem.eps,
+        "eps": eps,
         "thresholds": "grid" if given is None else "given",
         "initial_state": initial_state,
         "train_fraction": float(train_fraction),
@@ -153,7 +163,7 @@ def _identify(
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
-    return certify(records, data, problem.operators, choice, bank, estimate, candidates, loop, settings)
+    return certify(records, data, problem.operators, choice, bank, estimate, affordable, candidates, loop, settings)
 
 
 def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5) -> Fit:
@@ -190,7 +200,7 @@ def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -
     return choose(results)
 
 
-def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate]:
+def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate, float | None]:
     data = problem.data
     rows = training_rows(data, choice.initial_state)
     usable = sum(part.size for part in rows)
@@ -206,4 +216,19 @@ def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate]:
     knots = output_knots() if choice.family == "modified-pi" else None
     system = reduce(data, bank, rows, knots)
     estimate = fit_family(choice.family, system, bank.thresholds.size, problem.eps, knots, choice.regularisation)
-    return bank, estimate
+    return bank, estimate, _affordable_eps(problem, choice, system, estimate)
+
+
+def _affordable_eps(problem: _Problem, choice: Choice, system: Array, estimate: Estimate) -> float | None:
+    """Largest eps, scaled, that raises the error of the fit by no more than 5 %; None if eps does not bind."""
+    if float(np.min(np.cumsum(estimate.weights))) > 1.01 * problem.eps:
+        return None
+    limit = AFFORDABLE * residual_norm(estimate, system)
+    knots = output_knots() if choice.family == "modified-pi" else None
+    for eps in (0.3, 0.1, 0.03, 0.01):
+        if eps <= problem.eps:
+            break
+        firmer = fit_family(choice.family, system, estimate.weights.size, eps, knots, choice.regularisation)
+        if residual_norm(firmer, system) <= limit:
+            return eps
+    return None

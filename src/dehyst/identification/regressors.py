@@ -77,7 +77,14 @@ def _blocks(x: Array, thresholds: Array, state: Array, rows: Rows) -> Iterator[t
 
 def _states(data: DataSet, thresholds: Array, initial_state: str) -> tuple[Array, ...]:
     return tuple(
-        state_before("unknown" if piece.after_break else initial_state, thresholds, float(piece.x[0]), -1.0, 1.0)
+        state_before(
+            "unknown" if piece.after_break else initial_state,
+            thresholds,
+            float(piece.x[0]),
+            low=-1.0,
+            high=1.0,
+            origin=-data.center / data.half_range,
+        )
         for piece in data.pieces
     )
 

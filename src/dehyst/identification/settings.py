@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
+from dehyst.identification.data import DataSet
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
@@ -18,6 +19,7 @@ Array = npt.NDArray[np.float64]
 PAPER_OPERATORS = 100
 PAPER_EPS = 0.001
 MOST_OPERATORS = 2000
+SMALLEST_EPS = 1e-12
 
 
 def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
@@ -56,10 +58,10 @@ def check_settings(
             f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100).", n=n
         )
     eps = parameter_number(eps, "eps")
-    if not 0.0 < eps <= 1.0:
+    if eps < SMALLEST_EPS or (eps > 1.0 and family != "pi"):
         raise ParameterError(
-            f"eps = {eps:g} must lie in (0, 1]: it is the smallest slope after a reversal, relative to output range "
-            f"over input range, and 1/eps bounds the inverse's gain. The paper uses 0.001.",
+            f"eps = {eps:g} must lie between {SMALLEST_EPS:g} and 1: it is the smallest slope after a reversal, "
+            f"relative to output range over input range, and 1/eps bounds the inverse's gain. The paper uses 0.001.",
             eps=eps,
         )
     if thresholds is None:
@@ -72,3 +74,22 @@ def check_settings(
             first=float(given[0]),
         )
     return given
+
+
+def paper_eps(eps: float, record: Recording, data: DataSet) -> float:
+    """The paper's bound w_1 >= eps [output/input] in scaled units; refuse one above the slope of the log.
+
+    Examples are the units: 0.001 is a hundredth of the slope of a joint in bar and radian, and a hundred times that of
+    one in pascal and radian.
+    """
+    slope = data.amplitude / data.half_range
+    if eps > slope:
+        unit = f" {record.output_unit}/{record.input_unit}" if record.output_unit and record.input_unit else ""
+        raise ParameterError(
+            f"eps = {eps:g}{unit} is larger than the mean slope of this log, {slope:.3g}{unit}: w_1 >= eps would leave "
+            f"a straight line. Pass a small part of the slope, for example --eps {0.001 * slope:.1g}, or use "
+            f"--family auto, whose eps is relative.",
+            eps=eps,
+            slope=slope,
+        )
+    return eps / slope

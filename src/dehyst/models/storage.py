@@ -18,7 +18,7 @@ from dehyst.models.parameters import Json, model_of, number, parameters_of
 SCHEMA = 1
 # A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and the worst
 # hostile file of this size is refused within a second.
-MAXIMUM_BYTES = 2 * 1024 * 1024
+MAXIMUM_BYTES = 1024 * 1024
 MAXIMUM_DEPTH = 32
 
 
