@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -174,7 +175,59 @@ def test_odd_column_names_survive(run, tmp_path, x, y):
     assert status == 0 and x.split(" [")[0] in out
 
 
+def bad_log(place):
+    """A log of mere noise: no model of it may drive anything."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0, 60, 0.05)
+    write_csv(place, {"time_s": t, "p_bar": np.sin(t), "q_deg": rng.standard_normal(t.size)})
+    return place
+
+
+def test_what_to_do_next_agrees_with_the_verdict(run, tmp_path):
+    log, model = bad_log(tmp_path / "noise.csv"), tmp_path / "m.json"
+    arguments = ("identify", log, "--input", "p_bar", "--output", "q_deg", *QUICK)
+    for more in ((), ("--save", model, "--report", tmp_path / "r.html")):
+        status, out, _ = run(*arguments, *more)
+        flat = " ".join(out.split())
+        assert status == 0 and "do not compensate with it" in flat
+        assert "next: do not compensate with this model" in flat and "dehyst compensate" not in flat
+    assert "dehyst simulate" in flat
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "dehyst compensate" not in page and "dehyst simulate" in page
+    assert 'class="verdict stop" id="verdict"' in page
+
+
 # simulate, compensate
+
+
+def judged(folder, place, verdict):
+    model = dehyst.load_model(folder / "model.json")
+    card = replace(model.card, provenance={"verdict": verdict})
+    model.with_card(card).save(place)
+    return place
+
+
+def test_compensate_refuses_a_model_whose_verdict_forbids_it_unless_forced(run, folder, tmp_path):
+    model = judged(folder, tmp_path / "m.json", "pi, 3 of 9 operators: 20 % off: do not compensate with it.\x1b[31m")
+    out_file = tmp_path / "x.csv"
+    arguments = ("compensate", model, folder / "reference.csv", "--output", ANGLE)
+    status, out, err = run(*arguments, "--out", out_file)
+    assert (status, out) == (2, "") and not out_file.exists()
+    assert err.startswith("VerdictError: ") and "--force" in err and "20 % off" in err and "\x1b" not in err
+    status, out, err = run(*arguments, "--force")
+    assert status == 0 and len(table(out)) == 3
+    assert "warning verdict: " in err and "do not compensate with it" in " ".join(err.split())
+    assert run("simulate", model, folder / "log.csv", "--input", PRESSURE)[0] == 0  # to simulate is no harm
+
+
+def test_compensate_repeats_a_verdict_with_reserve_and_no_other(run, folder, tmp_path):
+    arguments = (folder / "reference.csv", "--output", ANGLE)
+    model = judged(folder, tmp_path / "m.json", "pi, 3 of 9 operators: 6 % off: usable with care (drift).")
+    status, _, err = run("compensate", model, *arguments)
+    assert status == 0 and "warning verdict: " in err and "usable with care (drift)" in " ".join(err.split())
+    for harmless in ("pi: 1 % off: good for compensation.", "by hand", None, 7, ["do not compensate"]):
+        status, _, err = run("compensate", judged(folder, model, harmless), *arguments)
+        assert (status, err) == (0, "")
 
 
 def test_simulate_prints_the_models_output_with_units(run, folder):

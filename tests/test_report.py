@@ -17,11 +17,12 @@ import pytest
 import dehyst
 from dehyst.errors import OutputError
 from dehyst.findings import Finding
+from dehyst.grades import Grade
 from dehyst.identification.fit import Score
 from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
 from dehyst.report import write_report
 from dehyst.report.figures import all_figures
-from dehyst.report.judgement import Grade, overall
+from dehyst.report.judgement import overall
 from dehyst.report.svg import write_figure
 from dehyst.report.theme import TOKENS, fonts
 from report_samples import HOSTILE, falling, fit_by_hand, maxwell_slip_log
@@ -388,6 +389,22 @@ def test_the_light_for_the_whole_says_what_the_verdict_says(tmp_path):
         seen.add(overall(fit))
         assert read(write_report(fit, tmp_path / "r.html")).faults == []
     assert {Grade.GOOD, Grade.BAD} <= seen
+
+
+def test_a_page_that_forbids_compensation_shows_no_line_that_does_it(fit, tmp_path):
+    forbidden = replace(
+        fit,
+        verdict="pi, 9 of 20 operators: 9.39 % of range rms ...: do not compensate with it.",
+        warnings=(Finding("inverse-misses", "off by 7500 % of the range."),),
+    )
+    page = write_report(forbidden, tmp_path / "r.html", model_file="m.json")
+    text = read(page).text
+    assert 'class="verdict stop" id="verdict"' in page.read_text(encoding="utf-8")
+    assert "dehyst compensate" not in text and "inverse()" not in text and "dehyst simulate m.json" in text
+    assert overall(replace(forbidden, verdict="by hand")) is Grade.BAD  # the rule says the same
+    allowed = replace(fit, verdict="...: usable with care (drift).")
+    assert overall(allowed) is Grade.CARE
+    assert "dehyst compensate" in read(write_report(allowed, tmp_path / "r.html")).text
 
 
 def test_drawing_leaves_matplotlib_as_it_was(fit, tmp_path):

@@ -238,6 +238,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
     },
     "Using a model: simulate and compensate": {
+        "verdict": (
+            "When the model was identified, the verdict was *usable with care* or *do not compensate with it*. "
+            "`compensate` repeats it; with the latter it refuses (VerdictError) unless `--force` is given.",
+            "See the warnings of `identify` for the reason, and identify again.",
+        ),
         "unit-unknown": (
             "The column or the model names no unit. The values were taken as they are.",
             "Put the unit into the column name, for example `angle_deg`.",

@@ -121,11 +121,14 @@ def compensate(
     start: Start = None,
     stop: Stop = None,
     out: Out = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Compute it although the verdict says: do not compensate.")
+    ] = False,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out))
+    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, force))
 
 
 @app.command()

@@ -12,6 +12,7 @@ from typing import Any
 
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
+from dehyst.grades import Grade, grade_of
 from dehyst.identification import Fit, Score, identify
 from dehyst.io import read_log
 from dehyst.recording import Recording
@@ -154,8 +155,18 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
         if path is not None:
             out.print(Text(f"{what}: {path}"))
-    if request.save is not None:
-        command = f"dehyst compensate {shlex.quote(str(request.save))} REFERENCE.csv --output "
-        out.print(Text(f"next: {command}{shlex.quote(fit.recordings[0].output_name)}"))
-    else:
-        out.print(Text("next: repeat with --save model.json --report report.html"))
+    out.print(Text(f"next: {_next(fit, request.save)}"))
+
+
+def _next(fit: Fit, saved: Path | None) -> str:
+    """What to do now; a compensator is offered only where the verdict allows one."""
+    rec = fit.recordings[0]
+    model = shlex.quote(str(saved))
+    if grade_of(fit.verdict) is Grade.BAD:
+        advice = "do not compensate with this model; cure what the warnings above name and identify again"
+        if saved is None:
+            return advice
+        return f"{advice}. To simulate only: dehyst simulate {model} LOG.csv --input {shlex.quote(rec.input_name)}"
+    if saved is None:
+        return "repeat with --save model.json --report report.html"
+    return f"dehyst compensate {model} REFERENCE.csv --output {shlex.quote(rec.output_name)}"

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.terminal import print_findings
-from dehyst.errors import OutputError
+from dehyst.errors import OutputError, VerdictError
 from dehyst.findings import Finding
+from dehyst.grades import Grade, grade_of
 from dehyst.io import Signal, format_csv, read_signal, write_csv
 from dehyst.models import HysteresisModel, SignalCard, load_model
 from dehyst.units import canonical, convert
@@ -34,6 +35,7 @@ class PlayRequest:
     start: float | None
     stop: float | None
     out: Path | None
+    force: bool = False
 
 
 def run_simulate(request: PlayRequest) -> None:
@@ -49,13 +51,14 @@ def run_simulate(request: PlayRequest) -> None:
 def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request)
+    said = _verdict(model, request)
     y, findings = _in_units_of(model.card.output, signal)
     findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
     x = model.inverse().simulate(y)
     findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += _proof(model, x, y)
     _write(request, signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x})
-    print_findings([*signal.findings, *findings], stderr=True)
+    print_findings([*said, *signal.findings, *findings], stderr=True)
 
 
 def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
@@ -63,6 +66,31 @@ def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
         request.log, request.column, time=request.time, run=request.run, start=request.start, stop=request.stop
     )
     return load_model(request.model), signal
+
+
+def _verdict(model: HysteresisModel, request: PlayRequest) -> list[Finding]:
+    """Repeat what identification said of the model, unless it was good; refuse what it forbids."""
+    said = model.card.provenance.get("verdict")
+    grade = grade_of(said)
+    if grade is None or grade is Grade.GOOD:
+        return []
+    # The file may come from anywhere: no control characters, no novel.
+    verdict = "".join(letter for letter in str(said) if letter.isprintable())[:600]
+    if grade is Grade.BAD and not request.force:
+        raise VerdictError(
+            f"'{request.model}' is not fit to compensate with; its identification ended with: {verdict} The input that "
+            f"its inverse asks for may be far from the right one. Use it to simulate, identify again (see the warnings "
+            f"of `dehyst identify`), or add --force to compute it all the same.",
+            verdict=verdict,
+        )
+    cure = "You asked for it with --force: do not apply it" if grade is Grade.BAD else "Watch the actuator"
+    return [
+        Finding(
+            "verdict",
+            f"when '{request.model}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
+            f"`dehyst identify` for the reason.",
+        )
+    ]
 
 
 def _column(card: SignalCard, prefix: str = "") -> str:

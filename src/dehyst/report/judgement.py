@@ -4,36 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.grades import Grade, grade_of
+from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_AS_GOOD
 from dehyst.identification.fit import Fit, Score
-from dehyst.identification.judge import GOOD_PERCENT
+from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
 
 Array = npt.NDArray[np.float64]
-
-
-class Grade(IntEnum):
-    """Green, amber, red."""
-
-    GOOD = 0
-    CARE = 1
-    BAD = 2
-
-    @property
-    def words(self) -> str:
-        """The grade in words, so that no light depends on its colour."""
-        return ("good", "usable with care", "do not use")[self]
-
-    @property
-    def css(self) -> str:
-        """Name of its style class."""
-        return ("good", "care", "stop")[self]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,19 +43,9 @@ BETTER_THAN_CURVE = (1.5, 1.0 / STATIC_AS_GOOD)
 TEST_OVER_TRAIN = (2.0, 5.0)
 ROUND_TRIP = (1e-9, 1e-6)
 # RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
-INVERSE_MISS = (0.05, 0.2)
+INVERSE_MISS = (0.05, INVERSE_MISSES / 100.0)
 KKT = 1e-9
 UNDETERMINED_SHARE = (0.1, 0.5)
-
-# Findings that keep a fit from being good, as in the verdict's words, and the light that each belongs to.
-_SERIOUS = {
-    "rate-dependent": "The data",
-    "drift": "The data",
-    "mixed-loop": "The data",
-    "few-loops": "The data",
-    "extrapolation": "Unseen data",
-    "high-inverse-gain": "Inverse",
-}
 
 
 def lights(fit: Fit) -> tuple[Light, ...]:
@@ -86,12 +58,15 @@ def lights(fit: Fit) -> tuple[Light, ...]:
 
 
 def overall(fit: Fit) -> Grade:
-    """Return the grade of the whole, by the same rule as the words of the verdict."""
+    """Return the grade of the whole: what the verdict says; for a fit made by hand, the same rule."""
+    said = grade_of(fit.verdict)
+    if said is not None:
+        return said
     score, _ = _score(fit)
     found = codes(fit)
-    if not score.rmse_percent <= POOR_PERCENT or "static-as-good" in found:
+    if not score.rmse_percent <= POOR_PERCENT or found & {"poor-fit", "static-as-good", "inverse-misses"}:
         return Grade.BAD
-    if score.rmse_percent <= GOOD_PERCENT and fit.test is not None and not found & _SERIOUS.keys():
+    if score.rmse_percent <= GOOD_PERCENT and fit.test is not None and not found & SERIOUS:
         return Grade.GOOD
     return Grade.CARE
 
@@ -168,6 +143,8 @@ def _inverse(fit: Fit) -> Light:
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     share = miss[0] / _span([rec.input for rec in fit.recordings])
     grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
+    if "inverse-misses" in codes(fit):
+        grade = Grade.BAD
     reason = (
         f"asks for the applied input within {number(100.0 * share, 2)} % of its range (RMS); "
         f"undoes the model to {number(error, 2)}"

@@ -6,8 +6,10 @@ import os
 import shlex
 from dataclasses import dataclass
 
+from dehyst.grades import Grade
 from dehyst.identification.fit import Fit
 from dehyst.recording import Recording
+from dehyst.report.judgement import overall
 from dehyst.report.text import clean
 
 
@@ -26,25 +28,34 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
     file = shlex.quote(name)
     x, y = (shlex.quote(_column(rec, role)) for role in ("input", "output"))
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
-    steps = [
-        Lines(
-            "The input that makes the actuator follow a reference",
-            f"dehyst compensate {file} reference.csv --output {y}",
-        ),
-        Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}"),
-        Lines(
-            "The same in Python, for whole signals and sample by sample in real time",
-            "import dehyst\n\n"
-            f"model = dehyst.load_model({name!r})\n"
-            f"# input in {x_unit}, output in {y_unit}\n"
-            "y = model.simulate(x)\n"
-            "inverse = model.inverse()\n"
-            "x = inverse.simulate(reference)\n\n"
-            "# one sample at a time; the state lives in the stepper\n"
-            "step = inverse.stepper()\n"
-            "x_k = step(reference_k)",
-        ),
-    ]
+    simulate = Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}")
+    head = f"import dehyst\n\nmodel = dehyst.load_model({name!r})\n# input in {x_unit}, output in {y_unit}\n"
+    if overall(fit) is Grade.BAD:
+        steps = [
+            Lines(
+                "Do not compensate with this model: look at the warnings above, cure what they name, and identify "
+                "again. Until then it is for simulation only. " + simulate.purpose,
+                simulate.code,
+            ),
+            Lines("The same in Python", head + "y = model.simulate(x)"),
+        ]
+    else:
+        steps = [
+            Lines(
+                "The input that makes the actuator follow a reference",
+                f"dehyst compensate {file} reference.csv --output {y}",
+            ),
+            simulate,
+            Lines(
+                "The same in Python, for whole signals and sample by sample in real time",
+                head + "y = model.simulate(x)\n"
+                "inverse = model.inverse()\n"
+                "x = inverse.simulate(reference)\n\n"
+                "# one sample at a time; the state lives in the stepper\n"
+                "step = inverse.stepper()\n"
+                "x_k = step(reference_k)",
+            ),
+        ]
     if model_file is None:
         keep = "Keep the model, in Python or with --save on the command line; this run was not told where"
         steps.insert(0, Lines(keep, 'fit.model.save("model.json")'))

@@ -1,0 +1,46 @@
+"""The three grades of a verdict, read back from its words: one meaning for commands, report and model files."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Grade(IntEnum):
+    """How far a model can be trusted as a compensator: green, amber, red."""
+
+    GOOD = 0
+    CARE = 1
+    BAD = 2
+
+    @property
+    def words(self) -> str:
+        """The grade in words, so that no light depends on its colour."""
+        return ("good", "usable with care", "do not use")[self]
+
+    @property
+    def css(self) -> str:
+        """Name of its style class."""
+        return ("good", "care", "stop")[self]
+
+
+# How a verdict ends; the worst is looked for first.
+ENDINGS = (
+    (Grade.BAD, "do not compensate"),
+    (Grade.CARE, "usable with care"),
+    (Grade.GOOD, "good for compensation"),
+)
+
+
+def grade_of(verdict: object) -> Grade | None:
+    """Return the grade that a verdict pronounces, or None if it is not one of dehyst's own.
+
+    Examples
+    --------
+    >>> grade_of("pi, 9 of 9 operators: 12.00 % of range rms ...: do not compensate with it.").words
+    'do not use'
+    >>> grade_of("written by hand") is None
+    True
+    """
+    if not isinstance(verdict, str):
+        return None
+    return next((grade for grade, words in ENDINGS if words in verdict), None)
