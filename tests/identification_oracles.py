@@ -70,7 +70,8 @@ def scaled_problem(recordings, n, eps, family="pi", fraction=0.5):
     thresholds = (np.arange(n) / n) ** power * np.abs(np.concatenate(scaled)).max()
     z = np.vstack([plays(x, thresholds, np.zeros(n)) for x in scaled])
     columns, lower = z, np.zeros(n)
-    lower[0] = eps
+    # The paper's program bounds w_1 itself, the other families the slope in scaled units.
+    lower[0] = eps * a / b if family == "pi" else eps
     if family == "pi-cumulative":
         columns, lower = z - np.column_stack([z[:, 1:], np.zeros(len(z))]), np.full(n, eps)
     if family == "stop":

@@ -93,6 +93,7 @@ FIRING = {
     "static-as-good": (memoryless, {}, "Use the curve"),
     "high-inverse-gain": (backlash, {}, "--eps"),
     "poor-fit": (erratic, {}, "other"),
+    "never-turns": (lambda: clean(), {"train_fraction": 0.02, "n": 10}, "--train-fraction 1"),
     "inverse-misses": (erratic, {}, "simulation only"),
     "recordings-differ": (lambda: [clean(), clean(output=clean().output + 1.0)], {}, "Align the zeros"),
     "no-held-out": (lambda: clean(), {"train_fraction": 1}, "--train-fraction 0.5"),
@@ -112,7 +113,11 @@ def test_a_warning_fires_on_data_made_for_it_and_names_a_cure(code):
     found = [finding for finding in fit.warnings if finding.code == code]
     assert len(found) == 1
     assert cure in found[0].message
-    assert any(character.isdigit() for character in found[0].message) or code in {"mixed-loop", "no-held-out"}
+    assert any(character.isdigit() for character in found[0].message) or code in {
+        "mixed-loop",
+        "no-held-out",
+        "never-turns",
+    }
 
 
 def test_every_code_that_identification_can_give_is_tested():
@@ -298,9 +303,38 @@ def test_the_inverse_miss_is_the_input_asked_for_less_the_input_applied():
 def test_eps_bounds_the_gain_of_the_inverse():
     rec = backlash()
     ratio = np.ptp(rec.input[: len(rec) // 2]) / np.ptp(rec.output[: len(rec) // 2])
-    for eps in (0.001, 0.1, 1.0):
-        fit = dehyst.identify(rec, "pi", eps=eps)
-        assert fit.certificate.inverse_gain <= ratio / eps * (1 + 1e-9)
+    for eps in (0.001, 0.1, 0.5):
+        literal = dehyst.identify(rec, "pi", eps=eps)
+        assert literal.model.weights[0] >= eps * (1 - 1e-12)
+        assert literal.certificate.inverse_gain <= 1 / eps * (1 + 1e-9)
+        relative = dehyst.identify(rec, "stop", eps=eps)
+        assert relative.certificate.inverse_gain <= ratio / eps * (1 + 1e-9)
+
+
+def test_the_papers_bound_holds_in_any_units_and_one_beyond_the_slope_is_refused_with_the_value_to_type():
+    rec = backlash()
+    small = dehyst.Recording(input=rec.input, output=0.1 * rec.output)
+    assert dehyst.identify_paper(small).model.weights[0] >= 0.001 * (1 - 1e-12)
+    pascal = dehyst.Recording(input=1e5 * rec.input, output=rec.output, input_unit="Pa", output_unit="rad")
+    with pytest.raises(ParameterError, match="--eps 9e-09"):
+        dehyst.identify_paper(pascal)
+
+
+def test_an_eps_that_costs_little_is_named_and_does_cost_little():
+    rec = backlash()
+    fit = dehyst.identify(rec, "modified-pi")
+    named = fit.certificate.affordable_eps
+    assert named is not None
+    firmer = dehyst.identify(rec, "modified-pi", eps=named)
+    assert firmer.certificate.inverse_gain < 0.2 * fit.certificate.inverse_gain
+    assert firmer.train.rmse < 1.5 * fit.train.rmse
+
+
+def test_data_of_the_operator_itself_give_its_weights_back_whatever_its_start():
+    for x in (loops(SIZES, SAMPLES), loops(SIZES, SAMPLES)[15:] + 0.3):
+        rec = dehyst.Recording(input=x, output=PI.simulate(x))
+        fit = dehyst.identify(rec, "pi", thresholds=PI.thresholds)
+        np.testing.assert_allclose(fit.model.weights, PI.weights, rtol=1e-9)
 
 
 # Bad input.
@@ -315,9 +349,9 @@ BAD_SETTINGS = [
     ({"n": True}, "whole number"),
     ({"n": 10**9}, "whole number"),
     ({"n": float("inf")}, "whole number"),
-    ({"eps": 0.0}, "(0, 1]"),
-    ({"eps": -1.0}, "(0, 1]"),
-    ({"eps": 2.0}, "(0, 1]"),
+    ({"eps": 0.0}, "and 1"),
+    ({"eps": -1.0}, "and 1"),
+    ({"eps": 2.0}, "and 1"),
     ({"eps": float("nan")}, "eps"),
     ({"eps": "small"}, "eps"),
     ({"eps": None}, "eps"),

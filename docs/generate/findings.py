@@ -216,11 +216,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "high-inverse-gain": (
             "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
             "the ranges. Noise on the reference becomes steps of the input.",
-            "Raise `--eps` to the slope you can accept, or smooth the reference.",
+            "Raise `--eps`: the message names the largest one that costs less than 5 % of the accuracy of the fit, if there "
+            "is one. Or smooth the reference.",
         ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",
             "See the other warnings for the reason. Do not compensate with it.",
+        ),
+        "never-turns": (
+            "The input never turns within the training part: one branch shows no hysteresis.",
+            "Fit all of it (`--train-fraction 1`), or log complete loops.",
         ),
         "inverse-misses": (
             "To reach the measured output, the inverse asks for an input that is off by more than "
