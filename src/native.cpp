@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "dehyst.h"
@@ -69,6 +71,26 @@ class Stepper {
     Stepper &operator=(const Stepper &) = delete;
 
     double step(double x) { return dehyst_model_step(&parameters_.view, &state_, x); }
+
+    // A sensor that has nothing to say gives None; a control loop must go on as with any other rejected sample.
+    double step_object(nb::handle x)
+    {
+        return step(x.is_none() ? std::numeric_limits<double>::quiet_NaN() : number(x));
+    }
+
+    static double number(nb::handle x)
+    {
+        const double value = PyFloat_AsDouble(x.ptr());
+        if (value == -1.0 && PyErr_Occurred() != nullptr) {
+            PyErr_Clear();
+            const std::string kind =
+                nb::str(nb::handle(reinterpret_cast<PyObject *>(Py_TYPE(x.ptr()))).attr("__name__")).c_str();
+            throw nb::type_error(("a sample must be one number (or None, for a sensor without an answer), not a " +
+                                  kind + "; whole signals go through simulate()")
+                                     .c_str());
+        }
+        return value;
+    }
 
     std::size_t run(const double *x, double *y, std::size_t samples)
     {
@@ -197,6 +219,8 @@ NB_MODULE(_native, m)
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
         .def("__call__", &Stepper::step, "x"_a, "Output for the next sample x.")
+        .def("__call__", &Stepper::step_object, "x"_a.none(),
+             "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &Stepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")

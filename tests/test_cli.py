@@ -117,6 +117,14 @@ def test_identify_writes_report_and_figures(run, folder, tmp_path):
     assert {path.suffix for path in figures.iterdir()} >= {".svg", ".png"}
 
 
+def test_figures_are_written_without_a_report_too(run, folder, tmp_path):
+    arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
+    status, out, _ = run(*arguments, "--figures", tmp_path / "figures")
+    assert status == 0 and "figures: " in out
+    assert {path.suffix for path in (tmp_path / "figures").iterdir()} == {".svg", ".png"}
+    assert [path.name for path in tmp_path.iterdir()] == ["figures"]
+
+
 def test_family_and_settings_reach_the_identification(run, folder):
     base = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--json")
     for family in ("pi", "pi-cumulative", "modified-pi", "stop"):
@@ -342,7 +350,7 @@ def failing(folder, tmp_path):
         ("ParameterError", ("identify", log, *pair, "--train-fraction", "2")),
         ("ParameterError", ("identify", log, *pair, "--thresholds", "0,a")),
         ("ParameterError", ("identify", log, *pair, "--initial-state", "odd")),
-        ("ParameterError", ("identify", log, *pair, "--figures", tmp_path / "f")),
+        ("OutputError", ("identify", log, *pair, "--figures", tmp_path / "empty.csv")),
         ("TimeError", ("identify", log, *pair, "--from", "5", "--to", "5")),
         ("TimeError", ("identify", log, *pair, "--from", "1e6")),
         ("OutputError", ("identify", log, *pair, "--save", tmp_path / "no" / "m.json")),
@@ -383,6 +391,57 @@ def test_a_log_is_never_overwritten_by_another_name_for_it(run, folder, tmp_path
     assert (folder / "model.json").read_bytes() == model
 
 
+def test_no_file_of_the_user_is_overwritten_unless_he_says_so(run, folder, tmp_path):
+    mine = tmp_path / "mine"
+    pair = ("--input", PRESSURE, "--output", ANGLE, *QUICK)
+    commands = [
+        ("example", "--out", mine),
+        ("simulate", folder / "model.json", folder / "log.csv", "--input", PRESSURE, "--out", mine),
+        ("compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE, "--out", mine),
+        ("identify", folder / "log.csv", *pair, "--save", mine),
+        ("identify", folder / "log.csv", *pair, "--report", mine),
+    ]
+    for command in commands:
+        mine.write_text("a year of measurements")
+        status, out, err = run(*command)
+        assert (status, out) == (2, "") and err.startswith("OutputError: ") and "--overwrite" in err
+        assert mine.read_text() == "a year of measurements"
+        assert run(*command, "--overwrite")[0] == 0
+        assert len(mine.read_text()) > 100
+
+
+def test_a_command_can_be_repeated_where_nothing_would_be_lost(run, folder, tmp_path):
+    for _ in range(2):
+        assert run("example", "--out", tmp_path / "e.csv")[0] == 0
+        assert run("compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE,
+                   "--out", tmp_path / "c.csv")[0] == 0  # fmt: skip
+    assert run("example", "--out", tmp_path / "e.csv", "--seed", "1")[0] == 2
+    (tmp_path / "e.csv").write_text((tmp_path / "e.csv").read_text() + "one more row")
+    assert run("example", "--out", tmp_path / "e.csv")[0] == 2
+
+
+def test_identify_replaces_its_own_model_and_page_but_not_one_by_the_other(run, folder, tmp_path):
+    model, page = tmp_path / "m.json", tmp_path / "r.html"
+    arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
+    for _ in range(2):
+        assert run(*arguments, "--save", model, "--report", page)[0] == 0
+    for swapped in (("--save", page), ("--report", model)):
+        status, _, err = run(*arguments, *swapped)
+        assert status == 2 and err.startswith("OutputError: ")
+    dehyst.load_model(model)
+
+
+def test_a_source_is_never_overwritten_whatever_is_said(run, folder):
+    log, model = (folder / "log.csv").read_bytes(), (folder / "model.json").read_bytes()
+    for command in (
+        ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--save", folder / "log.csv"),
+        ("simulate", folder / "model.json", folder / "log.csv", "--input", PRESSURE, "--out", folder / "log.csv"),
+        ("simulate", folder / "model.json", folder / "log.csv", "--input", PRESSURE, "--out", folder / "model.json"),
+    ):
+        assert run(*command, "--overwrite")[0] == 2
+    assert (folder / "log.csv").read_bytes() == log and (folder / "model.json").read_bytes() == model
+
+
 @pytest.mark.parametrize("arguments", [("identify",), ("identify", "a.csv"), ("nonsense",), ("inspect", "a", "--loud")])
 def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
     status, out, err = run(*arguments)
@@ -402,7 +461,7 @@ def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
         ("simulate", ("--input", "--out", "--from", "--to", "--run", "--time")),
         ("compensate", ("--output", "--out", "reference")),
         ("inspect", ("--run", "--json")),
-        ("example", ("--out", "--seed")),
+        ("example", ("--out", "--seed", "--overwrite")),
     ],
 )  # fmt: skip
 def test_help_names_every_option(run, command, words):
@@ -429,7 +488,7 @@ def test_help_and_version_load_no_numerics():
 def test_a_reader_that_leaves_early_is_no_fault(folder, lines):
     arguments = ["simulate", str(folder / "model.json"), str(folder / "log.csv"), "--input", PRESSURE]
     process = subprocess.Popen(
-        [sys.executable, "-m", "dehyst.cli", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "dehyst", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     for _ in range(lines):
         assert process.stdout.readline().startswith("time [s],")

@@ -215,10 +215,34 @@ def test_inadmissible_states_are_refused_on_restore():
         step.restore(np.array([0.5, -4.0, 0.5, 0.0]))  # its output is right, its memory impossible
 
 
-@pytest.mark.parametrize("sample", ["1.0", None, [1.0], 1j, 10**400])
-def test_a_sample_that_is_no_number_is_a_type_error(sample):
-    with pytest.raises(TypeError):
-        models()["pi"].stepper()(sample)
+@pytest.mark.parametrize("sample", ["1.0", "x", [1.0], 1j, 10**400, np.zeros(2), {}])
+def test_a_sample_that_is_no_number_is_a_type_error_that_says_so_and_moves_nothing(sample):
+    step = models()["pi"].stepper()
+    step(0.5)
+    before = step.save()
+    with pytest.raises(TypeError, match=f"a sample must be one number .* not a {type(sample).__name__}"):
+        step(sample)
+    assert step.save().tobytes() == before.tobytes()
+
+
+@every_model
+def test_a_sensor_that_gives_none_is_a_rejected_sample(model):
+    step = model.stepper()
+    assert step(None) == step.output == model.stepper().output
+    held = step(0.3)
+    assert not step.rejected
+    assert step(None) == held
+    assert step.rejected
+    assert step.rejected_ever
+    clean = model.stepper()
+    clean(0.3)
+    assert step(-0.8) == clean(-0.8)  # as if it had not been
+    assert not step.rejected
+
+
+@pytest.mark.parametrize("sample", [1, True, np.float64(1.0), np.float32(1.0), np.int64(1), np.array(1.0)])
+def test_everything_that_is_one_number_is_a_sample(sample):
+    assert models()["pi"].stepper()(sample) == models()["pi"].stepper()(1.0)
 
 
 def test_outputs_have_the_shape_of_the_input():

@@ -70,6 +70,19 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Rows were left out because a cell of a column in use is empty, infinite, not a number, or beyond 1e100.",
             "None if the sensor is known to drop out. Otherwise check its cable.",
         ),
+        "outlier": (
+            "Rows were left out because a value lies far from all others: a spike of at most {SPIKE_LENGTH} samples "
+            "that leaves both neighbours by more than {SPIKE_RANGE:%} of the range of the others, {SPIKE_CURVATURE} "
+            "times the 99.9 % quantile of their second differences and {SPIKE_STEP} times their largest step; or a "
+            "number by which loggers mark a failed sensor (-9999, 32767, 1e6, ...), more than {CODE_DISTANCE} ranges "
+            "away. In a signal that is played back (`simulate`, `compensate`) the value before it is held instead.",
+            "Check the sensor and its wiring. If the values are real, log faster, so that they are more than a spike.",
+        ),
+        "angle-wrap": (
+            "An angle jumps by a full turn (0/360, -180/180 degrees, or the same in radians) and is smooth otherwise. "
+            "It was unwrapped.",
+            "None. Give references as unwrapped angles too.",
+        ),
         "ragged-lines": (
             "Lines with more or fewer cells than the others were left out. If more than half are ragged, the log is "
             "refused.",

@@ -28,6 +28,7 @@ Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log h
 Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
 Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist already.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
 
 
@@ -79,8 +80,9 @@ def identify(
     save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
     figures: Annotated[
-        Path | None, typer.Option("--figures", help="Also write every figure as SVG and PNG into this folder.")
+        Path | None, typer.Option("--figures", help="Write every figure as SVG and PNG into this folder.")
     ] = None,
+    overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
     """Identify a hysteresis model and its inverse from a log."""
@@ -89,7 +91,7 @@ def identify(
     request = IdentifyRequest(
         logs=tuple(log), input=input, output=output, time=time, runs=tuple(run or ()), start=start, stop=stop,
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
-        train_fraction=train_fraction, save=save, report=report, figures=figures, json=json,
+        train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
     )  # fmt: skip
     run_identify(request)
 
@@ -104,11 +106,12 @@ def simulate(
     start: Start = None,
     stop: Stop = None,
     out: Out = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Print a model's output for a logged input, as CSV."""
     from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out))
+    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite))
 
 
 @app.command()
@@ -124,11 +127,12 @@ def compensate(
     force: Annotated[
         bool, typer.Option("--force", help="Compute it although the verdict says: do not compensate.")
     ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, force))
+    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, force))
 
 
 @app.command()
@@ -143,11 +147,12 @@ def inspect(log: Log, run: Run = None, json: Json = False) -> None:
 def example(
     out: Annotated[Path, typer.Option("--out", help="CSV file to write.")] = Path("example.csv"),
     seed: Annotated[int, typer.Option("--seed", help="Seed of the sensor noise.")] = 0,
+    overwrite: Overwrite = False,
 ) -> None:
     """Write an example log: a simulated joint with Maxwell slip and creep."""
     from dehyst.app.example import run_example
 
-    run_example(out, seed)
+    run_example(out, seed, overwrite)
 
 
 def main() -> None:

@@ -6,12 +6,16 @@ import shlex
 import sys
 from pathlib import Path
 
-from dehyst.experiments import write_example
+from dehyst.app.targets import refuse_existing
+from dehyst.experiments import example_csv
+from dehyst.files import write_atomically
 
 
-def run_example(out: Path, seed: int) -> None:
+def run_example(out: Path, seed: int, overwrite: bool = False) -> None:
     """Write the example log and say what to type next."""
-    write_example(out, seed)
+    text = example_csv(seed)
+    refuse_existing(out, overwrite, content=text)
+    write_atomically(out, text)
     quoted = shlex.quote(str(out))
     sys.stdout.write(
         f"wrote {out}: a simulated joint, pressure difference [bar] -> angle [deg], 12 loops\n"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dehyst.app.targets import MODEL, PAGE, refuse_existing
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.grades import Grade, grade_of
@@ -38,6 +39,7 @@ class IdentifyRequest:
     save: Path | None
     report: Path | None
     figures: Path | None
+    overwrite: bool
     json: bool
 
 
@@ -58,8 +60,8 @@ def run_identify(request: IdentifyRequest) -> None:
         )
     if request.save is not None:
         fit.model.save(request.save)
-    if request.report is not None:
-        with ask_progress("drawing the report", request.json):
+    if request.report is not None or request.figures is not None:
+        with ask_progress("drawing", request.json):
             _report(fit, request)
     if request.json:
         sys.stdout.write(json.dumps(_finite(fit.as_dict()), indent=1, allow_nan=False) + "\n")
@@ -76,9 +78,7 @@ def _read(request: IdentifyRequest) -> list[Recording]:
 
 
 def _refuse_clashes(request: IdentifyRequest) -> None:
-    """Refuse outputs that would overwrite a log or each other, before any work is done."""
-    if request.figures is not None and request.report is None:
-        raise ParameterError("--figures goes with a report: add --report report.html")
+    """Refuse outputs that would overwrite a log, each other or a stranger's file, before any work is done."""
     logs = {log.resolve() for log in request.logs}
     targets = [path for path in (request.save, request.report) if path is not None]
     for path in targets:
@@ -88,6 +88,10 @@ def _refuse_clashes(request: IdentifyRequest) -> None:
             raise OutputError(f"the folder of '{path}' does not exist. Make it first: mkdir -p {path.parent}")
     if len({path.resolve() for path in targets}) < len(targets):
         raise OutputError(f"--save and --report both name '{targets[0]}'. Name two files.")
+    if request.save is not None:
+        refuse_existing(request.save, request.overwrite, MODEL)
+    if request.report is not None:
+        refuse_existing(request.report, request.overwrite, PAGE)
 
 
 def _thresholds(text: str | None) -> list[float] | None:
@@ -102,10 +106,12 @@ def _thresholds(text: str | None) -> list[float] | None:
 
 
 def _report(fit: Fit, request: IdentifyRequest) -> None:
-    from dehyst.report import write_report
+    from dehyst.report import write_figures, write_report
 
     if request.report is not None:
         write_report(fit, request.report, figures=request.figures, model_file=request.save)
+    elif request.figures is not None:
+        write_figures(fit, request.figures)
 
 
 def _finite(value: Any) -> Any:

@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings
 from dehyst.errors import OutputError, VerdictError
+from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
-from dehyst.io import Signal, format_csv, read_signal, write_csv
+from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import HysteresisModel, SignalCard, load_model
 from dehyst.units import canonical, convert
 
@@ -35,6 +37,7 @@ class PlayRequest:
     start: float | None
     stop: float | None
     out: Path | None
+    overwrite: bool = False
     force: bool = False
 
 
@@ -62,6 +65,7 @@ def run_compensate(request: PlayRequest) -> None:
 
 
 def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
+    _refuse_sources(request)
     signal = read_signal(
         request.log, request.column, time=request.time, run=request.run, start=request.start, stop=request.stop
     )
@@ -151,14 +155,21 @@ def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
     ]
 
 
+def _refuse_sources(request: PlayRequest) -> None:
+    """Refuse to write over the log or the model, whatever option is given."""
+    out = request.out
+    if out is not None and out.resolve() in {request.log.resolve(), request.model.resolve()}:
+        raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
+
+
 def _write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns
     out = request.out
+    text = format_csv(table, out or "the table")
     if out is None:
-        sys.stdout.write(format_csv(table))
+        sys.stdout.write(text)
         return
-    if out.resolve() in {request.log.resolve(), request.model.resolve()}:
-        raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
-    write_csv(out, table)
+    refuse_existing(out, request.overwrite, content=text)
+    write_atomically(out, text)
     sys.stderr.write(f"wrote {out}: {', '.join(table)}\n")

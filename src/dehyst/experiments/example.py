@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.io import write_csv
+from dehyst.files import write_atomically
+from dehyst.io import format_csv
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -98,6 +99,19 @@ def example_recording(seed: int = 0, rate: float = 50.0) -> Recording:
     )
 
 
+def example_csv(seed: int = 0) -> str:
+    """Return the example log as CSV text, with units in the column names.
+
+    Examples
+    --------
+    >>> example_csv().partition("\\n")[0]
+    'time_s,pressure_difference_bar,angle_deg'
+    """
+    rec = example_recording(seed)
+    time = rec.time if rec.time is not None else np.arange(len(rec))
+    return format_csv({"time_s": time, "pressure_difference_bar": rec.input, "angle_deg": rec.output})
+
+
 def write_example(path: str | os.PathLike[str], seed: int = 0) -> Path:
     """Write the example log as CSV, with units in the column names.
 
@@ -108,6 +122,4 @@ def write_example(path: str | os.PathLike[str], seed: int = 0) -> Path:
     >>> log.read_text().splitlines()[0]
     'time_s,pressure_difference_bar,angle_deg'
     """
-    rec = example_recording(seed)
-    time = rec.time if rec.time is not None else np.arange(len(rec))
-    return write_csv(path, {"time_s": time, "pressure_difference_bar": rec.input, "angle_deg": rec.output})
+    return write_atomically(path, example_csv(seed))

@@ -46,11 +46,12 @@ class Samples:
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What messages need: the log's name, the columns in use, and what rows are called."""
+    """What messages need: the log's name, the columns in use, what rows are called, and the columns' units."""
 
     log: str
     columns: tuple[str, ...]
     word: str = "row"
+    units: tuple[str, ...] = ()
 
 
 def drop_unmeasured(samples: Samples, about: Context, findings: list[Finding]) -> Samples:

@@ -112,7 +112,7 @@ def read_log(
             column=x_name,
         )
     findings = list(table.findings)
-    about = Context(table.name, (x_name, y_name), table.row_word)
+    about = Context(table.name, (x_name, y_name), table.row_word, (_label(table, x_name)[1], _label(table, y_name)[1]))
     samples, chosen, clock = pair_samples(table, x_name, y_name, time, run, window, about, findings)
     samples = find_gaps(samples, about, findings)
     require_samples(samples, about, window)
@@ -158,7 +158,7 @@ def read_signal(
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     findings = list(table.findings)
-    about = Context(table.name, (name,), table.row_word)
+    about = Context(table.name, (name,), table.row_word, (_label(table, name)[1],))
     clock = choose_clock(table, name, time)
     chosen, mask = select_rows(table, name, run)
     samples = samples_of(table, (name,), clock, mask, findings)

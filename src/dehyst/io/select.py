@@ -14,6 +14,7 @@ from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, uni
 from dehyst.io.columns import find_column, select_run
 from dehyst.io.merge import logged_in_turns, merge_clocks
 from dehyst.io.order import order_time
+from dehyst.io.outliers import drop_outliers
 from dehyst.io.table import Array, Table
 from dehyst.recording import MINIMUM_SAMPLES
 
@@ -92,6 +93,7 @@ def prepare(samples: Samples, about: Context, window: tuple[float, float], findi
             )
         samples = samples.take(inside)
     samples = drop_unmeasured(samples, about, findings)
+    samples = drop_outliers(samples, about, findings)
     return order_time(samples, about, findings)
 
 
@@ -138,8 +140,8 @@ def pair_samples(
         pair = _from_common_zero(pair)
     # Each signal keeps its own context in messages: a bad cell of one is not a bad cell of the other.
     ready = [
-        prepare(s, Context(about.log, (name,), about.word), window, findings)
-        for s, name in zip(pair, (x_name, y_name), strict=True)
+        prepare(s, Context(about.log, (name,), about.word, (unit,)), window, findings)
+        for s, name, unit in zip(pair, (x_name, y_name), about.units, strict=True)
     ]
     return merge_clocks(ready[0], ready[1], about, findings), chosen, clocks[0]
 

@@ -71,10 +71,48 @@ def write_report(
     drawn = all_figures(fit)
     page = write_atomically(path, _render(fit, drawn, model_file))
     if figures is not None:
-        folder = _folder(figures)
-        for number, figure in enumerate(drawn, start=1):
-            write_figure(figure, folder, number)
+        _write_drawn(drawn, figures)
     return page
+
+
+def write_figures(fit: Fit, folder: str | os.PathLike[str]) -> Path:
+    """Write every figure of the report as SVG and PNG, without the page.
+
+    Parameters
+    ----------
+    fit
+        Result of `dehyst.identify`.
+    folder
+        Where to; made if it does not exist.
+
+    Returns
+    -------
+    folder
+        The folder, with files ``figure-1-loop.svg``, ``figure-1-loop.png`` and so on.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be made or a file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst, pathlib, tempfile
+    >>> x = 2 * np.sin(np.linspace(0, 20, 400)) * np.linspace(1, 0.3, 400)
+    >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi")
+    >>> folder = write_figures(fit, pathlib.Path(tempfile.mkdtemp()) / "figures")
+    >>> (folder / "figure-1-loop.svg").is_file()
+    True
+    """
+    return _write_drawn(all_figures(fit), folder)
+
+
+def _write_drawn(drawn: tuple[Figure, ...], figures: str | os.PathLike[str]) -> Path:
+    folder = _folder(figures)
+    for number, figure in enumerate(drawn, start=1):
+        write_figure(figure, folder, number)
+    return folder
 
 
 def _folder(figures: str | os.PathLike[str]) -> Path:
@@ -83,7 +121,7 @@ def _folder(figures: str | os.PathLike[str]) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise OutputError(
-            f"cannot make the folder '{folder}' for the figures: {fault.strerror}. The report itself was written. "
+            f"cannot make the folder '{folder}' for the figures: {fault.strerror}. "
             f"Name a folder that exists or can be made.",
             path=str(folder),
         ) from None

@@ -1,0 +1,54 @@
+"""Files to write: what a user has is never overwritten silently."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from dehyst.errors import OutputError
+
+# How the files begin that dehyst itself writes again and again; enough of a file is read to see it.
+MODEL = '"format": "dehyst-model"'
+PAGE = '<meta name="generator" content="dehyst '
+_BEGINNING = 2000
+
+
+def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content: str | None = None) -> None:
+    """Refuse a file that exists, unless it may be overwritten, is one of dehyst's `own`, or would stay as it is.
+
+    Parameters
+    ----------
+    path
+        File to be written.
+    overwrite
+        Whether the user said ``--overwrite``.
+    own
+        Mark in the beginning of a file that a former run wrote, `MODEL` or `PAGE`; None if nothing tells.
+    content
+        What is going to be written; a file that holds just that loses nothing.
+
+    Raises
+    ------
+    OutputError
+        If the file would be lost.
+    """
+    if overwrite or path.is_dir() or not path.exists():  # a folder is refused by whoever writes
+        return
+    if own is not None and own in _beginning(path, _BEGINNING):
+        return
+    if content is not None and _beginning(path, len(content.encode()) + 1) == content:
+        return
+    kind = {None: "", MODEL: " and is no dehyst model", PAGE: " and is no report of dehyst"}[own]
+    raise OutputError(
+        f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",
+        path=str(path),
+    )
+
+
+def _beginning(path: Path, size: int) -> str:
+    try:
+        if not path.is_file():  # a pipe would block the reader
+            return ""
+        with path.open("rb") as stream:
+            return stream.read(size).decode("utf-8", errors="replace")
+    except OSError:
+        return ""
