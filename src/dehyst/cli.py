@@ -66,7 +66,7 @@ def identify(
     n: Annotated[int, typer.Option("--n", help="Number of operators.")] = 100,
     eps: Annotated[
         float,
-        typer.Option("--eps", help="Smallest slope after a reversal: w_1 >= eps for pi [output/input], else relative to the ranges."),
+        typer.Option("--eps", help="Smallest slope after a reversal: w_1 >= eps for pi, else relative to the ranges."),
     ] = 0.001,
     thresholds: Annotated[
         str | None, typer.Option("--thresholds", help="Thresholds instead of a grid, e.g. 0,0.5,1 [input].")
