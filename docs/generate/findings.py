@@ -229,8 +229,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "high-inverse-gain": (
             "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
             "the ranges. Noise on the reference becomes steps of the input.",
-            "Raise `--eps`: the message names the largest one that costs less than 5 % of the accuracy of the fit, if there "
-            "is one. Or smooth the reference.",
+            "Raise `--eps`: the message names the largest one that costs less than 5 % of the accuracy of the fit, if "
+            "there is one. Or smooth the reference.",
         ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",
