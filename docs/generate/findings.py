@@ -111,6 +111,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The time column names no unit and was read as seconds, one sample every second or slower.",
             "If it is in milliseconds, call the column `time_ms`. `--from`, `--to` and rates depend on it.",
         ),
+        "date-order": (
+            "Dates such as 03/05/2024 run over several days, and nothing tells whether the day or the month comes "
+            "first. With slashes the month was taken, with dashes the day.",
+            "None if that is right. Otherwise log dates as 2024-05-01 12:00:00.",
+        ),
         "time-from-step": (
             "There is no time column; time was counted from a sampling time or rate that is stored in the file.",
             "None if that number is right.",
@@ -269,6 +274,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The signal, or the computed input, leaves the range that was identified by more than "
             "{BEYOND:%} of it. The model extrapolates there; the actuator may not be able to follow.",
             "Scale the motion, or identify on a log that covers it.",
+        ),
+        "memory-carried": (
+            "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
+            "directly from the last sample before the gap to the first one after.",
+            "Fill the gap, or take one side of it with `--from` and `--to`.",
+        ),
+        "input-jumps": (
+            "The computed input moves by more than {JUMP:%} of its identified range from one sample to the next: the "
+            "reference jumps or is noisy, or the inverse is steep after reversals.",
+            "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
         "round-trip": (
             "The model's answer to the computed input differs from the reference by more than 1e-9 of its range: the "
