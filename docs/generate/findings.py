@@ -285,6 +285,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "reference jumps or is noisy, or the inverse is steep after reversals.",
             "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
+        "memory-carried": (
+            "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
+            "directly from the last sample before the gap to the first one after.",
+            "Fill the gap, or take one side of it with `--from` and `--to`.",
+        ),
+        "input-jumps": (
+            "The computed input moves by more than {JUMP:%} of its identified range from one sample to the next: the "
+            "reference jumps or is noisy, or the inverse is steep after reversals.",
+            "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
+        ),
         "round-trip": (
             "The model's answer to the computed input differs from the reference by more than 1e-9 of its range: the "
             "inverse loses digits.",
