@@ -125,10 +125,19 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Name the right one with `--time`.",
         ),
         "repeated-time": (
-            "Rows repeat the time stamp before them. The first of each was kept.",
-            "If the values differ, the clock is coarser than the sampling: log it with more digits.",
+            "Rows repeat the time stamp and the values of the row before them. The first of each was kept.",
+            "None.",
         ),
-        "swapped-rows": ("Neighbouring rows stood in the wrong order; they were put in order of time.", "None."),
+        "coarse-time": (
+            "Rows with different values share a time stamp: the clock is coarser than the sampling, for example whole "
+            "seconds at 50 Hz. No row was dropped; the rows of each group were spread evenly up to the next stamp.",
+            "Log time with more digits, if rates matter.",
+        ),
+        "swapped-rows": (
+            "Neighbouring rows, or a few ({FEW:%} of the log, near their place), stood in the wrong order; they were "
+            "put in order of time.",
+            "None.",
+        ),
         "reversed-time": ("The log is written newest row first; it was turned around.", "None."),
         "stray-time": (
             "Single time stamps fit neither the one before nor the one after. These rows were left out.",
@@ -274,16 +283,6 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The signal, or the computed input, leaves the range that was identified by more than "
             "{BEYOND:%} of it. The model extrapolates there; the actuator may not be able to follow.",
             "Scale the motion, or identify on a log that covers it.",
-        ),
-        "memory-carried": (
-            "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
-            "directly from the last sample before the gap to the first one after.",
-            "Fill the gap, or take one side of it with `--from` and `--to`.",
-        ),
-        "input-jumps": (
-            "The computed input moves by more than {JUMP:%} of its identified range from one sample to the next: the "
-            "reference jumps or is noisy, or the inverse is steep after reversals.",
-            "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
         "memory-carried": (
             "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
