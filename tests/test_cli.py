@@ -293,6 +293,43 @@ def test_leaving_the_identified_range_is_said(run, folder, tmp_path):
         assert status == 0 and "outside-range" in err and "extrapolates" in " ".join(err.split())
 
 
+def test_a_reference_may_leave_the_range_by_two_percent_without_a_word(run, folder, tmp_path):
+    card = dehyst.load_model(folder / "model.json").card.output
+    for beyond, said in ((0.015, False), (0.025, True)):
+        top = card.high + beyond * (card.high - card.low)
+        write_csv(tmp_path / "r.csv", {"time_s": np.arange(400) / 20, ANGLE: top * np.sin(np.linspace(0, 7, 400))})
+        err = run("compensate", folder / "model.json", tmp_path / "r.csv", "--output", ANGLE)[2]
+        assert ("reference leaves" in " ".join(err.split())) == said
+
+
+def test_jumps_of_the_computed_input_are_said_with_size_and_place(run, folder, tmp_path):
+    card = dehyst.load_model(folder / "model.json").card.input
+    angle = np.r_[np.linspace(0, 10, 100), np.linspace(-10, 0, 100)]
+    write_csv(tmp_path / "r.csv", {"time_s": np.arange(200) / 100, ANGLE: angle})
+    status, out, err = run("compensate", folder / "model.json", tmp_path / "r.csv", "--output", ANGLE)
+    flat = " ".join(err.split())
+    assert status == 0 and "warning input-jumps: " in flat and "at 1 of 199 steps" in flat
+    x = table(out)["compensated_pressure_difference [bar]"]
+    size = np.abs(np.diff(x)).max()
+    assert f"{size:.4g} bar ({100 * size / (card.high - card.low):.3g} %)" in flat
+    assert "from 0.99 s to 1 s" in flat and "--eps" in flat
+    assert "input-jumps" not in run("compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE)[2]
+
+
+def test_a_gap_carries_the_memory_on_and_that_is_what_is_said(run, folder, tmp_path):
+    t = np.r_[np.arange(100), np.arange(400, 500)] / 20
+    wave = 20 * np.sin(t)
+    write_csv(tmp_path / "gap.csv", {"time_s": t, ANGLE: wave, PRESSURE: wave / 10})
+    model = dehyst.load_model(folder / "model.json")
+    expected = {"compensate": model.inverse().simulate(wave), "simulate": model.simulate(wave / 10)}
+    for command in (("compensate", "--output", ANGLE), ("simulate", "--input", PRESSURE)):
+        status, out, err = run(command[0], folder / "model.json", tmp_path / "gap.csv", *command[1:])
+        flat = " ".join(err.split())
+        assert status == 0 and "warning memory-carried: " in flat and "between 4.95 s and 20 s" in flat
+        assert "unknown" not in flat and "input-jumps" not in flat
+        assert list(table(out).values())[-1] == pytest.approx(expected[command[0]], rel=1e-12)
+
+
 def test_findings_of_simulate_go_to_stderr_so_that_csv_can_be_piped(run, folder, tmp_path):
     lines = (folder / "log.csv").read_text().splitlines()
     lines[50] = lines[50].rsplit(",", 2)[0] + ",nan,1"

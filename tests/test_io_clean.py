@@ -65,15 +65,70 @@ def test_faults_of_columns_that_are_not_used_do_not_matter(tmp_path: Path) -> No
     assert codes(read_log(file, "p", "angle")) == []
 
 
-def test_of_repeated_stamps_the_first_is_kept(tmp_path: Path) -> None:
+def test_rows_written_twice_are_kept_once(tmp_path: Path) -> None:
     index = np.repeat(np.arange(N), 2)
-    x = X[index]
-    x[1::2] += 100.0
-    rec = read(tmp_path, T[index], x, Y[index])
+    rec = read(tmp_path, T[index], X[index], Y[index])
     np.testing.assert_array_equal(rec.input, X)
+    np.testing.assert_array_equal(rec.time, T)
     assert codes(rec) == ["repeated-time"]
     assert "400 of 800 rows" in rec.findings[0].message
-    assert "The values differ" in rec.findings[0].message
+
+
+@pytest.mark.parametrize("first", [0, 7])
+@pytest.mark.parametrize("rest", [False, True])
+def test_stamps_coarser_than_the_sampling_are_spread(tmp_path: Path, first: int, rest: bool) -> None:
+    x, y = X.copy(), Y.copy()
+    if rest:
+        x[100:180], y[100:180] = x[100], y[100]  # equal rows are samples too
+    coarse = np.floor(T / 0.2 + 1e-9) * 0.2
+    rec = read(tmp_path, coarse[first:], x[first:], y[first:])
+    np.testing.assert_array_equal(rec.input, x[first:])
+    np.testing.assert_allclose(rec.time, T[first:], atol=1e-9)
+    assert codes(rec) == ["coarse-time"]
+    assert f"{N - first - 20} of {N - first} rows" in rec.findings[0].message
+    assert "groups of up to 20" in rec.findings[0].message
+    assert "0.2 s against about 0.01 s" in rec.findings[0].message
+
+
+def test_a_gap_in_a_coarse_log_stays_a_gap(tmp_path: Path) -> None:
+    coarse = np.floor(T / 0.2 + 1e-9) * 0.2
+    keep = np.delete(np.arange(N), np.arange(130, 190))
+    rec = read(tmp_path, coarse[keep], X[keep], Y[keep])
+    assert rec.breaks == (130,)
+    assert codes(rec) == ["coarse-time", "gap"]
+
+
+def test_a_single_repeated_stamp_with_other_values_loses_no_row(tmp_path: Path) -> None:
+    t = T.copy()
+    t[50] = t[49]
+    rec = read(tmp_path, t)
+    np.testing.assert_array_equal(rec.input, X)
+    assert rec.time is not None
+    assert 0 < rec.time[50] - T[49] < 0.02
+    assert codes(rec) == ["coarse-time"]
+
+
+@pytest.mark.parametrize("many", [4, 10])
+def test_a_few_rows_in_reversed_order_are_sorted(tmp_path: Path, many: int) -> None:
+    count = 1000
+    t = np.round(np.arange(count) * 0.01, 6)
+    x = np.round(3.0 * np.sin(2 * np.pi * t), 6)
+    order = np.arange(count)
+    order[500 : 500 + many] = order[500 : 500 + many][::-1]
+    rec = read(tmp_path, t[order], x[order], x[order] ** 3)
+    np.testing.assert_array_equal(rec.time, t)
+    np.testing.assert_array_equal(rec.input, x)
+    assert codes(rec) == ["swapped-rows"]
+    assert f"{many - 1} rows" in rec.findings[0].message
+    assert "lines 503, 504" in rec.findings[0].message
+
+
+def test_a_short_recording_after_a_restart_is_not_sorted_into_the_first(tmp_path: Path) -> None:
+    t = np.concatenate([np.arange(1000) * 0.01, 9.9051 + np.arange(9) * 0.01])
+    x = np.sin(2 * np.pi * t)
+    rec = read(tmp_path, np.round(t, 6), x, x**3)
+    assert rec.breaks == (1000,)
+    assert codes(rec) == ["clock-restart"]
 
 
 def test_a_swapped_pair_is_sorted(tmp_path: Path) -> None:

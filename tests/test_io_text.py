@@ -302,3 +302,87 @@ def test_files_of_well_known_programs_are_read(tmp_path: Path) -> None:
     text = "sep=;\n" + table_text(";", ",", header="Zeit (s),pressure (bar),angle (°)")
     (tmp_path / "excel.csv").write_bytes(text.encode("latin-1"))
     check(tmp_path / "excel.csv")
+
+
+def test_quotes_keep_decimal_commas_apart_from_delimiters(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    rows = [",".join(f'"{float(v)!r}"'.replace(".", ",") for v in row) for row in zip(T, X, Y, strict=True)]
+    file.write_text('"time_s","pressure_bar","angle_deg"\n' + "\n".join(rows))
+    check(file)
+    plain = [row.replace('"0,0"', "0") for row in rows]  # whole numbers need no quotes
+    assert plain != rows
+    file.write_text("time_s,pressure_bar,angle_deg\n" + "\n".join(plain))
+    check(file)
+
+
+@pytest.mark.parametrize("text", ["time_s,pressure_bar,angle_deg\n", "t;p;phi\ns;bar;deg\n\n", "# log\nt\tp\tphi"])
+def test_a_header_without_rows_is_called_that(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(text)
+    with pytest.raises(LogError, match=r"has a header .* but no rows"):
+        read_log(file, "p", "phi")
+
+
+def test_the_time_column_is_no_signal(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(table_text())
+    for pair in (("time_s", "angle"), ("pressure", "time")):
+        with pytest.raises(ColumnError, match=r"'time_s' of log.csv is its time column.*pressure_bar, angle_deg"):
+            read_log(file, *pair)
+    with pytest.raises(ColumnError, match="is its time column"):
+        read_signal(file, "#1")
+
+
+def stamped(path: Path, stamps: list[str], delimiter: str = ";") -> Path:
+    rows = [delimiter.join((s, repr(float(x)), repr(float(y)))) for s, x, y in zip(stamps, X, Y, strict=False)]
+    path.write_text(delimiter.join(("when", "pressure_bar", "angle_deg")) + "\n" + "\n".join(rows))
+    return path
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "05.03.2024 12:00:{:06.3f}",
+        "5.3.24 12:00:{:06.3f}",
+        "03/05/2024 12:00:{:06.3f}",
+        "05-03-2024 12:00:{:06.3f}",
+        "2024/03/05 12:00:{:06.3f}",
+        "3/5/2024 1:00:{:06.3f} PM",
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_dates_with_the_year_last_are_time_stamps(tmp_path: Path, form: str, comma: bool) -> None:
+    stamps = [form.format(float(t)) for t in T]
+    stamps = [s[:-7] + s[-7:].replace(".", ",") if comma else s for s in stamps]
+    rec = read_log(stamped(tmp_path / "log.csv", stamps), "pressure", "angle")
+    assert rec.time is not None
+    np.testing.assert_allclose(rec.time, T, atol=1e-6)
+    assert rec.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("days", "step", "codes"),
+    [
+        (["12/25/2024", "12/26/2024"], 86400.0, []),  # above 12: the month is first
+        (["25/11/2024", "26/11/2024"], 86400.0, []),  # above 12: the day is first
+        (["30/04/2024", "01/05/2024"], 86400.0, []),
+        (["12/04/2024", "12/05/2024"], 86400.0, []),  # one day is likelier than one month
+        (["11/04/2024", "12/04/2024"], 86400.0, []),
+        (["01/01/2024", "02/02/2024"], 32 * 86400.0, ["date-order"]),
+    ],
+)
+def test_day_or_month_first_is_told_by_the_numbers(
+    tmp_path: Path, days: list[str], step: float, codes: list[str]
+) -> None:
+    stamps = [f"{days[k >= 40]} 00:00:{0.1 * (k % 40):06.3f}" for k in range(80)]
+    signal = read_signal(stamped(tmp_path / "log.csv", stamps), "angle")
+    assert signal.time is not None
+    assert signal.time[40] == pytest.approx(step)
+    assert [f.code for f in signal.findings if f.code == "date-order"] == codes
+
+
+def test_midnight_and_noon_with_am_and_pm(tmp_path: Path) -> None:
+    stamps = [f"3/5/2024 {h}:00:00 {half}" for half in ("AM", "PM") for h in (12, *range(1, 12))]
+    signal = read_signal(stamped(tmp_path / "log.csv", stamps), "angle")
+    assert signal.time is not None
+    np.testing.assert_array_equal(signal.time, 3600.0 * np.arange(24))

@@ -89,3 +89,26 @@ def test_spelling_and_dimension() -> None:
     assert canonical("MV") is None, "megavolt must not pass for millivolt"
     assert dimension("kN") == "force"
     assert dimension("°C") == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Winkel (Grad)", "deg"),
+        ("winkel_grad", "deg"),
+        ("Druck [Bar]", "bar"),
+        ("Spannung [Volt]", "V"),
+        ("Zeit (Sekunden)", "s"),
+        ("Zeit [Millisekunden]", "ms"),
+        ("Weg [Millimeter]", "mm"),
+        ("Kraft (Newton)", "N"),
+        ("Moment [Newtonmeter]", "Nm"),
+        ("force [Kilonewton]", "kN"),
+    ],
+)
+def test_units_may_be_written_out_in_english_or_german(name: str, unit: str) -> None:
+    assert parse_unit(name)[1] == unit
+
+
+def test_a_gradient_is_no_angle() -> None:
+    assert parse_unit("pressure_grad") == ("pressure_grad", "")

@@ -111,6 +111,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The time column names no unit and was read as seconds, one sample every second or slower.",
             "If it is in milliseconds, call the column `time_ms`. `--from`, `--to` and rates depend on it.",
         ),
+        "date-order": (
+            "Dates such as 03/05/2024 run over several days, and nothing tells whether the day or the month comes "
+            "first. With slashes the month was taken, with dashes the day.",
+            "None if that is right. Otherwise log dates as 2024-05-01 12:00:00.",
+        ),
         "time-from-step": (
             "There is no time column; time was counted from a sampling time or rate that is stored in the file.",
             "None if that number is right.",
@@ -120,10 +125,19 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Name the right one with `--time`.",
         ),
         "repeated-time": (
-            "Rows repeat the time stamp before them. The first of each was kept.",
-            "If the values differ, the clock is coarser than the sampling: log it with more digits.",
+            "Rows repeat the time stamp and the values of the row before them. The first of each was kept.",
+            "None.",
         ),
-        "swapped-rows": ("Neighbouring rows stood in the wrong order; they were put in order of time.", "None."),
+        "coarse-time": (
+            "Rows with different values share a time stamp: the clock is coarser than the sampling, for example whole "
+            "seconds at 50 Hz. No row was dropped; the rows of each group were spread evenly up to the next stamp.",
+            "Log time with more digits, if rates matter.",
+        ),
+        "swapped-rows": (
+            "Neighbouring rows, or a few ({FEW:%} of the log, near their place), stood in the wrong order; they were "
+            "put in order of time.",
+            "None.",
+        ),
         "reversed-time": ("The log is written newest row first; it was turned around.", "None."),
         "stray-time": (
             "Single time stamps fit neither the one before nor the one after. These rows were left out.",
@@ -274,6 +288,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The signal, or the computed input, leaves the range that was identified by more than "
             "{BEYOND:%} of it. The model extrapolates there; the actuator may not be able to follow.",
             "Scale the motion, or identify on a log that covers it.",
+        ),
+        "memory-carried": (
+            "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
+            "directly from the last sample before the gap to the first one after.",
+            "Fill the gap, or take one side of it with `--from` and `--to`.",
+        ),
+        "input-jumps": (
+            "The computed input moves by more than {JUMP:%} of its identified range from one sample to the next: the "
+            "reference jumps or is noisy, or the inverse is steep after reversals.",
+            "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
         "round-trip": (
             "The model's answer to the computed input differs from the reference by more than 1e-9 of its range: the "

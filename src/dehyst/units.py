@@ -37,6 +37,19 @@ ALIASES = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
     "µs": "us", "μs": "us", "usec": "us", "micros": "us", "microseconds": "us", "nsec": "ns", "nanos": "ns",
     "nanoseconds": "ns", "nanosec": "ns", "minutes": "min", "hour": "h", "hours": "h",
+    "minute": "min", "millisecond": "ms", "microsecond": "us", "nanosecond": "ns", "mins": "min",
+    "kilopascal": "kPa", "megapascal": "MPa", "hektopascal": "mbar", "hectopascal": "mbar", "millibar": "mbar",
+    "grad": "deg", "winkelgrad": "deg", "milliradian": "mrad", "milliradians": "mrad", "radiant": "rad",
+    "millimeters": "mm", "millimetres": "mm", "centimeter": "cm", "centimeters": "cm", "centimetre": "cm",
+    "centimetres": "cm", "zentimeter": "cm", "micrometers": "um", "micrometre": "um", "micrometres": "um",
+    "mikrometer": "um", "nanometer": "nm", "nanometers": "nm", "nanometre": "nm", "nanometres": "nm", "zoll": "in",
+    "kilonewton": "kN", "kilonewtons": "kN", "millinewton": "mN", "millinewtons": "mN", "newtonmeter": "Nm",
+    "newtonmeters": "Nm", "newtonmetre": "Nm", "newtonmetres": "Nm", "newton-meter": "Nm", "newton meter": "Nm",
+    "millivolt": "mV", "millivolts": "mV", "kilovolt": "kV", "kilovolts": "kV", "milliampere": "mA",
+    "milliamperes": "mA", "milliamp": "mA", "milliamps": "mA",
+    "sekunde": "s", "sekunden": "s", "sek": "s", "millisekunde": "ms", "millisekunden": "ms", "msek": "ms",
+    "mikrosekunde": "us", "mikrosekunden": "us", "nanosekunde": "ns", "nanosekunden": "ns", "minuten": "min",
+    "stunde": "h", "stunden": "h",
 }  # fmt: skip
 _LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | ALIASES
 
@@ -45,6 +58,7 @@ _MEGA = {"MN", "MV", "MA", "MNm"}  # mega, not milli: a thousand million times o
 # Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
 # another word of the name belongs to the dimension.
 _HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
+_HINTED |= {"grad", "radiant", "minute"}  # grad is a degree in German and a gradient in English
 _HINTS: dict[str, frozenset[str]] = {
     "length": frozenset(
         [
@@ -68,6 +82,7 @@ _HINTS: dict[str, frozenset[str]] = {
             "weg",
         ]
     ),
+    "angle": frozenset(["angle", "winkel", "phi", "theta", "alpha", "beta", "gamma", "rotation", "drehung", "tilt"]),
     "force": frozenset(["force", "f", "load", "tension", "kraft", "thrust", "grip", "fx", "fy", "fz"]),
     "voltage": frozenset(["voltage", "volt", "u", "drive", "supply", "spannung", "piezo", "uin", "uout"]),
     "current": frozenset(["current", "i", "strom"]),

@@ -21,6 +21,8 @@ from dehyst.units import canonical, convert
 
 Array = npt.NDArray[np.float64]
 
+# A step of the computed input between two samples, as a share of the identified range, that is worth a word.
+JUMP = 0.1
 # A signal that leaves the identified range by more than this share of it is worth a word.
 BEYOND = 0.02
 
@@ -48,7 +50,7 @@ def run_simulate(request: PlayRequest) -> None:
     findings += _outside(x, model.card.input, "input", "the model extrapolates there")
     y = model.simulate(x)
     _write(request, signal, {_column(model.card.input): x, _column(model.card.output, "model"): y})
-    print_findings([*signal.findings, *findings], stderr=True)
+    print_findings([*_about(signal, "input"), *findings], stderr=True)
 
 
 def run_compensate(request: PlayRequest) -> None:
@@ -59,9 +61,10 @@ def run_compensate(request: PlayRequest) -> None:
     findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
     x = model.inverse().simulate(y)
     findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
+    findings += _jumps(x, model.card.input, signal)
     findings += _proof(model, x, y)
     _write(request, signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x})
-    print_findings([*said, *signal.findings, *findings], stderr=True)
+    print_findings([*said, *_about(signal, "reference"), *findings], stderr=True)
 
 
 def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
@@ -135,6 +138,52 @@ def _outside(values: Array, card: SignalCard, role: str, consequence: str) -> li
             f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {outside} of {values.size} "
             f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify "
             f"on a log that covers it.",
+        )
+    ]
+
+
+def _about(signal: Signal, role: str) -> list[Finding]:
+    """Findings of reading, with what is done here at gaps: nothing is unknown to a computation, it just goes on."""
+    if not signal.breaks:
+        return list(signal.findings)
+    first, count = signal.breaks[0], len(signal.breaks)
+    where = f"{'the first ' if count > 1 else ''}between {_at(signal, first - 1)} and {_at(signal, first)}"
+    found = [finding for finding in signal.findings if finding.code != "gap"]
+    return [
+        *found,
+        Finding(
+            "memory-carried",
+            f"the {role} has {count} gap{'s' if count > 1 else ''}, {where}. The memory was carried on as if the "
+            f"signal had moved directly from the last sample before to the first one after. If it turned in between, "
+            f"the result is wrong from there until both extremes have been visited again. Fill the gap, or take one "
+            f"side of it with --from and --to.",
+        ),
+    ]
+
+
+def _at(signal: Signal, index: int) -> str:
+    return f"sample {index + 1}" if signal.time is None else f"{signal.time[index]:.6g} s"
+
+
+def _jumps(x: Array, card: SignalCard, signal: Signal) -> list[Finding]:
+    """Steps of the computed input that no valve or amplifier follows from one sample to the next."""
+    if card.low is None or card.high is None or not card.high > card.low or x.size < 2:
+        return []
+    step = np.abs(np.diff(x))
+    step[np.array(signal.breaks, dtype=np.int64) - 1] = 0.0  # across a gap there was time to move
+    share = step / (card.high - card.low)
+    large = int(np.sum(share > JUMP))
+    if not large:
+        return []
+    k = int(np.argmax(step))
+    unit = f" {card.unit}" if card.unit else ""
+    return [
+        Finding(
+            "input-jumps",
+            f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
+            f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
+            f"{_at(signal, k)} to {_at(signal, k + 1)}. The actuator will lag there. Smooth the reference or sample it "
+            f"more finely, or raise --eps when identifying.",
         )
     ]
 

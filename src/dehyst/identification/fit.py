@@ -214,6 +214,29 @@ class Fit:
     settings: Mapping[str, Any] = field(default_factory=dict)
     verdict: str = ""
 
+    def __repr__(self) -> str:
+        """One line: family, operators and the error that counts."""
+        judged, where = (self.train, "fitted") if self.test is None else (self.test, "held out")
+        return (
+            f"<Fit {self.family!r}: {self.certificate.nonzero_weights} of {self.certificate.operators} operators, "
+            f"{judged.rmse_percent:.2f} % of range rms {where}, {len(self.warnings)} warnings>"
+        )
+
+    def __str__(self) -> str:
+        """Verdict, scores, model and the codes of the warnings."""
+        unit = self.recordings[0].output_unit
+        lines = [self.verdict or repr(self)]
+        for name, score in (("fitted", self.train), ("held out", self.test)):
+            if score is not None:
+                rms = f"{score.rmse:.4g} {unit}".rstrip()
+                lines.append(
+                    f"{name}: rms {rms}, {score.rmse_percent:.2f} % of range, max {score.max:.4g} {unit}".rstrip()
+                )
+        lines.append(f"model: {self.model!r}")
+        codes = dict.fromkeys(finding.code for finding in self.warnings)
+        lines.append(f"warnings: {', '.join(codes) or 'none'}")
+        return "\n".join(lines)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict as plain values, the content of ``dehyst identify --json``."""
         return {

@@ -210,7 +210,7 @@ def _swapped(table: Table, x_name: str, y_name: str) -> list[Finding]:
     by_name = y_command and not x_command and x_dimension not in DRIVES
     if not (by_unit or by_name):
         return []
-    reason = f"a {y_dimension} drives, a {x_dimension} follows ('{y_name}' is the output here)"
+    reason = f"{_a(y_dimension)} drives, {_a(x_dimension)} follows ('{y_name}' is the output here)"
     return [
         Finding(
             "swapped-columns",
@@ -219,3 +219,7 @@ def _swapped(table: Table, x_name: str, y_name: str) -> list[Finding]:
             f"--input {y_name} --output {x_name}",
         )
     ]
+
+
+def _a(noun: str) -> str:
+    return f"an {noun}" if noun[:1] in "aeiou" else f"a {noun}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dehyst.errors import TimeError
+from dehyst.errors import ColumnError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
 from dehyst.io.table import Array, Table, finite
@@ -161,6 +161,26 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
         f"{table.name} has {len(candidates)} time columns that contradict each other: {', '.join(candidates)}. Nothing "
         f"tells which one belongs to '{column}'. Name it: --time {first}",
         columns=tuple(candidates),
+    )
+
+
+def refuse_clock(table: Table, name: str, role: str) -> None:
+    """Refuse the time column as a signal.
+
+    Raises
+    ------
+    ColumnError
+        If the column is called like time and runs forward.
+    """
+    if not is_clock(table, name):
+        return
+    others = [column for column in table.columns if not is_clock(table, column)]
+    raise ColumnError(
+        f"{role} column '{name}' of {table.name} is its time column: a clock neither drives nor follows. "
+        f"Name a signal: {', '.join(others[:30]) or 'the log holds none'}. If it is a signal, rename it so that it is "
+        f"not called like time.",
+        column=name,
+        columns=tuple(others),
     )
 
 

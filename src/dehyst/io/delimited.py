@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.io.cells import is_data, is_date_time, number, parse_date_times, parse_numbers
+from dehyst.io.cells import date_order, is_data, is_date_time, number, parse_date_times, parse_numbers
 from dehyst.io.layout import BLANKS, Layout, find_layout, is_comment, split_line
 from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, unique_names
 from dehyst.io.text import decode, expand, lines_of
@@ -46,8 +46,8 @@ def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
     lines = lines_of(decode(expand(data, name), name))
     layout = find_layout(lines, name)
     body, rows = _body(lines, layout.first)
-    fast = _fast(body, layout)
     findings: list[Finding] = []
+    fast = _fast(body, layout, findings)
     if fast is None:
         cells, rows = _split(body, rows, layout, name, findings)
         numbers, labels, stamps = _careful(cells, layout, findings)
@@ -71,9 +71,9 @@ def _body(lines: Sequence[str], first: int) -> tuple[list[str], Rows]:
 Columns = tuple[dict[int, Array], dict[int, npt.NDArray[np.str_]], set[int]]
 
 
-def _fast(body: Sequence[str], layout: Layout) -> Columns | None:
+def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Columns | None:
     """Read with numpy's C parser; None if any line or cell is not as the first lines promise."""
-    if not body or '"' in body[0]:
+    if not body or '"' in body[0] or (layout.decimal_comma and layout.delimiter == ","):
         return None
     probe = [split_line(line, layout.delimiter) for line in body[:PROBE]]
     if any(len(row) != layout.width for row in probe):
@@ -110,7 +110,7 @@ def _fast(body: Sequence[str], layout: Layout) -> Columns | None:
     stamps: set[int] = set()
     for j in sorted(labels):
         if is_date_time(str(labels[j][0])):
-            columns[j] = parse_date_times(labels.pop(j).tolist())
+            columns[j] = _dates(labels.pop(j).tolist(), layout, j, findings)
             stamps.add(j)
     return columns, labels, stamps
 
@@ -157,11 +157,26 @@ def _careful(cells: Sequence[Sequence[str]], layout: Layout, findings: list[Find
             columns[j] = values
             _warn_decimal_comma(column, layout, j, findings)
         elif sum(is_date_time(cell) for cell in filled[:PROBE]) > 0.5 * len(filled[:PROBE]):
-            columns[j] = parse_date_times(column)
+            columns[j] = _dates(column, layout, j, findings)
             stamps.add(j)
         else:
             labels[j] = np.array([cell[:200] for cell in column], dtype=np.str_)
     return columns, labels, stamps
+
+
+def _dates(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> Array:
+    """Seconds of a column of dates, and what had to be assumed."""
+    order, assumed = date_order(column)
+    if assumed:
+        name = layout.names[j] if layout.names else f"column_{j + 1}"
+        findings.append(
+            Finding(
+                "date-order",
+                f"dates in column '{name}', such as {column[0].strip()}, were read with the {order} first; nothing in "
+                f"the log tells. If that is wrong, log dates as 2024-05-01 12:00:00.",
+            )
+        )
+    return parse_date_times(column)
 
 
 def _warn_decimal_comma(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> None:

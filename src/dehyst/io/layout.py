@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dehyst.errors import LogError
-from dehyst.io.cells import MISSING, comma_number, is_date_time, number
+from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number
 from dehyst.units import canonical
 
 COMMENTS = ("#", "%", "//")
 SAMPLE = 400  # lines that decide the layout
 BLANKS = " "  # delimiter meaning one or more blanks
+_QUOTED_COMMA = re.compile(r'"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +110,16 @@ def find_layout(lines: Sequence[str], name: str) -> Layout:
     sample = [line[:4096] for line in body[len(body) // 4 :][:SAMPLE]]
     best: tuple[float, int, str, bool] = (0.0, 0, ",", False)
     # At equal score the earlier wins; decimal commas are tried where the comma is not the delimiter.
-    trials = ((",", False), (";", False), ("\t", False), (BLANKS, False), (";", True), ("\t", True), (BLANKS, True))
+    trials = [(",", False), (";", False), ("\t", False), (BLANKS, False), (";", True), ("\t", True), (BLANKS, True)]
+    if any(_QUOTED_COMMA.search(line) for line in sample):
+        trials.append((",", True))  # "0,020","1,23": quotes keep the two commas apart
     for delimiter, decimal_comma in trials:
         score, width = _score(sample, delimiter, decimal_comma)
         if score > best[0] + 1e-9 or (score > best[0] - 1e-9 and width > best[1]):
             best = (score, width, delimiter, decimal_comma)
     score, width, delimiter, decimal_comma = best
+    if score < 0.2:
+        _refuse_header_only(body, name)
     if score < 0.2 or width < 1:
         raise LogError(
             f"log '{name}' holds no table of numbers that , ; tab or blanks would separate; its first line of "
@@ -122,6 +127,21 @@ def find_layout(lines: Sequence[str], name: str) -> Layout:
             file=name,
         )
     return _with_header(lines, delimiter, decimal_comma, width)
+
+
+def _refuse_header_only(body: Sequence[str], name: str) -> None:
+    """Say so when there are names, perhaps units, and nothing below."""
+    if len(body) > 2:
+        return
+    cells = next((c for c in (split_line(body[0], mark) for mark in (",", ";", "\t")) if len(c) > 1), [])
+    names = [cell.strip() for cell in cells]
+    if names and all(names) and not any(is_data(cell) for line in body for cell in re.split("[,;\t]", line)):
+        raise LogError(
+            f"log '{name}' has a header ({', '.join(names[:8])}{', ...' if len(names) > 8 else ''}) but no rows below "
+            f"it: the logger was started and wrote nothing, or the copy was cut. Copy the file again, or log again.",
+            file=name,
+            columns=tuple(names),
+        )
 
 
 def _is_data_row(cells: Sequence[str], width: int, decimal_comma: bool) -> bool:

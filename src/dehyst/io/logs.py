@@ -10,7 +10,7 @@ from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
-from dehyst.io.clocks import choose_clock
+from dehyst.io.clocks import choose_clock, refuse_clock
 from dehyst.io.columns import count_runs, find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
@@ -111,6 +111,8 @@ def read_log(
             f"Its columns are: {', '.join(table.columns)}.",
             column=x_name,
         )
+    refuse_clock(table, x_name, "input")
+    refuse_clock(table, y_name, "output")
     findings = list(table.findings)
     about = Context(table.name, (x_name, y_name), table.row_word, (_label(table, x_name)[1], _label(table, y_name)[1]))
     samples, chosen, clock = pair_samples(table, x_name, y_name, time, run, window, about, findings)
@@ -157,6 +159,7 @@ def read_signal(
     table = read_table(path)
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
+    refuse_clock(table, name, "signal")
     findings = list(table.findings)
     about = Context(table.name, (name,), table.row_word, (_label(table, name)[1],))
     clock = choose_clock(table, name, time)

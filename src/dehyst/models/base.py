@@ -67,6 +67,13 @@ class HysteresisModel(ABC):
     def nonzero_weights(self) -> int:
         """Number of operators that carry weight."""
 
+    def __repr__(self) -> str:
+        """One line: family, operators, signals and their identified ranges; parameters are attributes."""
+        operators = (
+            f"{self.nonzero_weights} of {self.stepper().state.size} operators" if self.nonzero_weights else "curve"
+        )
+        return f"<{type(self).__name__} {self.family!r}: {operators}, {self.card.input!s} -> {self.card.output!s}>"
+
     def simulate(self, x: npt.ArrayLike) -> Array:
         """Return the model's output for an input signal, starting from the model's state.
 

@@ -31,6 +31,12 @@ class SignalCard:
         """Axis label, ``name [unit]``."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
+    def __str__(self) -> str:
+        """Label and range on one line; what cannot be printed, and what is endless, is left out."""
+        label = "".join(letter if letter.isprintable() else "?" for letter in self.label)
+        label = label if len(label) <= 60 else f"{label[:57]}..."
+        return label if self.low is None or self.high is None else f"{label} {self.low:.4g} to {self.high:.4g}"
+
 
 @dataclass(frozen=True)
 class ModelCard:

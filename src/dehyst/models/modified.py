@@ -15,7 +15,7 @@ from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ModifiedPrandtlIshlinskii(HysteresisModel):
     r"""Modified Prandtl-Ishlinskii model for loops that saturate or are asymmetric.
 

@@ -15,7 +15,7 @@ from dehyst.models.base import HysteresisModel, Stepper, check_state, make_stepp
 from dehyst.models.card import NO_CARD, ModelCard
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PrandtlIshlinskii(HysteresisModel):
     r"""Prandtl-Ishlinskii operator: a weighted sum of play operators.
 

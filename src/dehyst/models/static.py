@@ -16,7 +16,7 @@ _IDENTITY = np.ones(1)
 _ZERO = np.zeros(1)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StaticCurve(HysteresisModel):
     """Memoryless monotone curve y = v(x).
 

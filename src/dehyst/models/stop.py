@@ -16,7 +16,7 @@ from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StopOperatorModel(HysteresisModel):
     r"""Prandtl-Ishlinskii operator of stop type, the rheological Maxwell-slip model.
 
