@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dehyst.errors import ExcitationError, RecordingError, TimeError
+from dehyst.errors import ExcitationError, RecordingError, TimeError, UnitError
 from dehyst.io.logs import read_log, read_signal
 from dehyst.recording import Recording
 
@@ -370,3 +370,60 @@ def test_a_named_clock_serves_the_signal_it_fits(tmp_path: Path) -> None:
     rec = read_log(tmp_path / "log.npz", "p", "angle", time="slow_time")
     np.testing.assert_allclose(rec.output, 3.0 * np.asarray(rec.time), atol=1e-12)
     assert "two-clocks" in codes(rec)
+
+
+def test_the_unit_of_time_may_be_named(tmp_path: Path) -> None:
+    file = write(tmp_path / "log.csv", {"t": np.round(1000 * T, 3), "p_bar": X, "angle_deg": Y})
+    [finding] = read_log(file, "p", "angle").findings
+    assert finding.code == "time-unit"
+    assert "--time-unit ms" in finding.message
+    for rec in (read_log(file, "p", "angle", time_unit="ms"), read_signal(file, "p", time="t", time_unit="msec")):
+        assert codes(rec) == []
+        np.testing.assert_allclose(rec.time, T, atol=1e-9)
+    with pytest.raises(UnitError, match="'bar' is no unit of time"):
+        read_log(file, "p", "angle", time_unit="bar")
+    bare = write(tmp_path / "bare.csv", {"p_bar": X, "angle_deg": Y})
+    with pytest.raises(TimeError, match="no time column whose unit"):
+        read_log(bare, "p", "angle", time_unit="ms")
+
+
+def test_a_named_unit_of_time_wins_over_the_name(tmp_path: Path) -> None:
+    rec = read_log(log(tmp_path, t=1000 * T), "p", "angle", time_unit="ms")
+    np.testing.assert_allclose(rec.time, T, atol=1e-9)
+
+
+def test_a_reference_keeps_its_length_where_values_are_missing(tmp_path: Path) -> None:
+    x: list[Any] = list(X)
+    x[0] = x[1] = x[50] = ""
+    x[51] = "nan"
+    signal = read_signal(log(tmp_path, x=x), "p")
+    expected = X.copy()
+    expected[:2], expected[50:52] = X[2], X[49]
+    np.testing.assert_array_equal(signal.values, expected)
+    np.testing.assert_array_equal(signal.time, T)
+    assert signal.breaks == ()
+    assert codes(signal) == ["held-reference"]
+    assert "4 of 400 rows" in signal.findings[0].message
+    assert "lines 2, 3, 52, 53" in signal.findings[0].message
+    dropped = read_signal(log(tmp_path, x=x), "p", missing="drop")
+    np.testing.assert_array_equal(dropped.values, np.delete(X, [0, 1, 50, 51]))
+    assert codes(dropped) == ["non-finite"]
+
+
+def test_an_outlier_of_a_reference_is_held(tmp_path: Path) -> None:
+    x = X.copy()
+    x[100] = -9999.0
+    signal = read_signal(log(tmp_path, x=x), "p")
+    np.testing.assert_array_equal(np.delete(signal.values, 100), np.delete(X, 100))
+    assert signal.values[100] == X[99]
+    [finding] = signal.findings
+    assert finding.code == "outlier"
+    assert "the value before each was held" in finding.message
+
+
+def test_a_signal_logged_in_turns_is_not_held(tmp_path: Path) -> None:
+    x: list[Any] = list(X)
+    for k in range(N):
+        x[k] = x[k] if k % 3 == 0 else ""
+    signal = read_signal(log(tmp_path, x=x), "p")
+    np.testing.assert_array_equal(signal.values, X[::3])

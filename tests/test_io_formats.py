@@ -322,3 +322,29 @@ def test_a_packed_mat_bomb_is_refused(tmp_path: Path) -> None:
     (tmp_path / "log.mat").write_bytes(stream.getvalue())
     with pytest.raises(LogError, match="claims to hold"):
         read_table(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize("kind", ["npz", "mat", "npy"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_first_column_of_a_matrix_that_steps_evenly_is_its_time(tmp_path: Path, kind: str, turned: bool) -> None:
+    t = np.arange(200) * 0.01
+    data = np.column_stack([t, np.sin(7 * t), np.cos(7 * t)])
+    data = data.T if turned else data
+    file = tmp_path / f"log.{kind}"
+    if kind == "mat":
+        pytest.importorskip("scipy.io").savemat(file, {"data": data})
+    elif kind == "npz":
+        np.savez(file, data=data)
+    else:
+        np.save(file, data)
+    rec = read_log(file, "#2", "#3")
+    np.testing.assert_array_equal(rec.time, t)
+    assert rec.findings == ()
+
+
+def test_a_matrix_beside_a_time_vector_keeps_all_its_columns(tmp_path: Path) -> None:
+    t = np.arange(200) * 0.01
+    np.savez(tmp_path / "log.npz", t=t, data=np.column_stack([3 * t, np.sin(7 * t)]))
+    rec = read_log(tmp_path / "log.npz", "data_2", "data_1")
+    np.testing.assert_array_equal(rec.time, t)
+    np.testing.assert_array_equal(rec.output, 3 * t)

@@ -144,3 +144,53 @@ def test_the_held_pressure_of_a_real_log_is_found() -> None:
     [finding] = recording.findings
     assert finding.code == "held-input"
     assert "pressure_interp_psi" in finding.message
+
+
+def faulty(kind: str) -> dict[str, np.ndarray]:
+    columns = {"time_s": T.copy(), "pressure_bar": 3 + WAVE, "angle_deg": 20 * LAG}
+    if kind == "gap":
+        keep = np.delete(np.arange(500), np.arange(100, 130))
+        return {name: values[keep] for name, values in columns.items()}
+    if kind == "coarse-time":
+        columns["time_s"] = np.floor(T)
+    elif kind == "time-unit":
+        columns = {"t": 1000 * T, "pressure_bar": columns["pressure_bar"], "angle_deg": columns["angle_deg"]}
+    elif kind == "no-time":
+        del columns["time_s"]
+    elif kind == "non-finite":
+        columns["angle_deg"][7] = np.nan
+    elif kind == "outlier":
+        columns["pressure_bar"][7] = 1e6
+    elif kind == "clock-restart":
+        columns["time_s"][300:] -= 6.0
+    elif kind == "not-readable":
+        columns["time_s"] = np.random.default_rng(0).permutation(T)
+    return columns
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["gap", "coarse-time", "time-unit", "no-time", "non-finite", "outlier", "clock-restart", "not-readable", ""],
+)
+def test_inspecting_tells_what_reading_would_find(tmp_path: Path, kind: str) -> None:
+    file = write_csv(tmp_path / "log.csv", faulty(kind))
+    summary = inspect_log(file)
+    assert (summary.input, summary.output) == ("pressure_bar", "angle_deg")
+    codes = [finding.code for finding in summary.findings]
+    assert codes == ([kind] if kind else [])
+    if kind != "not-readable":
+        assert summary.findings == read_log(file, "pressure", "angle").findings
+
+
+def test_a_single_signal_in_milliseconds_is_warned_of_and_can_be_cured(tmp_path: Path) -> None:
+    file = write_csv(tmp_path / "log.csv", {"t": 1000 * T, "angle_deg": LAG})
+    assert [finding.code for finding in inspect_log(file).findings] == ["time-unit"]
+    summary = inspect_log(file, time_unit="ms")
+    assert summary.findings == ()
+    assert summary.sampling is not None
+    assert summary.sampling.median == pytest.approx(0.02)
+
+
+def test_the_named_unit_of_time_is_part_of_the_command(tmp_path: Path) -> None:
+    file = write_csv(tmp_path / "log.csv", faulty("time-unit"))
+    assert inspect_log(file, time_unit="ms").command.endswith("--time-unit ms")

@@ -83,6 +83,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "It was unwrapped.",
             "None. Give references as unwrapped angles too.",
         ),
+        "held-reference": (
+            "A signal that is played back (`simulate`, `compensate`, `read_signal`) has rows without a number. The "
+            "last value was held there, because a row left out would shift everything after it. Where more than "
+            "{HELD_MOST:%} of the rows are empty they are left out instead.",
+            "Fill these cells, if the motion should go on in them.",
+        ),
+        "not-readable": (
+            "Said by `inspect`: reading the input and output it suggests would end in the error that follows.",
+            "That of the error.",
+        ),
         "ragged-lines": (
             "Lines with more or fewer cells than the others were left out. If more than half are ragged, the log is "
             "refused.",
@@ -109,7 +119,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "time-unit": (
             "The time column names no unit and was read as seconds, one sample every second or slower.",
-            "If it is in milliseconds, call the column `time_ms`. `--from`, `--to` and rates depend on it.",
+            "If it is in milliseconds: `--time-unit ms`, or call the column `time_ms`. `--from`, `--to` and rates depend "
+            "on it.",
         ),
         "date-order": (
             "Dates such as 03/05/2024 run over several days, and nothing tells whether the day or the month comes "

@@ -14,6 +14,7 @@ from dehyst.loops import turning_points
 
 GAP_MEDIANS = 5.0  # a step this many times the median is a gap ...
 GAP_SAMPLES = 3.0  # ... if it also misses this many samples at the usual rate
+HELD_MOST = 0.5  # of the rows of a reference may be empty and held
 MOVED = 0.05  # of the input's range: more than this across a gap, and the memory is unknown
 
 
@@ -83,6 +84,43 @@ def drop_unmeasured(samples: Samples, about: Context, findings: list[Finding]) -
         )
     )
     return samples.take(good)
+
+
+def hold_unmeasured(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+    """Hold the last value where a signal has none; rows without time are dropped.
+
+    A command signal is played back sample by sample: a row left out would shift everything after it. Where more than
+    half of the rows are empty, the signal was logged in turns with others, and nothing is held.
+    """
+    bad = [~finite(v) for v in samples.values]
+    missing = np.logical_or.reduce(bad)
+    if not missing.any() or missing.mean() > HELD_MOST:
+        return drop_unmeasured(samples, about, findings)
+    held = tuple(hold_last(v, mask) for v, mask in zip(samples.values, bad, strict=True))
+    rows = samples.rows[missing]
+    many = rows.size > 1
+    findings.append(
+        Finding(
+            "held-reference",
+            f"{rows.size} of {missing.size} rows of {about.log} {'have' if many else 'has'} no number in "
+            f"{', '.join(about.columns)} ({list_rows(rows, about.word)}); the last value was held there, so that every "
+            f"row still has its sample. Fill these cells, if the motion should go on in them.",
+        )
+    )
+    return drop_unmeasured(replace(samples, values=held), about, findings)
+
+
+def hold_last(values: Array, bad: npt.NDArray[np.bool_]) -> Array:
+    """Put the last good value where there is none; before the first good one, the first.
+
+    Examples
+    --------
+    >>> hold_last(np.array([9.0, 1.0, 9.0, 2.0]), np.array([True, False, True, False])).tolist()
+    [1.0, 1.0, 1.0, 2.0]
+    """
+    good = np.flatnonzero(~bad)
+    last = np.searchsorted(good, np.arange(values.size), side="right") - 1
+    return np.asarray(values[good[np.maximum(last, 0)]])
 
 
 def gap_limit(t: Array) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from dehyst.errors import ColumnError, TimeError
+from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
 from dehyst.io.table import Array, Table, finite
-from dehyst.units import DIMENSION, TABLE, parse_unit, words
+from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
 
 TIME_WORDS = frozenset(
     [
@@ -76,13 +78,24 @@ def clock_names(table: Table) -> list[str]:
     """Columns that look like time, in the order of the log.
 
     If none runs forward, one that is plainly called time is still the clock: its order is then a fault to be
-    reported, not a reason to do without it. Failing that, a nameless first column that counts up evenly is time.
+    reported, not a reason to do without it. Failing that, a nameless first column that counts up evenly is time, or
+    the first column of a matrix in a binary log.
     """
     names = [name for name in table.order if name in table.columns]
     clocks = [name for name in names if is_clock(table, name)]
     plain = [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
     nameless = [name for name in names[:1] if name in NAMELESS and _is_even(table.columns[name])]
-    return clocks or plain or nameless
+    matrices = [name for name in names if _leads_matrix(table, name) and _is_even(table.columns[name])]
+    return clocks or plain or nameless or matrices
+
+
+def _leads_matrix(table: Table, name: str) -> bool:
+    """Whether a column is the first of a matrix in a binary log (``data_1`` beside ``data_2``)."""
+    stem, _, number = name.rpartition("_")
+    second = table.columns.get(f"{stem}_2")
+    return (
+        table.row_word == "sample" and number == "1" and second is not None and second.size == table.columns[name].size
+    )
 
 
 def _moves(table: Table, name: str) -> bool:
@@ -164,6 +177,36 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     )
 
 
+def with_time_unit(table: Table, unit: str | None, time: str | None) -> Table:
+    """Table whose clock counts in `unit`: the named time column, else those that name no unit, else all.
+
+    Raises
+    ------
+    UnitError
+        If the unit is not one of time.
+    TimeError
+        If there is no such clock, or it holds date-times.
+    """
+    if unit is None:
+        return table
+    known = canonical(unit)
+    if known is None or DIMENSION[known] != "time":
+        raise UnitError(
+            f"'{unit}' is no unit of time. Known are {', '.join(TABLE['time'])}: --time-unit ms",
+            unit=unit,
+        )
+    clocks = [find_column(table, time, "time")] if time is not None else clock_names(table)
+    clocks = [name for name in clocks if name not in table.stamps]
+    nameless = [name for name in clocks if not table.units.get(name)]
+    if not clocks:
+        raise TimeError(
+            f"{table.name} has no time column whose unit could be {known}: it has none, or it holds dates. Name the "
+            f"column with --time, or leave --time-unit out.",
+            unit=unit,
+        )
+    return replace(table, units={**table.units, **dict.fromkeys(nameless or clocks, known)})
+
+
 def refuse_clock(table: Table, name: str, role: str) -> None:
     """Refuse the time column as a signal.
 
@@ -219,7 +262,7 @@ def unit_finding(table: Table, name: str, stamps: Array) -> list[Finding]:
         Finding(
             "time-unit",
             f"time column '{name}' of {table.name} names no unit and was read as seconds, one sample every "
-            f"{float(np.median(step)):.3g} s. If these are milliseconds, call it {name}_ms; "
-            f"windows and rates depend on it.",
+            f"{float(np.median(step)):.3g} s. If these are milliseconds, type --time-unit ms (in Python "
+            f"time_unit='ms'), or call the column {name}_ms; windows and rates depend on it.",
         )
     ]

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import TimeError
+from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import is_constant
 from dehyst.io.clean import gap_limit
-from dehyst.io.clocks import choose_clock, clock_names, seconds
+from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
+from dehyst.io.logs import read_pair
 from dehyst.io.roles import Role, guess_roles
 from dehyst.io.table import Array, Table, finite
 from dehyst.loops import summarise_loops
@@ -111,7 +112,7 @@ class LogSummary:
     command
         Line to type next, "" if no pair was found.
     findings
-        What reading found.
+        What reading found, and what reading this input and output would find and cure.
     """
 
     name: str
@@ -126,7 +127,7 @@ class LogSummary:
     findings: tuple[Finding, ...]
 
 
-def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
+def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None = None) -> LogSummary:
     """Look at a log without deciding anything.
 
     Parameters
@@ -135,6 +136,8 @@ def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
         Log of any format that `read_log` reads.
     run
         Run to look at; by default the first.
+    time_unit
+        Unit of the time column, for example ``"ms"``, where its name does not tell; by default seconds.
 
     Raises
     ------
@@ -142,6 +145,8 @@ def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
         If the file cannot be read.
     RunError
         If it has no such run.
+    UnitError
+        If `time_unit` is no unit of time.
 
     Examples
     --------
@@ -153,7 +158,7 @@ def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
     >>> summary.input, summary.output, summary.columns[1].loops
     ('pressure_bar', 'angle_deg', 4)
     """
-    table = read_table(path)
+    table = with_time_unit(read_table(path), time_unit, None)
     runs = count_runs(table)
     chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
     rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}
@@ -171,9 +176,23 @@ def inspect_log(path: PathLike, run: str | None = None) -> LogSummary:
         sampling=_sampling(table, x, rows, clocks),
         input=x,
         output=y,
-        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None),
-        findings=table.findings,
+        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None, time_unit),
+        findings=_findings(table, x, y, chosen),
     )
+
+
+def _findings(table: Table, x: str | None, y: str | None, run: str | None) -> tuple[Finding, ...]:
+    """What reading the guessed pair would find; without a pair, what is known of the clock."""
+    found = list(table.findings)
+    if x is None or y is None:
+        clocks = clock_names(table)
+        return (*found, *(f for name in clocks[:1] for f in unit_finding(table, name, seconds(table, name)[0])))
+    try:
+        read_pair(table, x, y, None, run, (-math.inf, math.inf), found)
+    except DehystError as fault:
+        # Cures on the way to an error cure nothing.
+        return (*table.findings, Finding("not-readable", f"reading '{x}' and '{y}' would end in an error: {fault}"))
+    return tuple(found)
 
 
 def _summarise(
@@ -233,10 +252,12 @@ def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: 
     )
 
 
-def _command(path: PathLike, x: str | None, y: str | None, run: str | None) -> str:
+def _command(path: PathLike, x: str | None, y: str | None, run: str | None, time_unit: str | None) -> str:
     if x is None or y is None:
         return ""
     parts = ["dehyst", "identify", str(Path(path)), "--input", x, "--output", y]
     if run is not None:
         parts += ["--run", run]
+    if time_unit is not None:
+        parts += ["--time-unit", time_unit]
     return shlex.join(parts)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
-from dehyst.io.clocks import choose_clock, refuse_clock
+from dehyst.io.clocks import choose_clock, refuse_clock, with_time_unit
 from dehyst.io.columns import count_runs, find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
@@ -57,6 +57,7 @@ def read_log(
     run: str | None = None,
     start: float | None = None,
     stop: float | None = None,
+    time_unit: str | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
 
@@ -74,6 +75,8 @@ def read_log(
     start, stop
         Window ``start <= t < stop`` in the log's own time; date-times and epochs count from the first sample of the
         run. [s]
+    time_unit
+        Unit of the time column, for example ``"ms"``, where its name does not tell; by default seconds.
 
     Returns
     -------
@@ -90,6 +93,8 @@ def read_log(
         If the input never moves.
     MissingExtraError
         If the format needs a package that is not installed.
+    UnitError
+        If `time_unit` is no unit of time.
 
     Examples
     --------
@@ -101,7 +106,7 @@ def read_log(
     >>> len(rec), rec.input_label, rec.output_unit
     (20, 'pressure [bar]', 'deg')
     """
-    table = read_table(path)
+    table = with_time_unit(read_table(path), time_unit, time)
     window = parse_window(start, stop)
     x_name = find_column(table, input, "input")
     y_name = find_column(table, output, "output")
@@ -114,12 +119,8 @@ def read_log(
     refuse_clock(table, x_name, "input")
     refuse_clock(table, y_name, "output")
     findings = list(table.findings)
-    about = Context(table.name, (x_name, y_name), table.row_word, (_label(table, x_name)[1], _label(table, y_name)[1]))
-    samples, chosen, clock = pair_samples(table, x_name, y_name, time, run, window, about, findings)
-    samples = find_gaps(samples, about, findings)
-    require_samples(samples, about, window)
+    samples, chosen, clock = read_pair(table, x_name, y_name, time, run, window, findings)
     (x_bare, x_unit), (y_bare, y_unit) = _label(table, x_name), _label(table, y_name)
-    check_pair(table, x_name, y_name, samples, findings)
     return Recording(
         input=samples.values[0],
         output=samples.values[1],
@@ -135,6 +136,28 @@ def read_log(
     )
 
 
+def read_pair(
+    table: Table,
+    x_name: str,
+    y_name: str,
+    time: str | None,
+    run: str | None,
+    window: tuple[float, float],
+    findings: list[Finding],
+) -> tuple[Samples, str | None, str | None]:
+    """Input and output of a table, cleaned and checked, with the run and the time column that were used.
+
+    `findings` grows by what was found; the errors are those of `read_log`.
+    """
+    units = (_label(table, x_name)[1], _label(table, y_name)[1])
+    about = Context(table.name, (x_name, y_name), table.row_word, units)
+    samples, chosen, clock = pair_samples(table, x_name, y_name, time, run, window, about, findings)
+    samples = find_gaps(samples, about, findings)
+    require_samples(samples, about, window)
+    check_pair(table, x_name, y_name, samples, findings)
+    return samples, chosen, clock
+
+
 def read_signal(
     path: PathLike,
     column: str,
@@ -143,10 +166,22 @@ def read_signal(
     run: str | None = None,
     start: float | None = None,
     stop: float | None = None,
+    time_unit: str | None = None,
+    missing: Literal["hold", "drop"] = "hold",
 ) -> Signal:
     """Read one column of a log, for simulation or as a reference to follow.
 
-    Parameters and errors are those of `read_log`; a constant column is allowed.
+    Errors are those of `read_log`; a constant column is allowed.
+
+    Parameters
+    ----------
+    path, time, run, start, stop, time_unit
+        As for `read_log`.
+    column
+        Column, named as for `read_log`.
+    missing
+        Rows without a number: ``"hold"`` the last value, because a signal is played back sample by sample and must
+        not become shorter, or ``"drop"`` them.
 
     Examples
     --------
@@ -156,7 +191,7 @@ def read_signal(
     >>> read_signal(log, "angle").values.tolist()
     [1.0, 2.0, 3.0, 2.0]
     """
-    table = read_table(path)
+    table = with_time_unit(read_table(path), time_unit, time)
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     refuse_clock(table, name, "signal")
@@ -165,7 +200,7 @@ def read_signal(
     clock = choose_clock(table, name, time)
     chosen, mask = select_rows(table, name, run)
     samples = samples_of(table, (name,), clock, mask, findings)
-    samples = prepare(samples, about, window, findings)
+    samples = prepare(samples, about, window, findings, hold=missing == "hold")
     samples = find_gaps(samples, about, findings)
     require_samples(samples, about, window, least=1)
     check_signal(samples, about, findings)

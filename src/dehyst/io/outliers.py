@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.io.clean import Context, Samples
+from dehyst.io.clean import Context, Samples, hold_last
 from dehyst.io.table import Array, list_rows
 from dehyst.units import canonical
 
@@ -169,19 +169,6 @@ def drop_outliers(samples: Samples, about: Context, findings: list[Finding], hol
     else:
         samples = samples.take(~bad)
     return _unwrap(samples, about, findings, wrapped)[0]
-
-
-def hold_last(values: Array, bad: Mask) -> Array:
-    """Put the last good value where there is none; before the first good one, the first.
-
-    Examples
-    --------
-    >>> hold_last(np.array([9.0, 1.0, 9.0, 2.0]), np.array([True, False, True, False])).tolist()
-    [1.0, 1.0, 1.0, 2.0]
-    """
-    good = np.flatnonzero(~bad)
-    last = np.searchsorted(good, np.arange(values.size), side="right") - 1
-    return np.asarray(values[good[np.maximum(last, 0)]])
 
 
 def _named(samples: Samples, v: Array, mask: Mask, name: str, about: Context) -> str:

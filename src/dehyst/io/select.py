@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dehyst.errors import RecordingError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.clean import Context, Samples, drop_unmeasured
+from dehyst.io.clean import Context, Samples, drop_unmeasured, hold_unmeasured
 from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, unit_finding
 from dehyst.io.columns import find_column, select_run
 from dehyst.io.merge import logged_in_turns, merge_clocks
@@ -71,8 +71,10 @@ def samples_of(
     return Samples(stamps, tuple(part.columns[n] for n in names), rows)
 
 
-def prepare(samples: Samples, about: Context, window: tuple[float, float], findings: list[Finding]) -> Samples:
-    """Window, then drop, then order: a fault outside the window is none of the user's business."""
+def prepare(
+    samples: Samples, about: Context, window: tuple[float, float], findings: list[Finding], hold: bool = False
+) -> Samples:
+    """Window, then drop (or hold), then order: a fault outside the window is none of the user's business."""
     if math.isfinite(window[0]) or math.isfinite(window[1]):
         t = samples.time
         if t is None:
@@ -92,8 +94,8 @@ def prepare(samples: Samples, about: Context, window: tuple[float, float], findi
                 window=window,
             )
         samples = samples.take(inside)
-    samples = drop_unmeasured(samples, about, findings)
-    samples = drop_outliers(samples, about, findings)
+    samples = (hold_unmeasured if hold else drop_unmeasured)(samples, about, findings)
+    samples = drop_outliers(samples, about, findings, hold)
     return order_time(samples, about, findings)
 
 
