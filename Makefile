@@ -8,11 +8,12 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 .PHONY: demo test check docs bench clean
 
 demo: $(VENV)/installed
-	$(BIN)/dehyst example --out demo/example.csv
+	$(BIN)/dehyst example --out demo/example.csv --overwrite
 	$(BIN)/dehyst inspect demo/example.csv
 	$(BIN)/dehyst identify demo/example.csv --input pressure_difference_bar --output angle_deg \
 	    --save demo/model.json --report demo/report.html --figures demo/figures
-	$(BIN)/dehyst compensate demo/model.json demo/example.csv --output angle_deg --out demo/compensated.csv
+	$(BIN)/dehyst compensate demo/model.json demo/example.csv --output angle_deg \
+	    --out demo/compensated.csv --overwrite
 	@echo
 	@echo "Open demo/report.html in a browser."
 

@@ -37,7 +37,7 @@ def parameter_array(values: npt.ArrayLike, name: str) -> Array:
     bad = np.flatnonzero(~(np.abs(array) <= _native.INPUT_LIMIT))
     if bad.size:
         raise ParameterError(
-            f"{name}[{bad[0]}] = {array[bad[0]]!r} is not a finite number of physical size "
+            f"{name}[{bad[0]}] = {float(array[bad[0]])!r} is not a finite number of physical size "
             f"(limit {_native.INPUT_LIMIT:g}); the model would answer with infinities. Correct or drop it.",
             index=int(bad[0]),
         )

@@ -104,7 +104,7 @@ def _read_signal(p: Any, name: str) -> SignalCard:
         raise ParameterError(f"'{name}' does not name a signal and its unit.")
     low, high = p.get("low"), p.get("high")
     if (low is None) != (high is None) or (low is not None and not number(low, "low") <= number(high, "high")):
-        raise ParameterError(f"'{name}' has no valid range ({low!r} to {high!r}).")
+        raise ParameterError(f"'{name}' has no valid range ({low!r:.40} to {high!r:.40}).")
     bounds = (None, None) if low is None else (number(low, "low"), number(high, "high"))
     if bounds[0] is not None and not (math.isfinite(bounds[0]) and math.isfinite(bounds[1] or 0.0)):
         raise ParameterError(f"'{name}' has an infinite range.")
