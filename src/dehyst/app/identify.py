@@ -161,7 +161,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
         if path is not None:
             out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(fit, request.save)}"))
+    out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
 
 
 def _next(fit: Fit, saved: Path | None) -> str:
