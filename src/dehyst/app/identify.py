@@ -27,6 +27,7 @@ class IdentifyRequest:
     input: str
     output: str
     time: str | None
+    time_unit: str | None
     runs: tuple[str, ...]
     start: float | None
     stop: float | None
@@ -71,7 +72,16 @@ def run_identify(request: IdentifyRequest) -> None:
 
 def _read(request: IdentifyRequest) -> list[Recording]:
     return [
-        read_log(log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop)
+        read_log(
+            log,
+            request.input,
+            request.output,
+            time=request.time,
+            run=run,
+            start=request.start,
+            stop=request.stop,
+            time_unit=request.time_unit,
+        )
         for log in request.logs
         for run in (request.runs or (None,))
     ]
