@@ -353,6 +353,57 @@ def test_inspect_shows_columns_and_a_command_that_works(run, folder):
     assert {column["name"] for column in summary["columns"]} == {"time_s", PRESSURE, ANGLE}
 
 
+def test_inspect_shows_motion_on_top_of_a_large_offset(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    t = np.arange(200) / 10
+    columns = {"time_s": t, "p_Pa": 1e5 + np.sin(t), "still": np.full(200, 1e5), "q_deg": 1 + 1e-6 * np.cos(t)}
+    write_csv(tmp_path / "log.csv", columns)
+    rows = {line.split()[0]: line for line in run("inspect", tmp_path / "log.csv")[1].splitlines() if line.strip()}
+    for name in ("p_Pa", "q_deg"):
+        low, high = (float(cell) for cell in rows[name].split()[2:4])
+        span = np.ptp(columns[name])
+        assert low == pytest.approx(columns[name].min(), abs=span / 1000)
+        assert high == pytest.approx(columns[name].max(), abs=span / 1000)
+        assert "e" not in rows[name].split()[2] + rows[name].split()[3]
+    assert "constant" in rows["still"] and "constant" not in rows["p_Pa"] + rows["q_deg"]
+
+
+@pytest.mark.parametrize("width", ["30", "80", "200"])
+def test_inspect_never_breaks_a_name(run, tmp_path, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", width)
+    long = "pressure_of_the_left_upper_muscle_after_the_second_valve_filtered_bar"
+    t = np.arange(200) / 10
+    write_csv(tmp_path / "log.csv", {"time_s": t, long: np.sin(t), "ang le_deg": np.cos(t), "圧" * 20: t})
+    lines = run("inspect", tmp_path / "log.csv")[1].splitlines()
+    for name in (long, "ang le_deg", "圧" * 20):
+        assert any(line.startswith(name) for line in lines)
+    row = next(line for line in lines if line.startswith(long))
+    assert row.split()[1:5] == ["bar", f"{np.sin(t).min():.5g}", f"{np.sin(t).max():.5g}", "3"]
+
+
+def test_two_samples_that_differ_are_not_called_constant(run, tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,p_bar,q_deg\n0,1,5\n1,2,5\n2,3,5\n")
+    rows = {line.split()[0]: line for line in run("inspect", tmp_path / "log.csv")[1].splitlines() if line.strip()}
+    assert "constant" not in rows["p_bar"] and "constant" in rows["q_deg"]
+
+
+def test_the_unit_of_the_clock_can_be_named_for_every_command(run, folder, tmp_path):
+    rec = example_recording(rate=10.0)
+    write_csv(tmp_path / "log.csv", {"time": rec.time * 1000, PRESSURE: rec.input, ANGLE: rec.output})
+    log, model = tmp_path / "log.csv", tmp_path / "m.json"
+    unit = ("--time-unit", "ms")
+    pair = ("--input", PRESSURE, "--output", ANGLE)
+    assert run("identify", log, *pair, *QUICK, *unit, "--from", "12", "--to", "84", "--save", model)[0] == 0
+    assert dehyst.load_model(model).card.provenance["logs"][0]["samples"] == 720
+    for command in (("simulate", model, log, "--input", PRESSURE), ("compensate", model, log, "--output", ANGLE)):
+        status, out, _ = run(*command, *unit, "--to", "50")
+        assert status == 0 and table(out)["time [s]"][-1] == pytest.approx(49.9)
+    out = run("inspect", log, *unit)[1]
+    assert "10 Hz" in out and "--time-unit ms" in out
+    status, _, err = run("inspect", log, "--time-unit", "bar")
+    assert status == 2 and err.startswith("UnitError: ")
+
+
 def test_example_writes_a_log_and_says_what_to_type(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, _ = run("example", "--out", "my log.csv", "--seed", "3")
@@ -494,10 +545,11 @@ def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
     [
         ("", ("identify", "simulate", "compensate", "inspect", "example", "--version", "dehyst inspect LOG")),
         ("identify", ("--input", "--output", "--run", "--from", "--to", "--family", "--n", "--eps", "--train-fraction",
-                      "--save", "--report", "--figures", "--json", "--thresholds", "--initial-state")),
-        ("simulate", ("--input", "--out", "--from", "--to", "--run", "--time")),
-        ("compensate", ("--output", "--out", "reference")),
-        ("inspect", ("--run", "--json")),
+                      "--save", "--report", "--figures", "--json", "--thresholds", "--initial-state",
+                      "--time-unit", "--overwrite")),
+        ("simulate", ("--input", "--out", "--from", "--to", "--run", "--time", "--time-unit", "--overwrite")),
+        ("compensate", ("--output", "--out", "reference", "--force", "--time-unit", "--overwrite")),
+        ("inspect", ("--run", "--json", "--time-unit")),
         ("example", ("--out", "--seed", "--overwrite")),
     ],
 )  # fmt: skip

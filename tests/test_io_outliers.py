@@ -60,6 +60,13 @@ def test_a_small_spike_is_found_beside_large_ones() -> None:
     assert np.flatnonzero(find_outliers(v)).tolist() == [300, 900, 1500]
 
 
+def test_a_coarse_converter_does_not_hide_a_spike() -> None:
+    v = np.round(2 * X)
+    v[300] = 100.0
+    v[800:850] = -9999.0
+    assert np.flatnonzero(find_outliers(v)).tolist() == [300, *range(800, 850)]
+
+
 def stick_slip() -> Array:
     """Drive a block through a spring: it sticks until the force is large, then slips at once."""
     place, places = 0.0, []

@@ -386,3 +386,12 @@ def test_midnight_and_noon_with_am_and_pm(tmp_path: Path) -> None:
     signal = read_signal(stamped(tmp_path / "log.csv", stamps), "angle")
     assert signal.time is not None
     np.testing.assert_array_equal(signal.time, 3600.0 * np.arange(24))
+
+
+def test_a_column_called_micros_is_time_in_microseconds(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    write_csv(file, {"micros": np.round(T * 1e6), "pressure_bar": X, "angle_deg": Y})
+    rec = read_log(file, "pressure", "angle")
+    assert rec.time is not None
+    np.testing.assert_allclose(rec.time, T, atol=1e-9)
+    assert rec.findings == ()

@@ -18,11 +18,12 @@ import dehyst
 from dehyst.errors import OutputError
 from dehyst.findings import Finding
 from dehyst.grades import Grade
-from dehyst.identification.fit import Score
+from dehyst.identification.fit import Candidate, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
 from dehyst.report import write_report
-from dehyst.report.figures import all_figures
-from dehyst.report.judgement import overall
+from dehyst.report.figures import all_figures, candidates
+from dehyst.report.figures.play import typical_thresholds
+from dehyst.report.judgement import lights, overall
 from dehyst.report.svg import write_figure
 from dehyst.report.theme import TOKENS, fonts
 from report_samples import HOSTILE, falling, fit_by_hand, maxwell_slip_log
@@ -422,6 +423,35 @@ def test_importing_the_package_does_not_load_matplotlib():
 
     code = "import dehyst, dehyst.identification, sys; print('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
+
+
+def test_an_exploding_candidate_does_not_squash_the_others(fit, tmp_path):
+    astray = Candidate("stop", "zero", None, 7.5e5, 2e5)
+    wild = replace(fit, candidates=(*fit.candidates, astray))
+    shown = candidates._shown(wild)
+    assert astray in shown
+    assert candidates.reach(shown) == pytest.approx(3.0 * 1.12)  # three times the chosen one
+    figure = next(figure for figure in all_figures(wild) if figure.key == "candidates")
+    assert "arrow" in figure.caption
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", write_report(wild, tmp_path / "r.html").read_text())
+    assert {"1.12\xa0%", "1.12 %"} & set(texts) and any("10⁵" in text or "750" in text for text in texts)
+    near = [replace(c, error_percent=1.0 + 0.1 * k, uncertainty_percent=0.1) for k, c in enumerate(fit.candidates)]
+    assert candidates.reach(near) == pytest.approx(1.4)  # nothing cut
+    assert candidates.reach([replace(near[0], error_percent=0.0), near[1]]) > 1.0
+
+
+def test_a_share_of_a_range_above_one_is_said_in_ranges(fit):
+    far = tuple(p + 75.4 * np.ptp(r.input) for p, r in zip(fit.inverse_predictions, fit.recordings, strict=True))
+    light = next(light for light in lights(replace(fit, inverse_predictions=far)) if light.aspect == "Inverse")
+    assert "75 times its range" in light.reason and "e+" not in light.reason
+
+
+def test_the_plays_of_the_play_figure_can_be_told_apart():
+    for r in (np.arange(100) / 50, (np.arange(100) / 100) ** 2 * 2.0, np.r_[0.0, 0.002, 0.01, 0.05, 0.09, 0.35]):
+        core = PrandtlIshlinskii(r, np.ones(r.size))
+        chosen = typical_thresholds(core, 2.0)
+        assert 2 <= chosen.size <= 3 and chosen[0] == 0.0 and set(chosen) <= set(r)
+        assert np.min(np.diff(chosen)) >= 0.06 * 2.0
 
 
 def test_the_play_figure_uses_thresholds_of_the_model(fit):

@@ -112,3 +112,10 @@ def test_units_may_be_written_out_in_english_or_german(name: str, unit: str) -> 
 
 def test_a_gradient_is_no_angle() -> None:
     assert parse_unit("pressure_grad") == ("pressure_grad", "")
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("micros", "us"), ("millis", "ms"), ("Sekunden", "s"), ("milliseconds", "ms")]
+)
+def test_a_name_that_is_a_unit_of_time_is_both(name: str, unit: str) -> None:
+    assert parse_unit(name) == (name, unit)

@@ -119,8 +119,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "time-unit": (
             "The time column names no unit and was read as seconds, one sample every second or slower.",
-            "If it is in milliseconds: `--time-unit ms`, or call the column `time_ms`. `--from`, `--to` and rates depend "
-            "on it.",
+            "If it is in milliseconds: `--time-unit ms`, or call the column `time_ms`. `--from`, `--to` and rates "
+            "depend on it.",
         ),
         "date-order": (
             "Dates such as 03/05/2024 run over several days, and nothing tells whether the day or the month comes "

@@ -24,6 +24,9 @@ Model = Annotated[Path, typer.Argument(help="Model file written by `dehyst ident
 Input = Annotated[str, typer.Option("--input", help="Column that drives the actuator, e.g. pressure_bar.")]
 Output = Annotated[str, typer.Option("--output", help="Column that responds, e.g. angle_deg.")]
 Time = Annotated[str | None, typer.Option("--time", help="Time column, if it is not found by itself.")]
+TimeUnit = Annotated[
+    str | None, typer.Option("--time-unit", help="Unit of the time column, e.g. ms, if its name does not tell.")
+]
 Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log holds several.")]
 Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
@@ -55,6 +58,7 @@ def identify(
     input: Input,
     output: Output,
     time: Time = None,
+    time_unit: TimeUnit = None,
     run: Annotated[
         list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")
     ] = None,
@@ -89,7 +93,8 @@ def identify(
     from dehyst.app.identify import IdentifyRequest, run_identify
 
     request = IdentifyRequest(
-        logs=tuple(log), input=input, output=output, time=time, runs=tuple(run or ()), start=start, stop=stop,
+        logs=tuple(log), input=input, output=output, time=time, time_unit=time_unit,
+        runs=tuple(run or ()), start=start, stop=stop,
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
     )  # fmt: skip
@@ -102,6 +107,7 @@ def simulate(
     log: Log,
     input: Input,
     time: Time = None,
+    time_unit: TimeUnit = None,
     run: Run = None,
     start: Start = None,
     stop: Stop = None,
@@ -111,7 +117,7 @@ def simulate(
     """Print a model's output for a logged input, as CSV."""
     from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite))
+    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit=time_unit))
 
 
 @app.command()
@@ -120,6 +126,7 @@ def compensate(
     reference: Annotated[Path, typer.Argument(help="File with the motion the actuator should make.")],
     output: Annotated[str, typer.Option("--output", help="Column of the wanted output, e.g. angle_deg.")],
     time: Time = None,
+    time_unit: TimeUnit = None,
     run: Run = None,
     start: Start = None,
     stop: Stop = None,
@@ -132,15 +139,15 @@ def compensate(
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, force))
+    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, force, time_unit))
 
 
 @app.command()
-def inspect(log: Log, run: Run = None, json: Json = False) -> None:
+def inspect(log: Log, run: Run = None, time_unit: TimeUnit = None, json: Json = False) -> None:
     """Show columns, units, sampling, gaps and loops of a log, and the line to type next."""
     from dehyst.app.inspect import run_inspect
 
-    run_inspect(log, run, json)
+    run_inspect(log, run, json, time_unit)
 
 
 @app.command()

@@ -55,6 +55,13 @@ _LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | 
 
 _MEGA = {"MN", "MV", "MA", "MNm"}  # mega, not milli: a thousand million times off if the case were ignored
 
+# Whole names that can only be a time in that unit: Arduino's millis() and micros(), "Sekunden", ...
+_CLOCK_NAMES = frozenset(
+    alias
+    for alias, unit in ALIASES.items()
+    if DIMENSION[unit] == "time" and unit not in {"min", "h"} and len(alias) > 3
+)
+
 # Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
 # another word of the name belongs to the dimension.
 _HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
@@ -174,7 +181,8 @@ def parse_unit(name: str) -> tuple[str, str]:
     """Split a column name into its bare name and its unit.
 
     Understood are ``angle [deg]``, ``angle (deg)``, ``p/bar`` and a known unit after the last ``_``.
-    A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is left alone.
+    A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is left alone. A name that is a unit
+    of time and nothing else (``micros``) is both name and unit.
 
     Parameters
     ----------
@@ -204,6 +212,8 @@ def parse_unit(name: str) -> tuple[str, str]:
     rate = re.fullmatch(r"(.*\w)_(mm|m|cm|um|deg|rad|bar)_s", text, re.IGNORECASE)
     if rate and set(words(rate[1])) & {"velocity", "vel", "speed", "rate", "omega", "v"}:
         return rate[1], f"{canonical(rate[2])}/s"
+    if text.lower() in _CLOCK_NAMES:
+        return text, str(canonical(text))
     bare, found, suffix = text.rpartition("_")
     if not found:
         bare, found, suffix = text.rpartition(" ")

@@ -27,6 +27,7 @@ class IdentifyRequest:
     input: str
     output: str
     time: str | None
+    time_unit: str | None
     runs: tuple[str, ...]
     start: float | None
     stop: float | None
@@ -71,7 +72,16 @@ def run_identify(request: IdentifyRequest) -> None:
 
 def _read(request: IdentifyRequest) -> list[Recording]:
     return [
-        read_log(log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop)
+        read_log(
+            log,
+            request.input,
+            request.output,
+            time=request.time,
+            run=run,
+            start=request.start,
+            stop=request.stop,
+            time_unit=request.time_unit,
+        )
         for log in request.logs
         for run in (request.runs or (None,))
     ]
@@ -161,7 +171,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
         if path is not None:
             out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(fit, request.save)}"))
+    out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
 
 
 def _next(fit: Fit, saved: Path | None) -> str:

@@ -6,19 +6,26 @@ import dataclasses
 import json
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rich.cells import cell_len
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.terminal import print_findings, terminal
 from dehyst.io import LogSummary, inspect_log
+from dehyst.io.inspect import ColumnSummary
+
+# Letters left for the last column of the table at least.
+REMARK = 24
 
 
-def run_inspect(log: Path, run: str | None, as_json: bool) -> None:
+def run_inspect(log: Path, run: str | None, as_json: bool, time_unit: str | None = None) -> None:
     """Print columns, sampling, runs and the line to type next."""
-    summary = inspect_log(log, run)
+    summary = inspect_log(log, run, time_unit=time_unit)
     if as_json:
         sys.stdout.write(json.dumps(_plain(dataclasses.asdict(summary)), indent=1, allow_nan=False) + "\n")
         return
@@ -46,32 +53,69 @@ def _print(summary: LogSummary) -> None:
         rate = f", {1 / s.median:.4g} Hz" if s.median > 0 else ""
         out.print(
             Text(
-                f"time: column '{s.column}', {s.first:g} to {s.last:g} s, step {s.median:.4g} s{rate}, jitter "
-                f"{100 * s.jitter:.0f} %, {s.gaps} gaps, {s.repeated} repeated and {s.backward} backward stamps"
+                f"time: column '{s.column}', {' to '.join(_from_to(s.first, s.last))} s, step {s.median:.4g} s{rate}, "
+                f"jitter {100 * s.jitter:.0f} %, {s.gaps} gaps, {s.repeated} repeated and {s.backward} backward stamps"
             )
         )
-    table = Table(box=None, pad_edge=False)
-    for name in ("column", "unit", "from", "to", "loops", "missing", "looks like"):
-        number = name in ("from", "to", "loops", "missing")
-        # Names and units are there to be typed: folded if need be, never cut short.
-        table.add_column(name, justify="right" if number else "left", overflow="fold", no_wrap=number)
-    for column in summary.columns:
-        role = f"{column.role}: {column.reason}" if column.role and column.reason else column.role or column.reason
-        empty = not math.isfinite(column.minimum)
-        table.add_row(
-            Text(column.name),
-            Text(column.unit),
-            "" if empty else f"{column.minimum:.5g}",
-            "" if empty else f"{column.maximum:.5g}",
-            "" if empty else str(column.loops),
-            f"{100 * column.missing:.0f} %" if column.missing else "",
-            Text(role),
-        )
     out.print()
-    out.print(table)
+    _print_columns(out, summary.columns)
     print_findings(summary.findings)
     out.print()
     if summary.command:
         out.print(Text(f"next: {summary.command}"), soft_wrap=True)
     else:
         out.print(Text("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN"))
+
+
+def _print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:
+    """Print one row a column; only the last cell is folded, and the table grows beyond a narrow terminal instead."""
+    heads = ("column", "unit", "from", "to", "loops", "missing", "looks like")
+    rows = [_cells(column) for column in columns]
+    widths = [max(cell_len(row[k]) for row in (heads, *rows)) for k in range(len(heads) - 1)]
+    table = Table(box=None, pad_edge=False)
+    for name, width in zip(heads, (*widths, None), strict=True):
+        number = name in ("from", "to", "loops", "missing")
+        table.add_column(name, justify="right" if number else "left", overflow="fold", min_width=width)
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    needed = sum(widths) + 2 * len(widths) + REMARK
+    out.print(table, width=max(out.width, needed), crop=False)
+
+
+def _cells(column: ColumnSummary) -> tuple[str, ...]:
+    reason = column.reason
+    if reason == "constant" and not column.constant:  # too short to judge is not the same
+        reason = "too few values"
+    low, high = _from_to(column.minimum, column.maximum)
+    return (
+        _one_line(column.name),
+        _one_line(column.unit),
+        low,
+        high,
+        str(column.loops) if low else "",
+        f"{100 * column.missing:.0f} %" if column.missing else "",
+        f"{column.role}: {reason}" if column.role and reason else column.role or reason,
+    )
+
+
+def _one_line(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "\ufffd" for letter in text)
+
+
+def _from_to(low: float, high: float) -> tuple[str, str]:
+    """A range with five digits, or as many as it takes to see it move; "" for an empty one.
+
+    Examples
+    --------
+    >>> _from_to(-4.20114, 4.26612), _from_to(99999.0, 100001.0), _from_to(1.00001, 1.00002)
+    (('-4.2011', '4.2661'), ('99999', '100001'), ('1.00001', '1.00002'))
+    """
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return "", ""
+    digits, largest = 5, max(abs(low), abs(high))
+    if high - low > 0.0:
+        digits = max(digits, math.ceil(math.log10(largest / (high - low))) + 4)
+    if 1.0 <= largest < 1e9:  # whole numbers in full
+        digits = max(digits, math.floor(math.log10(largest)) + 1)
+    digits = min(digits, 17)
+    return f"{low:.{digits}g}", f"{high:.{digits}g}"

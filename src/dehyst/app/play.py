@@ -41,6 +41,7 @@ class PlayRequest:
     out: Path | None
     overwrite: bool = False
     force: bool = False
+    time_unit: str | None = None
 
 
 def run_simulate(request: PlayRequest) -> None:
@@ -70,7 +71,13 @@ def run_compensate(request: PlayRequest) -> None:
 def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
     _refuse_sources(request)
     signal = read_signal(
-        request.log, request.column, time=request.time, run=request.run, start=request.start, stop=request.stop
+        request.log,
+        request.column,
+        time=request.time,
+        run=request.run,
+        start=request.start,
+        stop=request.stop,
+        time_unit=request.time_unit,
     )
     return load_model(request.model), signal
 

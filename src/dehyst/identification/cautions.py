@@ -31,6 +31,20 @@ LEVELS_APART = 0.05
 STATIC_AS_GOOD = 0.95
 
 
+def of_range(percent: float) -> str:
+    """Return a share of a range in words: percent, or how many times the range.
+
+    Examples
+    --------
+    >>> of_range(0.274), of_range(31.2), of_range(7540.0)
+    ('0.27 % of', '31 % of', '75 times')
+    """
+    if not percent >= 100.0:
+        return f"{percent:.2g} % of"
+    times = float(f"{percent / 100.0:.2g}")
+    return f"{times:.0f} times" if 10.0 <= times < 1e6 else f"{times:.2g} times"
+
+
 def about_data(
     records: tuple[Recording, ...],
     data: DataSet,
@@ -150,7 +164,7 @@ def about_fit(
         yield Finding(
             "inverse-misses",
             f"to reach the measured output the inverse asks for an input that is off by "
-            f"{certificate.inverse_miss_percent:.3g} % of the input's range (rms): a compensator would drive the "
+            f"{of_range(certificate.inverse_miss_percent)} the input's range (rms): a compensator would drive the "
             f"actuator astray. Use the model for simulation only; see the other warnings for the reason.",
         )
     percent = 100.0 * error / data.output_range

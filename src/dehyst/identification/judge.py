@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import about_data, about_fit, rms
+from dehyst.identification.cautions import about_data, about_fit, of_range, rms
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.recording import Recording
@@ -102,5 +102,5 @@ def verdict(
     return (
         f"{family}, {certificate.nonzero_weights} of {certificate.operators} operators: {judged.rmse_percent:.2f} % of "
         f"range rms {where}, against {static.rmse_percent:.2f} % for the best curve without hysteresis; the inverse "
-        f"gives the applied input back to {certificate.inverse_miss_percent:.2g} % of its range: {grade}."
+        f"gives the applied input back to {of_range(certificate.inverse_miss_percent)} its range: {grade}."
     )

@@ -37,9 +37,12 @@ TIME_WORDS = frozenset(
         "us",
         "ns",
         "epoch",
+        "zeitstempel",
+        "uhrzeit",
+        "datum",
     ]
 )
-PLAIN_WORDS = frozenset(["time", "timestamp", "timestamps", "zeit", "elapsed", "datetime"])
+PLAIN_WORDS = frozenset(["time", "timestamp", "timestamps", "zeit", "zeitstempel", "elapsed", "datetime"])
 NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW measurement file
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.

@@ -175,10 +175,12 @@ def read_signal(
 
     Parameters
     ----------
-    path, time, run, start, stop, time_unit
-        As for `read_log`.
+    path
+        Log of any format that `read_log` reads.
     column
         Column, named as for `read_log`.
+    time, run, start, stop, time_unit
+        As for `read_log`.
     missing
         Rows without a number: ``"hold"`` the last value, because a signal is played back sample by sample and must
         not become shorter, or ``"drop"`` them.

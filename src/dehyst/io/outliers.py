@@ -24,7 +24,8 @@ SPIKE_CURVATURE = 10.0  # ... in units of the 99.9 % quantile of the second diff
 SPIKE_STEP = 2.0  # ... and of their largest step
 END_RANGE = 10.0  # of the range: at the ends of a log there is only one neighbour to judge by
 RARE = 0.01  # of the samples: more spikes than this are a signal, not a fault
-FEWEST = 20  # samples, and different values, below which nothing is judged
+FEWEST = 32  # samples below which nothing is judged ...
+LEVELS = 8  # ... and different values among the others
 CODE_DISTANCE = 3.0  # ranges of the others between them and a code
 CODE_SHARE = 0.5
 _CODES = [999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 1e6, 1e7, 1e9, 1e10, 1e20, 1e30, 1e37, 1e38, 8191.0, 32767.0]
@@ -77,7 +78,7 @@ def _codes(v: Array) -> Mask:
         return nothing
     others = v[~codes]
     low, high = float(others.min()), float(others.max())
-    if others.size < FEWEST or np.unique(others).size < FEWEST:  # a staircase of a few levels has no range to leave
+    if others.size < FEWEST or np.unique(others).size < LEVELS:  # a staircase of a few levels has no range to leave
         return nothing
     away = CODE_DISTANCE * (high - low)
     return np.asarray(codes & ((v > high + away) | (v < low - away)))
@@ -96,7 +97,7 @@ def _spikes(v: Array) -> Mask:
             return np.zeros(v.size, dtype=bool)
         others = v[~flagged]
         span = float(np.ptp(others))
-        if np.unique(others).size < FEWEST or span == 0.0:
+        if np.unique(others).size < LEVELS or span == 0.0:
             return np.zeros(v.size, dtype=bool)
         bend = float(np.quantile(np.abs(np.diff(others, 2)), 0.999))
         step = float(np.max(np.abs(np.diff(others))))

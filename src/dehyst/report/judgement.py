@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.grades import Grade, grade_of
-from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_AS_GOOD, of_range
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
 from dehyst.report.parts import inverse_miss
@@ -146,12 +146,14 @@ def _inverse(fit: Fit) -> Light:
     if "inverse-misses" in codes(fit):
         grade = Grade.BAD
     reason = (
-        f"asks for the applied input within {number(100.0 * share, 2)} % of its range (RMS); "
+        f"misses the applied input by {of_range(100.0 * share)} its range (RMS); "
         f"undoes the model to {number(error, 2)}"
     )
     if "high-inverse-gain" in codes(fit):
         grade = max(grade, Grade.CARE)
-        reason += f", but after a turn 1 % of output can ask for {number(gain, 2)} % of input; smooth the reference"
+        reason += (
+            f", but after a turn 1 % of output can ask for {of_range(gain)} the input's range; smooth the reference"
+        )
     else:
         reason += f"; 1 % of output asks for at most {number(gain, 2)} % of input"
     return Light("Inverse", grade, reason)

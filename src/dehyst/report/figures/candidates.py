@@ -7,11 +7,13 @@ from functools import partial
 import numpy as np
 
 from dehyst.identification.fit import Candidate, Fit
-from dehyst.report.figures.panel import Axes, Figure, Panel, says
+from dehyst.report.figures.panel import Array, Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
 
 MAXIMUM_BARS = 7
+# Bars longer than this many times the error of the chosen one are cut.
+CUT = 3.0
 
 _STARTS = {"zero": "at zero", "rest": "at rest"}
 
@@ -29,6 +31,8 @@ def candidates_figure(fit: Fit) -> Figure | None:
     drawn = sum(candidate in fit.candidates for candidate in shown)
     if len(fit.candidates) > drawn:
         caption += f" Of {len(fit.candidates)} variants, the best of each family and the best of the rest are drawn."
+    if any(c.error_percent > reach(shown) for c in shown):
+        caption += " Bars with an arrow are cut; their numbers are right."
     best = ", ".join(f"{_name(c)} {c.error_percent:.3g} %" for c in shown[:4])
     return Figure(
         "candidates",
@@ -69,16 +73,30 @@ def _name(candidate: Candidate) -> str:
     return f"{candidate.family}: {', '.join(extra)}" if extra else candidate.family
 
 
+def reach(shown: list[Candidate]) -> float:
+    """Return where the axis ends: a candidate that went astray must not squash the others."""
+    error = np.array([c.error_percent for c in shown])
+    largest = float(np.max(error + _spread(shown))) or 1.0
+    chosen = min([c.error_percent for c in shown if c.chosen], default=float(np.min(error)))
+    return min(largest, CUT * chosen) if chosen > 0.0 else largest
+
+
+def _spread(shown: list[Candidate]) -> Array:
+    return np.array([c.uncertainty_percent if np.isfinite(c.uncertainty_percent) else 0.0 for c in shown])
+
+
 def _draw(shown: list[Candidate], axes: Axes) -> None:
     place = np.arange(len(shown))
-    error = np.array([c.error_percent for c in shown])
-    spread = np.nan_to_num(np.array([c.uncertainty_percent for c in shown]), nan=0.0, posinf=0.0)
+    error, edge = np.array([c.error_percent for c in shown]), reach(shown)
+    cut = error > edge
+    end = np.minimum(error + np.where(cut, 0.0, _spread(shown)), edge)
     colours = [TRAIN.light if c.chosen else STATIC.light if is_static(c) else OTHER.light for c in shown]
-    axes.barh(place, error, height=0.34, color=colours, zorder=2)
+    axes.barh(place, np.minimum(error, edge), height=0.34, color=colours, zorder=2)
+    whole = np.flatnonzero(~cut)
     axes.errorbar(
-        error,
-        place,
-        xerr=np.minimum(spread, error),
+        error[whole],
+        place[whole],
+        xerr=(np.minimum(_spread(shown), error)[whole], (end - error)[whole]),
         fmt="none",
         color=INK.light,
         ecolor=INK.light,
@@ -86,8 +104,9 @@ def _draw(shown: list[Candidate], axes: Axes) -> None:
         capsize=2.5,
         zorder=3,
     )
-    edge = float(np.max(error + spread)) or 1.0
-    axes.set_xlim(0.0, edge * 1.16)
+    for bar in np.flatnonzero(cut):  # it goes on: an arrow, and the number
+        axes.plot([edge * 1.012], [bar], marker=">", markersize=11.0, color=colours[int(bar)], ls="none", zorder=2)
+    axes.set_xlim(0.0, edge * 1.2)
     axes.set_ylim(len(shown) - 0.4, -0.75)
     for k, candidate in enumerate(shown):
         mark = ", taken" if candidate.chosen else ""
@@ -102,7 +121,7 @@ def _draw(shown: list[Candidate], axes: Axes) -> None:
             fontweight="bold" if candidate.chosen else "normal",
         )
         axes.text(
-            error[k] + spread[k] + edge * 0.015,
+            end[k] + edge * (0.05 if cut[k] else 0.015),
             k,
             f"{number(error[k])} %",
             va="center",

@@ -29,6 +29,8 @@ from dehyst.report.thin import Window
 
 _COLOURS = (TRAIN, FIFTH, TEST)
 _WIDTHS = (2.6, 1.8, 1.1)
+# Plays are told apart in the picture when their thresholds differ by this share of half the input's range.
+APART = 0.06
 # Loops drawn over time: enough to see the memory, few enough to follow.
 LOOPS_SHOWN = 3
 
@@ -40,8 +42,8 @@ def play_figure(fit: Fit) -> Figure | None:
     core = play_core(fit.model)
     if core is None:
         return None
-    chosen = typical_thresholds(core)
     recording = fit.recordings[0]
+    chosen = typical_thresholds(core, 0.5 * float(np.ptp(recording.input)))
     unit = recording.input_unit
     named = ", ".join(with_unit(float(r), unit) for r in chosen)
     caption = (
@@ -71,16 +73,36 @@ def play_figure(fit: Fit) -> Figure | None:
     )
 
 
-def typical_thresholds(core: PrandtlIshlinskii) -> Array:
-    """Return up to three thresholds to draw: the play without width, a middle one and a wide one that carry weight."""
-    carrying = core.thresholds[(core.weights != 0.0) & (core.thresholds > 0.0)]
+def typical_thresholds(core: PrandtlIshlinskii, reach: float) -> Array:
+    """Return two or three thresholds to draw: the play without width, a wide one and one between, where it differs.
+
+    Parameters
+    ----------
+    core
+        The plays; those that carry weight are chosen from.
+    reach
+        Half the range of the input, which decides what can be told apart. [input]
+
+    Examples
+    --------
+    >>> typical_thresholds(PrandtlIshlinskii([0.0, 0.01, 0.3, 0.9, 1.9], [1.0, 1.0, 1.0, 1.0, 1.0]), 2.0).tolist()
+    [0.0, 0.3, 0.9]
+    >>> typical_thresholds(PrandtlIshlinskii([0.0, 0.01, 0.05, 0.2], [1.0, 1.0, 1.0, 1.0]), 2.0).tolist()
+    [0.0, 0.2]
+    """
     first = core.thresholds[:1]
-    if carrying.size <= 2:
-        return np.unique(np.concatenate([first, carrying]))
-    # The widest plays hardly move; the wide one is taken at half of the largest threshold.
-    aims = (carrying[-1] / 6.0, carrying[-1] / 2.0)
-    picked = [carrying[int(np.argmin(np.abs(carrying - aim)))] for aim in aims]
-    return np.unique(np.concatenate([first, picked]))
+    carrying = core.thresholds[(core.weights != 0.0) & (core.thresholds > first[0])]
+    if carrying.size == 0:
+        return first
+    # The widest plays hardly move; a play of half the reach shows what a play is.
+    wide = _nearest(carrying, 0.5 * reach)
+    middle = _nearest(carrying, first[0] + (wide - first[0]) / 3.0)
+    between = [middle] if min(middle - first[0], wide - middle) >= APART * reach else []
+    return np.array([first[0], *between, wide])
+
+
+def _nearest(values: Array, aim: float) -> float:
+    return float(values[int(np.argmin(np.abs(values - aim)))])
 
 
 def _plays(fit: Fit, core: PrandtlIshlinskii, thresholds: Array) -> tuple[Array, list[Array]]:
