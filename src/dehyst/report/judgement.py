@@ -146,8 +146,7 @@ def _inverse(fit: Fit) -> Light:
     if "inverse-misses" in codes(fit):
         grade = Grade.BAD
     reason = (
-        f"misses the applied input by {of_range(100.0 * share)} its range (RMS); "
-        f"undoes the model to {number(error, 2)}"
+        f"misses the applied input by {of_range(100.0 * share)} its range (RMS); undoes the model to {number(error, 2)}"
     )
     if "high-inverse-gain" in codes(fit):
         grade = max(grade, Grade.CARE)
