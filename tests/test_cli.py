@@ -215,17 +215,23 @@ def judged(folder, place, verdict):
     return place
 
 
-def test_compensate_refuses_a_model_whose_verdict_forbids_it_unless_forced(run, folder, tmp_path):
+def test_compensate_says_loudly_that_a_model_is_not_fit_for_it(run, folder, tmp_path):
     model = judged(folder, tmp_path / "m.json", "pi, 3 of 9 operators: 20 % off: do not compensate with it.\x1b[31m")
-    out_file = tmp_path / "x.csv"
-    arguments = ("compensate", model, folder / "reference.csv", "--output", ANGLE)
-    status, out, err = run(*arguments, "--out", out_file)
-    assert (status, out) == (2, "") and not out_file.exists()
-    assert err.startswith("VerdictError: ") and "--force" in err and "20 % off" in err and "\x1b" not in err
-    status, out, err = run(*arguments, "--force")
+    status, out, err = run("compensate", model, folder / "reference.csv", "--output", ANGLE)
     assert status == 0 and len(table(out)) == 3
-    assert "warning verdict: " in err and "do not compensate with it" in " ".join(err.split())
+    said = " ".join(err.split())
+    assert "warning verdict: " in said and "do not compensate with it" in said and "Do not apply this input" in said
+    assert "20 % off" in said and "\x1b" not in err
     assert run("simulate", model, folder / "log.csv", "--input", PRESSURE)[0] == 0  # to simulate is no harm
+
+
+def test_an_empty_file_may_be_written_over(run, folder, tmp_path):
+    for name in ("empty.json", "empty.csv"):
+        (tmp_path / name).touch()
+    arguments = (folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--save", tmp_path / "empty.json")
+    assert run("identify", *arguments)[0] == 0
+    assert run("example", "--out", tmp_path / "empty.csv")[0] == 0
+    assert dehyst.load_model(tmp_path / "empty.json").family
 
 
 def test_compensate_repeats_a_verdict_with_reserve_and_no_other(run, folder, tmp_path):
@@ -548,7 +554,7 @@ def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
                       "--save", "--report", "--figures", "--json", "--thresholds", "--initial-state",
                       "--time-unit", "--overwrite")),
         ("simulate", ("--input", "--out", "--from", "--to", "--run", "--time", "--time-unit", "--overwrite")),
-        ("compensate", ("--output", "--out", "reference", "--force", "--time-unit", "--overwrite")),
+        ("compensate", ("--output", "--out", "reference", "--time-unit", "--overwrite")),
         ("inspect", ("--run", "--json", "--time-unit")),
         ("example", ("--out", "--seed", "--overwrite")),
     ],

@@ -14,7 +14,6 @@ from unittest import mock
 import dehyst
 import dehyst.models
 from dehyst import errors
-from dehyst.app.play import PlayRequest, run_compensate
 from dehyst.identification import least_squares
 from dehyst.units import convert
 
@@ -57,14 +56,6 @@ def _without_polars() -> None:
         dehyst.read_log("log.parquet", input="pressure_bar", output="angle_deg")
 
 
-def _compensate_with_a_bad_model() -> None:
-    card = dehyst.models.ModelCard(provenance={"verdict": "pi, 4 of 9 operators: 14.20 % of range rms on held-out "
-        "loops, against 15.10 % for the best curve without hysteresis; the inverse gives the applied input back to "
-        "31 % of its range: do not compensate with it."})  # fmt: skip
-    dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).with_card(card).save("model.json")
-    run_compensate(PlayRequest(Path("model.json"), Path("log.csv"), "angle_deg", None, "up", None, None, None))
-
-
 def _no_optimum() -> None:
     with mock.patch.object(least_squares, "nnls", side_effect=RuntimeError("Maximum number of iterations reached.")):
         dehyst.identify(_recording())
@@ -105,10 +96,6 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
     "UnitError": ("dehyst compensate: the reference in mm, the model's output in deg", lambda: convert(1, "mm", "deg")),
     "ModelFileError": ("dehyst.load_model('model.json')  # after an edit by hand", _edited_model),
     "MissingExtraError": ("dehyst.read_log('log.parquet', ...)  # without polars", _without_polars),
-    "VerdictError": (
-        "dehyst compensate model.json log.csv --output angle_deg",
-        _compensate_with_a_bad_model,
-    ),
     "OutputError": (
         "model.save('results/model.json')  # without a folder results",
         lambda: dehyst.PrandtlIshlinskii([0.0], [1.0]).save("results/model.json"),

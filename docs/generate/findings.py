@@ -283,8 +283,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     "Using a model: simulate and compensate": {
         "verdict": (
             "When the model was identified, the verdict was *usable with care* or *do not compensate with it*. "
-            "`compensate` repeats it; with the latter it refuses (VerdictError) unless `--force` is given.",
-            "See the warnings of `identify` for the reason, and identify again.",
+            "`compensate` repeats it.",
+            "See the warnings of `identify` for the reason, and identify again. After *do not compensate with it* the computed "
+            "input must not be applied to a machine.",
         ),
         "unit-unknown": (
             "The column or the model names no unit. The values were taken as they are.",

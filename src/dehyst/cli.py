@@ -117,7 +117,7 @@ def simulate(
     """Print a model's output for a logged input, as CSV."""
     from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit=time_unit))
+    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit))
 
 
 @app.command()
@@ -131,15 +131,12 @@ def compensate(
     start: Start = None,
     stop: Stop = None,
     out: Out = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Compute it although the verdict says: do not compensate.")
-    ] = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, force, time_unit))
+    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, time_unit))
 
 
 @app.command()

@@ -79,9 +79,5 @@ class MissingExtraError(DehystError, ImportError):
     """An optional package is not installed; the message names the line to type."""
 
 
-class VerdictError(DehystError):
-    """The verdict on a model forbids what was asked of it."""
-
-
 class OutputError(DehystError):
     """A result cannot be written where it was asked to go."""

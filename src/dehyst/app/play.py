@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings
-from dehyst.errors import OutputError, VerdictError
+from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -40,7 +40,6 @@ class PlayRequest:
     stop: float | None
     out: Path | None
     overwrite: bool = False
-    force: bool = False
     time_unit: str | None = None
 
 
@@ -83,21 +82,14 @@ def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
 
 
 def _verdict(model: HysteresisModel, request: PlayRequest) -> list[Finding]:
-    """Repeat what identification said of the model, unless it was good; refuse what it forbids."""
+    """Repeat what identification said of the model, unless it was good."""
     said = model.card.provenance.get("verdict")
     grade = grade_of(said)
     if grade is None or grade is Grade.GOOD:
         return []
     # The file may come from anywhere: no control characters, no novel.
     verdict = "".join(letter for letter in str(said) if letter.isprintable())[:600]
-    if grade is Grade.BAD and not request.force:
-        raise VerdictError(
-            f"'{request.model}' is not fit to compensate with; its identification ended with: {verdict} The input that "
-            f"its inverse asks for may be far from the right one. Use it to simulate, identify again (see the warnings "
-            f"of `dehyst identify`), or add --force to compute it all the same.",
-            verdict=verdict,
-        )
-    cure = "You asked for it with --force: do not apply it" if grade is Grade.BAD else "Watch the actuator"
+    cure = "Do not apply this input to a machine" if grade is Grade.BAD else "Watch the actuator"
     return [
         Finding(
             "verdict",

@@ -33,6 +33,8 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     """
     if overwrite or path.is_dir() or not path.exists():  # a folder is refused by whoever writes
         return
+    if path.is_file() and path.stat().st_size == 0:  # nothing to lose
+        return
     if own is not None and own in _beginning(path, _BEGINNING):
         return
     if content is not None and _beginning(path, len(content.encode()) + 1) == content:
