@@ -284,8 +284,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "verdict": (
             "When the model was identified, the verdict was *usable with care* or *do not compensate with it*. "
             "`compensate` repeats it.",
-            "See the warnings of `identify` for the reason, and identify again. After *do not compensate with it* the computed "
-            "input must not be applied to a machine.",
+            "See the warnings of `identify` for the reason, and identify again. After *do not compensate with "
+            "it* the computed input must not be applied to a machine.",
         ),
         "unit-unknown": (
             "The column or the model names no unit. The values were taken as they are.",
