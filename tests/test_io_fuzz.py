@@ -373,7 +373,7 @@ def test_a_wrong_delimiter_gives_the_same_numbers_or_none(tmp_path: Path, delimi
     path = tmp_path / "log.csv"
     path.write_text(TEXT.replace(",", delimiter))
     recording = attempt(path, repr(delimiter))
-    if delimiter in {"|", ":"}:
+    if delimiter == ":":
         assert recording is None
     else:
         assert recording is not None

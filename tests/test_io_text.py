@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.errors import ColumnError, LogError, RunError, TimeError
+from dehyst.errors import ColumnError, LogError, ModelFileError, RunError, TimeError
 from dehyst.io.logs import list_runs, read_log, read_signal
 from dehyst.io.write import write_csv
+from dehyst.models import load_model
 
 T = np.round(np.arange(80) * 0.05, 6)
 X = np.round(3.0 * np.sin(2 * np.pi * T / 2.0), 5)
@@ -40,7 +41,8 @@ def check(path: Path, x: str = "pressure", y: str = "angle", codes: tuple[str, .
 
 
 @pytest.mark.parametrize(
-    ("delimiter", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (" ", "."), (" ", ",")]
+    ("delimiter", "decimal"),
+    [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), ("|", "."), ("|", ","), (" ", "."), (" ", ",")],
 )
 def test_every_delimiter_and_decimal_sign_gives_the_same_numbers(tmp_path: Path, delimiter: str, decimal: str) -> None:
     file = tmp_path / "log.csv"
@@ -395,3 +397,43 @@ def test_a_column_called_micros_is_time_in_microseconds(tmp_path: Path) -> None:
     assert rec.time is not None
     np.testing.assert_allclose(rec.time, T, atol=1e-9)
     assert rec.findings == ()
+
+
+@pytest.mark.parametrize("columns", [600, 1000, 3000])
+def test_wide_logs_have_all_their_columns(tmp_path: Path, columns: int) -> None:
+    file = tmp_path / "log.csv"
+    names = ["time_s", *(f"ch{j}" for j in range(1, columns))]
+    rows = [
+        ",".join([f"{k * 0.05:.2f}", *(f"{(j * 7 + k * k) % 101 / 8}" for j in range(1, columns))]) for k in range(30)
+    ]
+    file.write_text("\n".join([",".join(names), *rows]))
+    rec = read_log(file, "ch1", names[-1])
+    np.testing.assert_array_equal(rec.output, [((columns - 1) * 7 + k * k) % 101 / 8 for k in range(30)])
+
+
+@pytest.mark.parametrize("row", ["nan,nan,nan", ",,", "NaN,,-", "#N/A,#N/A,#N/A", "-,-,-", "nan,nan,nan\nnan,nan,nan"])
+def test_a_first_row_without_any_value_is_not_the_header(tmp_path: Path, row: str) -> None:
+    file = tmp_path / "log.csv"
+    lines = table_text().splitlines()
+    file.write_text("\n".join([lines[0], row, *lines[1:]]))
+    rec = read_log(file, "pressure", "angle")
+    np.testing.assert_array_equal(rec.input, X)
+    assert rec.input_unit == "bar"
+    assert {f.code for f in rec.findings} <= {"non-finite"}
+
+
+def test_a_first_row_without_some_values_is_not_the_header(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    lines = table_text().splitlines()
+    file.write_text("\n".join([lines[0], "-0.05,nan,nan", *lines[1:]]))
+    rec = read_log(file, "pressure", "angle")
+    np.testing.assert_array_equal(rec.input, X)
+    assert [f.code for f in rec.findings] == ["non-finite"]
+
+
+@pytest.mark.parametrize("path", [None, 3, b"log.csv", ["log.csv"]])
+def test_what_is_no_path_is_refused_by_name(path: object) -> None:
+    with pytest.raises(LogError, match="no path"):
+        read_log(path, "x", "y")  # type: ignore[arg-type]
+    with pytest.raises(ModelFileError, match="no path"):
+        load_model(path)  # type: ignore[arg-type]

@@ -103,6 +103,22 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "may separate thousands.",
             "If they do, save the log without them.",
         ),
+        "thousands-separator": (
+            "Points (in a log with decimal commas) or commas (in one with decimal points) were read as separators of "
+            "thousands, because the column itself shows it: its numbers without one stay below 1000, or some have two. "
+            "Where the column leaves it open, using it is an error that shows both readings.",
+            "None if that is right. Otherwise save the log with one decimal sign throughout.",
+        ),
+        "bracketed-negatives": (
+            "Numbers in brackets, (3.21), were read as negative, as in accounting; the column has no minus sign and no "
+            "other text. A column in which more than {TEXT_MOST:%} of the filled cells are text is refused.",
+            "None if that is right. Otherwise save the log without the brackets.",
+        ),
+        "unit-in-cells": (
+            "Every number of a column carries its unit (`1.2 bar`); the unit was taken from there. If the header names "
+            "another unit, the column is refused.",
+            "None.",
+        ),
         "duplicate-columns": (
             "Several columns have one name; the later ones were renamed (`x_2`).",
             "Name the one you mean, or use `#3` for the third column.",

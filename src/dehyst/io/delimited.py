@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import compress
 from typing import Any
 
@@ -16,14 +17,18 @@ import numpy.typing as npt
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.cells import date_order, is_data, is_date_time, number, parse_date_times, parse_numbers
+from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undress_units
 from dehyst.io.layout import BLANKS, Layout, find_layout, is_comment, split_line
 from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, unique_names
 from dehyst.io.text import decode, expand, lines_of
+from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
 from dehyst.units import parse_unit
 
 LABEL_WIDTH = 64  # characters of a text cell on the fast way; longer ones take the careful way
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 PROBE = 200
+TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out
+NUMBERISH = "+-(.,0123456789"  # first characters of numbers, plain or not
 
 
 def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
@@ -47,13 +52,11 @@ def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
     layout = find_layout(lines, name)
     body, rows = _body(lines, layout.first)
     findings: list[Finding] = []
-    fast = _fast(body, layout, findings)
-    if fast is None:
+    content = _fast(body, layout, findings)
+    if content is None:
         cells, rows = _split(body, rows, layout, name, findings)
-        numbers, labels, stamps = _careful(cells, layout, findings)
-    else:
-        numbers, labels, stamps = fast
-    return _assemble(name, sha256, layout, rows, numbers, labels, stamps, findings)
+        content = _careful(cells, rows, layout, name, findings)
+    return _assemble(name, sha256, layout, rows, content, findings)
 
 
 def _body(lines: Sequence[str], first: int) -> tuple[list[str], Rows]:
@@ -68,10 +71,18 @@ def _body(lines: Sequence[str], first: int) -> tuple[list[str], Rows]:
     return list(compress(body, keep)), rows.astype(np.int64)
 
 
-Columns = tuple[dict[int, Array], dict[int, npt.NDArray[np.str_]], set[int]]
+@dataclass(frozen=True)
+class Content:
+    """Columns by position: numbers, text, which numbers are date-times, why some cannot be trusted, units in cells."""
+
+    numbers: dict[int, Array] = field(default_factory=dict)
+    labels: dict[int, npt.NDArray[np.str_]] = field(default_factory=dict)
+    stamps: set[int] = field(default_factory=set)
+    refused: dict[int, str] = field(default_factory=dict)
+    units: dict[int, str] = field(default_factory=dict)
 
 
-def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Columns | None:
+def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Content | None:
     """Read with numpy's C parser; None if any line or cell is not as the first lines promise."""
     if not body or '"' in body[0] or (layout.decimal_comma and layout.delimiter == ","):
         return None
@@ -81,11 +92,16 @@ def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Colum
     if layout.decimal_comma:
         if any(_may_be_thousands([row[j] for row in probe]) for j in range(layout.width)):
             return None
+        if any("." in line for line in body):
+            return None  # points beside decimal commas may separate thousands
+        whole = [j for j in range(layout.width) if not any("," in row[j] for row in probe)]
         body = [line.replace(",", ".") for line in body]
         probe = [[cell.replace(",", ".") for cell in row] for row in probe]
     texts = {j for j in range(layout.width) if all(number(row[j]) is None for row in probe)}
     if texts and layout.decimal_comma:
         return None  # commas within text are not decimal signs
+    if any(row[j].strip()[:1] in NUMBERISH and not is_date_time(row[j]) for row in probe for j in texts):
+        return None  # 1.234.567, (3.21) or 1.2 bar: numbers in disguise
     width = min(LABEL_WIDTH, 8 + max((len(row[j]) for row in probe for j in texts), default=0))
     fields = [(f"c{j}", f"U{width}" if j in texts else "f8") for j in range(layout.width)]
     try:
@@ -103,6 +119,8 @@ def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Colum
     if data.shape[0] != len(body):
         return None
     columns = {j: np.ascontiguousarray(data[f"c{j}"] if texts else data[:, j]) for j in range(layout.width)}
+    if layout.decimal_comma and any((columns[j] != np.round(columns[j])).any() for j in whole):
+        return None  # commas that come late: 998, 999, 1,017
     labels = {j: np.char.strip(columns.pop(j)) for j in texts}
     # A label that fills its field may have been cut; a quote or an empty one needs the careful way.
     if any((np.char.str_len(v) >= width).any() or (np.char.find(v, '"') >= 0).any() for v in labels.values()):
@@ -112,7 +130,7 @@ def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Colum
         if is_date_time(str(labels[j][0])):
             columns[j] = _dates(labels.pop(j).tolist(), layout, j, findings)
             stamps.add(j)
-    return columns, labels, stamps
+    return Content(columns, labels, stamps)
 
 
 def _may_be_thousands(column: Sequence[str]) -> bool:
@@ -145,30 +163,76 @@ def _split(
     return list(compress(cells, keep)), rows[keep]
 
 
-def _careful(cells: Sequence[Sequence[str]], layout: Layout, findings: list[Finding]) -> Columns:
-    columns: dict[int, Array] = {}
-    labels: dict[int, npt.NDArray[np.str_]] = {}
-    stamps: set[int] = set()
-    for j, raw in enumerate(zip(*cells, strict=True)):
-        column = [cell.strip() for cell in raw]
+def _careful(cells: Sequence[Sequence[str]], rows: Rows, layout: Layout, log: str, findings: list[Finding]) -> Content:
+    content = Content()
+    columns = [[cell.strip() for cell in raw] for raw in zip(*cells, strict=True)]
+    columns = [_undress(column, j, rows, layout, content, log, findings) for j, column in enumerate(columns)]
+    commas = layout.decimal_comma or any("," in cell for column in columns for cell in column)
+    marks = [marks_of(column) for column in columns] if commas else []
+    decimals = frozenset[str]().union(*(found.decimals for found in marks))
+    for j, column in enumerate(columns):
+        name = _name(layout, j)
         filled = [cell for cell in column if cell]
-        values, bad = parse_numbers(column, layout.decimal_comma)
-        if bad <= 0.5 * len(filled):
-            columns[j] = values
-            _warn_decimal_comma(column, layout, j, findings)
+        values, bad = parse_numbers(column, commas)
+        separator, certain = separator_of(column, marks[j], decimals) if marks else ("", False)
+        if separator:
+            whole, text = parse_numbers(without(column, marks[j], separator), commas)
+            if text > 0.5 * len(filled):
+                separator = ""  # a column of text that holds a number or two
+            elif certain:
+                findings.append(thousands_finding(name, column, marks[j], separator, rows))
+                values, bad = whole, text
+            else:
+                content.refused[j] = thousands_refusal(name, log, column, marks[j], separator, rows)
+        if separator or bad <= 0.5 * len(filled):
+            content.numbers[j] = values
+            if not separator:
+                _warn_decimal_comma(column, layout, j, findings)
+            if bad > TEXT_MOST * len(filled):
+                content.refused.setdefault(j, text_refusal(name, log, column, rows))
         elif sum(is_date_time(cell) for cell in filled[:PROBE]) > 0.5 * len(filled[:PROBE]):
-            columns[j] = _dates(column, layout, j, findings)
-            stamps.add(j)
+            content.numbers[j] = _dates(column, layout, j, findings)
+            content.stamps.add(j)
         else:
-            labels[j] = np.array([cell[:200] for cell in column], dtype=np.str_)
-    return columns, labels, stamps
+            content.labels[j] = np.array([cell[:200] for cell in column], dtype=np.str_)
+    return content
+
+
+def _undress(
+    column: list[str], j: int, rows: Rows, layout: Layout, content: Content, log: str, findings: list[Finding]
+) -> list[str]:
+    """Take away what stands around the numbers of a column, and keep the unit if it was one."""
+    if not any(is_dressed(cell) for cell in column[:PROBE]) and not any(cell[:1] == "(" for cell in column):
+        return column
+    name = _name(layout, j)
+    bare = undress_units(name, column, findings)
+    if bare is None:
+        return undress_negatives(name, column, rows, findings)
+    content.units[j] = bare[1]
+    header = _header_unit(layout, j)
+    if header and header != bare[1]:
+        content.refused[j] = (
+            f"column '{name}' of {log} is in {header} by its header and in {bare[1]} by its cells ({column[0]!r}); one "
+            f"of them is wrong. Correct the header, or take the unit out of the cells."
+        )
+    return bare[0]
+
+
+def _header_unit(layout: Layout, j: int) -> str:
+    """Unit of a column by the units row or else by its name, "" if neither tells."""
+    given = parse_unit(f"x [{layout.units[j]}]")[1] if layout.units and layout.units[j] else ""
+    return given or parse_unit(_name(layout, j))[1]
+
+
+def _name(layout: Layout, j: int) -> str:
+    return layout.names[j] if layout.names else f"column_{j + 1}"
 
 
 def _dates(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> Array:
     """Seconds of a column of dates, and what had to be assumed."""
     order, assumed = date_order(column)
     if assumed:
-        name = layout.names[j] if layout.names else f"column_{j + 1}"
+        name = _name(layout, j)
         findings.append(
             Finding(
                 "date-order",
@@ -181,11 +245,9 @@ def _dates(column: Sequence[str], layout: Layout, j: int, findings: list[Finding
 
 def _warn_decimal_comma(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> None:
     """1,234 is 1.234 or 1234: say so where all commas are followed by three digits and some cells have none."""
-    if not layout.decimal_comma:
-        return
     tails = [len(cell.partition(",")[2]) for cell in column if "," in cell]
     if tails and set(tails) == {3} and len(tails) < sum(is_data(cell) for cell in column):
-        name = layout.names[j] if layout.names else f"column_{j + 1}"
+        name = _name(layout, j)
         findings.append(
             Finding(
                 "decimal-comma",
@@ -200,11 +262,10 @@ def _assemble(
     sha256: str,
     layout: Layout,
     rows: Rows,
-    numbers: dict[int, Array],
-    labels: dict[int, npt.NDArray[np.str_]],
-    stamps: set[int],
+    content: Content,
     findings: list[Finding],
 ) -> Table:
+    numbers, labels, stamps = content.numbers, content.labels, content.stamps
     raw = list(layout.names) if layout.names else [f"column_{j + 1}" for j in range(layout.width)]
     names = unique_names(raw)
     doubled = sorted({given for given, unique in zip(raw, names, strict=True) if given and given != unique})
@@ -217,10 +278,7 @@ def _assemble(
                 f"Name the one you mean, or use #3 for the third column.",
             )
         )
-    units = {names[j]: parse_unit(names[j])[1] for j in numbers}
-    if layout.units:
-        given = {names[j]: parse_unit(f"x [{layout.units[j]}]")[1] for j in numbers if layout.units[j]}
-        units.update({column: unit for column, unit in given.items() if unit})
+    units = {names[j]: content.units.get(j) or _header_unit(layout, j) for j in numbers}
     units.update({names[j]: "s" for j in stamps})
     columns = {names[j]: numbers[j] for j in sorted(numbers) if not _is_trailing(layout, names[j], numbers[j])}
     return require_columns(
@@ -235,6 +293,7 @@ def _assemble(
             order=tuple(names),
             sha256=sha256,
             findings=tuple(findings),
+            refused={names[j]: reason for j, reason in content.refused.items() if names[j] in columns},
         )
     )
 

@@ -45,6 +45,11 @@ def read_table(path: PathLike) -> Table:
     MissingExtraError
         If the format needs a package that is not installed.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise LogError(
+            f"the log is given as {path!r:.60}, which is no path. Give the file's name, for example 'log.csv'.",
+            path=path,
+        )
     source = Path(path)
     try:
         if source.is_dir():

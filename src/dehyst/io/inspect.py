@@ -184,6 +184,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
 def _findings(table: Table, x: str | None, y: str | None, run: str | None) -> tuple[Finding, ...]:
     """What reading the guessed pair would find; without a pair, what is known of the clock."""
     found = list(table.findings)
+    found += [Finding("not-readable", reason) for name, reason in table.refused.items() if name not in (x, y)]
     if x is None or y is None:
         clocks = clock_names(table)
         return (*found, *(f for name in clocks[:1] for f in unit_finding(table, name, seconds(table, name)[0])))

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 from dehyst.errors import LogError
 from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number
+from dehyst.io.dressed import is_dressed
 from dehyst.units import canonical
 
 COMMENTS = ("#", "%", "//")
 SAMPLE = 400  # lines that decide the layout
+SAMPLE_TEXT = 1 << 20  # characters of them; no line of a log is longer
 BLANKS = " "  # delimiter meaning one or more blanks
 _QUOTED_COMMA = re.compile(r'"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
 
@@ -25,7 +27,7 @@ class Layout:
     Attributes
     ----------
     delimiter
-        ``","``, ``";"``, tab, or ``" "`` for blanks.
+        ``","``, ``";"``, ``"|"``, tab, or ``" "`` for blanks.
     decimal_comma
         Whether numbers use a comma.
     width
@@ -71,7 +73,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
 def _numeric(cell: str, decimal_comma: bool) -> bool:
     value = comma_number(cell) if decimal_comma else number(cell)
-    return value is not None and (value == value or cell.strip() != "")
+    return is_dressed(cell) if value is None else value == value or cell.strip() != ""
 
 
 def _score(sample: Sequence[str], delimiter: str, decimal_comma: bool) -> tuple[float, int]:
@@ -107,10 +109,11 @@ def find_layout(lines: Sequence[str], name: str) -> Layout:
             file=name,
         )
     # The middle of the sample: preamble and header come first and must not vote.
-    sample = [line[:4096] for line in body[len(body) // 4 :][:SAMPLE]]
+    sample = _sample(body[len(body) // 4 :])
     best: tuple[float, int, str, bool] = (0.0, 0, ",", False)
     # At equal score the earlier wins; decimal commas are tried where the comma is not the delimiter.
-    trials = [(",", False), (";", False), ("\t", False), (BLANKS, False), (";", True), ("\t", True), (BLANKS, True)]
+    marks = (",", ";", "\t", "|", BLANKS)
+    trials = [(mark, False) for mark in marks] + [(mark, True) for mark in marks[1:]]
     if any(_QUOTED_COMMA.search(line) for line in sample):
         trials.append((",", True))  # "0,020","1,23": quotes keep the two commas apart
     for delimiter, decimal_comma in trials:
@@ -122,20 +125,32 @@ def find_layout(lines: Sequence[str], name: str) -> Layout:
         _refuse_header_only(body, name)
     if score < 0.2 or width < 1:
         raise LogError(
-            f"log '{name}' holds no table of numbers that , ; tab or blanks would separate; its first line of "
+            f"log '{name}' holds no table of numbers that , ; | tab or blanks would separate; its first line of "
             f"text is {body[0][:60]!r}. Save it as CSV with one header line and a . or , as decimal sign.",
             file=name,
         )
     return _with_header(lines, delimiter, decimal_comma, width)
 
 
+def _sample(body: Sequence[str]) -> list[str]:
+    """First lines, fewer where they are long: a cut line would not tell the number of columns."""
+    sample: list[str] = []
+    left = SAMPLE_TEXT
+    for line in body[:SAMPLE]:
+        if left <= 0 and len(sample) >= 3:
+            break
+        sample.append(line[:SAMPLE_TEXT])
+        left -= len(line)
+    return sample
+
+
 def _refuse_header_only(body: Sequence[str], name: str) -> None:
     """Say so when there are names, perhaps units, and nothing below."""
     if len(body) > 2:
         return
-    cells = next((c for c in (split_line(body[0], mark) for mark in (",", ";", "\t")) if len(c) > 1), [])
+    cells = next((c for c in (split_line(body[0], mark) for mark in (",", ";", "\t", "|")) if len(c) > 1), [])
     names = [cell.strip() for cell in cells]
-    if names and all(names) and not any(is_data(cell) for line in body for cell in re.split("[,;\t]", line)):
+    if names and all(names) and not any(is_data(cell) for line in body for cell in re.split("[,;|\t]", line)):
         raise LogError(
             f"log '{name}' has a header ({', '.join(names[:8])}{', ...' if len(names) > 8 else ''}) but no rows below "
             f"it: the logger was started and wrote nothing, or the copy was cut. Copy the file again, or log again.",
@@ -147,28 +162,32 @@ def _refuse_header_only(body: Sequence[str], name: str) -> None:
 def _is_data_row(cells: Sequence[str], width: int, decimal_comma: bool) -> bool:
     if len(cells) != width:
         return False
+    missing = sum(cell.strip().lower() in MISSING for cell in cells)
     hits = sum(_numeric(cell, decimal_comma) and cell.strip().lower() not in MISSING for cell in cells)
     dates = sum(is_date_time(cell) for cell in cells)
-    texts = sum(bool(cell.strip()) for cell in cells) - hits - dates
+    texts = len(cells) - missing - hits - dates
     return hits + dates > 0 and texts <= max(1, hits + dates)
 
 
 def _with_header(lines: Sequence[str], delimiter: str, decimal_comma: bool, width: int) -> Layout:
-    first = next(
-        (
-            i
-            for i, line in enumerate(lines)
-            if not is_comment(line) and _is_data_row(split_line(line, delimiter), width, decimal_comma)
-        ),
-        len(lines),
+    data = (
+        i
+        for i, line in enumerate(lines)
+        if not is_comment(line) and _is_data_row(split_line(line, delimiter), width, decimal_comma)
     )
+    first = next(data, len(lines))
+    if first < len(lines) and _is_named_by_values(lines[first], lines[next(data, first)], delimiter):
+        first += 1
+    first = _first_missing(lines, first, delimiter, width)
     # Candidates for header and units row, nearest to the data first; a commented header counts too.
     above: list[list[str]] = []
     for line in reversed(lines[max(0, first - 50) : first]):
         cells = _header_cells(line, delimiter)
         if cells and len(cells) == width - 1 and _last_empty(lines[first : first + 50], delimiter, width):
             cells = [*cells, ""]
-        if cells and len(cells) == width and any(cells):
+        if cells and MISSING.issuperset(cell.lower() for cell in cells):
+            continue
+        if cells and len(cells) == width:
             above.append(cells)
         elif not is_comment(line):
             break  # a line of another width: what stands above it is preamble
@@ -182,6 +201,27 @@ def _with_header(lines: Sequence[str], delimiter: str, decimal_comma: bool, widt
         else:
             names = tuple(above[0])
     return Layout(delimiter, decimal_comma, width, names, units, first)
+
+
+def _is_named_by_values(line: str, below: str, delimiter: str) -> bool:
+    """Whether a line names columns by values (``0 bar,2 bar``): numbers with units above plain ones."""
+    cells = [cell for cell in split_line(line, delimiter) if is_data(cell) or is_dressed(cell)]
+    return all(map(is_dressed, cells)) and not any(map(is_dressed, split_line(below, delimiter)))
+
+
+def _first_missing(lines: Sequence[str], first: int, delimiter: str, width: int) -> int:
+    """First of the lines just above the data in which every cell is missing: data too, and no header.
+
+    A line of dashes is a rule or says that nothing has a unit; it is passed over on the way, not taken.
+    """
+    start = first
+    for i in range(first - 1, -1, -1):
+        cells = [cell.strip().lower() for cell in split_line(lines[i], delimiter)]
+        if not is_comment(lines[i]) and (len(cells) != width or not MISSING.issuperset(cells)):
+            break
+        if not is_comment(lines[i]) and not {"-", "--"}.issuperset(cells):
+            start = i
+    return start
 
 
 def _header_cells(line: str, delimiter: str) -> list[str]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import RecordingError, TimeError
+from dehyst.errors import ColumnError, RecordingError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples, drop_unmeasured, hold_unmeasured
 from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, unit_finding
@@ -53,7 +53,16 @@ def samples_of(
     findings: list[Finding],
     shift: bool = False,
 ) -> Samples:
-    """Samples of some columns on one clock, in the rows of `mask`; `shift` keeps stamps counted from 1970."""
+    """Samples of some columns on one clock, in the rows of `mask`; `shift` keeps stamps counted from 1970.
+
+    Raises
+    ------
+    ColumnError
+        If the numbers of a column cannot be trusted.
+    """
+    for column in (*names, clock):
+        if column is not None and column in table.refused:
+            raise ColumnError(table.refused[column], column=column)
     part = Table(
         name=table.name,
         columns={n: table.columns[n][mask] for n in dict.fromkeys((*names, *((clock,) if clock else ())))},

@@ -49,6 +49,8 @@ class Table:
         Fingerprint of the file's bytes, "" if not taken.
     findings
         What reading the file found.
+    refused
+        Column -> why its numbers cannot be trusted. It is an error only once the column is used.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Table:
     scalars: Mapping[str, float] = field(default_factory=dict)
     sha256: str = ""
     findings: tuple[Finding, ...] = ()
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.order:
@@ -122,7 +125,7 @@ def require_columns(table: Table) -> Table:
         texts = f" Its columns are text: {', '.join(table.labels)}." if table.labels else ""
         raise LogError(
             f"log '{table.name}' holds no column of numbers.{texts} Check that it is the right file, and that its "
-            f"delimiter is one of , ; tab or blanks.",
+            f"delimiter is one of , ; | tab or blanks.",
             file=table.name,
         )
     return table

@@ -197,6 +197,8 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     >>> load_model(path).weights.tolist()
     [1.0, 1.0]
     """
+    if not isinstance(path, str | os.PathLike):
+        raise _refuse(f"{path!r:.60}", "is no path.", "Give the file's name, for example 'model.json'.")
     source = Path(path)
     try:
         if not source.is_file():  # a pipe or a device would block the reader
