@@ -177,8 +177,8 @@ def about_fit(
     if not any(mask.any() for mask in test_masks):
         yield Finding(
             "no-held-out",
-            "nothing was held out, so the errors are those of the fit itself and flatter it. Log more loops, or fit a "
-            "part only (--train-fraction 0.5).",
+            "nothing was held out, so the errors are those of the fit itself and flatter it. With enough loops in the "
+            "log, fit a part only (--train-fraction 0.5).",
         )
 
 
