@@ -4,6 +4,7 @@ The logs may not be passed on, so they stand beside the project and not in it; w
 """
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -35,6 +36,9 @@ ACCEPTANCE = [
     (DAMPER, ("--run", "ensaio1.2"), 10.0),
 ]
 KEYS = {"family", "n", "nonzero_weights", "train", "test", "static_test", "kkt_residual", "round_trip_error"}
+
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
 def names(case):
@@ -69,6 +73,9 @@ def test_accuracy_on_a_measured_log(identify, case):
     score = result["test"] if held_out else result["train"]
     assert set(score) == {"rmse", "rmse_percent", "nrmse", "max"}
     assert score["rmse_percent"] <= bound
+    table = [line for line in README.splitlines() if line.startswith("|")]
+    shown = f"{score['rmse_percent']:.2f}"
+    assert any(shown in line and result["family"] in line for line in table), f"README does not show {shown}"
     static = result["static_test"] if held_out else result["static_train"]
     assert score["rmse"] < 0.6 * static["rmse"]
     assert result["kkt_residual"] < 1e-12
@@ -145,3 +152,12 @@ def test_every_model_of_a_measured_loop_survives_its_file(tmp_path):
         model = dehyst.load_model(fit.model.save(tmp_path / f"{folder}.json"))
         assert (model.simulate(rec.input) == fit.predictions[0]).all()
         assert model.card.provenance["logs"][0]["file"] == "data.csv.gz"
+
+
+def test_the_spread_of_the_tendon_joint_is_as_the_readme_says(identify):
+    low, high = map(float, re.search(r"tendon joint reach ([\d.]+) to ([\d.]+) %", README).groups())
+    runs = [f"config_{k:03d}" for k in range(0, 271, 30)]
+    runs += ["conf0_50", "conf0_60", "conf0_60_", "conf0_70", "conf90_50", "conf90_60", "conf90_70"]
+    errors = [identify(TENDON, "--run", run)["test"]["rmse_percent"] for run in runs]
+    assert min(errors) == pytest.approx(low, abs=0.05)
+    assert max(errors) == pytest.approx(high, abs=0.05)

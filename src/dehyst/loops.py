@@ -79,14 +79,11 @@ class LoopSummary:
         Back-and-forth cycles, two swings each, ``(turns + 1) // 2``.
     swings
         Distances between successive turning points, (turns + 1,). [unit of x]
-    coverage
-        Share of all swings that turn before both extremes: 0 for full loops only.
     """
 
     turns: int
     loops: int
     swings: Array
-    coverage: float
 
 
 def summarise_loops(signal: npt.ArrayLike, swing: float | None = None) -> LoopSummary:
@@ -102,7 +99,4 @@ def summarise_loops(signal: npt.ArrayLike, swing: float | None = None) -> LoopSu
     points = turning_points(x, swing)
     swings = np.abs(np.diff(x[points]))
     turns = max(0, points.size - 2)
-    span = float(np.ptp(x)) if x.size else 0.0
-    inner = swings[1:-1]
-    minor = float(np.mean(inner < 0.9 * span)) if inner.size and span > 0 else 0.0
-    return LoopSummary(turns=turns, loops=(turns + 1) // 2, swings=swings, coverage=minor)
+    return LoopSummary(turns=turns, loops=(turns + 1) // 2, swings=swings)

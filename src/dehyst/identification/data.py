@@ -80,15 +80,6 @@ class DataSet:
     trend: int
     output_range: float
 
-    @property
-    def samples(self) -> int:
-        """Number of samples in all."""
-        return sum(piece.x.size for piece in self.pieces)
-
-    def scale_output(self, y: Array) -> Array:
-        """Scaled, rising output."""
-        return self.trend * (y - self.level) / self.amplitude
-
 
 def _trend(x: Array, y: Array) -> int:
     """+1 or -1: whether the output follows the input or opposes it.

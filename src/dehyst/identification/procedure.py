@@ -167,9 +167,11 @@ def _identify(
 
 
 def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5) -> Fit:
-    """Identify with the 2012 paper's own settings: n = 100, eps = 0.001, w >= 0, z0 = 0.
+    """Identify with the 2012 paper's own settings: n = 100, w_1 >= eps = 0.001, w >= 0, z0 = 0.
 
-    The same as ``identify(recordings, family="pi")``.
+    The same as ``identify(recordings, family="pi")``: the input is centred, an offset is identified along, and z0 is
+    0 unless another start halves the error of the fit, which only data made by the operator itself bring about. To
+    insist on z0 = 0 in any case, call ``identify(recordings, family="pi", initial_state="zero")``.
 
     Parameters
     ----------
