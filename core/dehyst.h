@@ -93,6 +93,113 @@ int32_t dehyst_pi_invert(int32_t n, const dehyst_real *threshold, const dehyst_r
 void dehyst_stop_to_play(int32_t n, dehyst_real slope, const dehyst_real *stop_weight,
                          dehyst_real *weight);
 
+/* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
+ *
+ *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I the integrator
+ *   dp_d = (Q_d - A(q) p_m - C(q))/B(q) + compensator(q_d)              inverse of Q = A p_m + B dp + C
+ *   p_1,2 = p_m +- dp/2
+ *   mdot_d = V/(n R T) (dp_d/dt + k_p (p_d - p)) + p Vdot/(R T)         flatness-based pressure loop, one a muscle
+ * SI units. Nothing here allocates, calls a library or loops without a bound. */
+
+#define DEHYST_DEGREE 8 /* most coefficients of a polynomial of the angle, lowest power first */
+
+/* Nominal valve and air as the controller believes them (ISO 6358); the true ones differ. */
+typedef struct dehyst_pneumatics {
+    dehyst_real supply;            /* absolute, [Pa] */
+    dehyst_real ambient;           /* absolute, [Pa] */
+    dehyst_real gas_temperature;   /* R T, [J/kg] */
+    dehyst_real polytropic;        /* n */
+    dehyst_real reference_density; /* rho_0, [kg/m^3] */
+    dehyst_real conductance;       /* C of the fully open valve, [m^3/(s Pa)] */
+    dehyst_real ratio;             /* critical pressure ratio b */
+    dehyst_real dead_band;         /* half width of the valve's dead band, share of the stroke; compensated */
+} dehyst_pneumatics;
+
+typedef struct dehyst_joint {
+    dehyst_real period;                   /* of the control, T, [s] */
+    dehyst_real inertia;                  /* nominal M, [kg m^2] */
+    dehyst_real pole;                     /* L (lambda): error poles of the position loop, [1/s] */
+    dehyst_real observer_pole;            /* of the observer of q, qd and load, [1/s] */
+    dehyst_real pressure_gain;            /* k_p, [1/s] */
+    dehyst_real windup_gain;              /* back-calculation while pressures or valves saturate, [1/s] */
+    dehyst_real a[DEHYST_DEGREE];         /* A(q) = sum a_j q^j, [Nm/Pa] */
+    dehyst_real b[DEHYST_DEGREE];         /* B(q), > 0 over the joint's range, [Nm/Pa] */
+    dehyst_real c[DEHYST_DEGREE];         /* C(q), [Nm] */
+    dehyst_real volume[2][4];             /* V_i(q) = sum v_j q^j of both chambers, [m^3] */
+    dehyst_real angle_low, angle_high;    /* range of the calibration: A, B, C, V are held beyond it, [rad] */
+    dehyst_real pressure_low;             /* smallest commanded gauge pressure of a muscle, [Pa] */
+    dehyst_real pressure_high;            /* largest, [Pa] */
+    dehyst_real ramp;                     /* time over which a switched term fades in and out, [s] */
+    dehyst_real shear;                    /* k of the sheared loop x = dp - dp_nom + k q, [Pa/rad] */
+    dehyst_real compensator_unit;         /* [Pa] of one unit of the compensator's output */
+    const dehyst_model *compensator;      /* H^-1: q_d -> x, or a null pointer: no compensator */
+    dehyst_pneumatics pneumatics;
+    dehyst_real angle_jump;               /* largest credible change of the angle in a period, [rad] */
+    dehyst_real pressure_jump;            /* largest credible change of a pressure in a period, [Pa] */
+    int32_t frozen_samples;               /* equal samples of a sensor in a row that mean it is frozen */
+    int32_t hold_samples;                 /* faulty samples bridged by prediction; beyond it the joint fails safe */
+} dehyst_joint;
+
+enum { /* what is switched on */
+    DEHYST_POSITION = 1u,    /* position control; otherwise the reference's pressure difference is applied */
+    DEHYST_INTEGRATOR = 2u,  /* integrator of the position loop */
+    DEHYST_COMPENSATOR = 4u  /* hysteresis compensator (its state follows q_d in either case) */
+};
+
+enum { /* flags of the output */
+    DEHYST_ANGLE_FAULT = 1u,       /* NaN, jump or frozen: the prediction is used */
+    DEHYST_PRESSURE_FAULT_1 = 2u,
+    DEHYST_PRESSURE_FAULT_2 = 4u,
+    DEHYST_FAILED = 8u,            /* a fault outlasted hold_samples: valves closed until a reset (sticky) */
+    DEHYST_PRESSURE_LIMIT = 16u,   /* desired pressures were limited */
+    DEHYST_VALVE_LIMIT = 32u,      /* a valve was limited */
+    DEHYST_REFERENCE_FAULT = 64u,  /* reference not finite: the last good one is held */
+    DEHYST_FAULT_EVER = 128u       /* some sensor or reference fault since the reset (sticky) */
+};
+
+typedef struct dehyst_joint_reference {
+    dehyst_real angle;               /* q_d, [rad] */
+    dehyst_real velocity;            /* [rad/s] */
+    dehyst_real acceleration;        /* [rad/s^2] */
+    dehyst_real load;                /* Q_load: torque of gravity and coupling at the reference, [Nm] */
+    dehyst_real mean_pressure;       /* p_m, gauge, [Pa] */
+    dehyst_real pressure_difference; /* dp to apply without DEHYST_POSITION, [Pa] */
+    dehyst_real extra;               /* compensator term from outside, added to the built-in one, [Pa] */
+} dehyst_joint_reference;
+
+typedef struct dehyst_joint_sensors {
+    dehyst_real angle;       /* [rad] */
+    dehyst_real pressure[2]; /* gauge, [Pa] */
+} dehyst_joint_sensors;
+
+typedef struct dehyst_joint_output {
+    dehyst_real valve[2];            /* command, -1..1, > 0 fills */
+    dehyst_real desired[2];          /* p_d of both muscles after limits, gauge, [Pa] */
+    dehyst_real pressure_difference; /* dp_d before limits, [Pa] */
+    dehyst_real torque;              /* Q_d, [Nm] */
+    dehyst_real integrator;          /* I, [Nm] */
+    dehyst_real compensation;        /* compensator's part of dp_d, [Pa] */
+    dehyst_real angle, velocity;     /* observed q, qd */
+    dehyst_real load;                /* observed disturbance torque, not used by the controller, [Nm] */
+    uint32_t flags;
+} dehyst_joint_output;
+
+/* State of a joint controller; the caller owns it. `compensator` needs its z (n,) set by the caller before the reset. */
+typedef struct dehyst_joint_state dehyst_joint_state; /* completed by the implementer of joint.c */
+
+/* Start at the sensed angle with the last commanded pressures equal to the sensed ones; the compensator's states z0 (n,)
+ * are those of the homing (a null pointer without compensator). */
+void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors,
+                        const dehyst_real *z0);
+
+/* One period. `switches` may change at any time without a bump: a term that is switched fades over `ramp`. */
+void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors,
+                       const dehyst_joint_reference *reference, uint32_t switches, dehyst_joint_output *output);
+
+/* Exchange the compensator while running; its output fades from the old to the new one over `ramp`. */
+void dehyst_joint_exchange(dehyst_joint *joint, dehyst_joint_state *state, const dehyst_model *compensator,
+                           dehyst_real *z, const dehyst_real *z0);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,0 +1,164 @@
+/* dehyst plant: the physics of one pneumatic joint, simulated. Never exported, and nothing here is shared with
+ * core/: the plant must not be the controller's own model.
+ *
+ * A joint is an antagonistic pair of pneumatic muscles, each with its own valve and pressure sensor:
+ *   kappa_1,2 = kappa_0 +- r q/l_0        contraction of the muscles, q > 0 shortens muscle 1
+ *   Q = r (F_1 - F_2)                     torque on the joint
+ *   F = max(0, F_map(p, kappa) - F_hysteresis - F_creep - F_viscous)
+ * SI units throughout: m, N, s, rad, K, kg; pressures in Pa, gauge in the muscle's force, absolute in the chamber.
+ */
+#ifndef PLANT_H
+#define PLANT_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PLANT_ELEMENTS 64 /* most elements of a hysteresis mechanism */
+#define PLANT_CREEP 8     /* most branches of creep */
+#define PLANT_TURNS 128   /* most remembered reversals of a Preisach mechanism */
+
+typedef struct plant_air {
+    double supply;            /* supply pressure, absolute, [Pa] */
+    double ambient;           /* ambient pressure, absolute, [Pa] */
+    double temperature;       /* [K] */
+    double gas_constant;      /* [J/(kg K)] */
+    double polytropic;        /* exponent n, 1 (isothermal) .. 1.4 (adiabatic) */
+    double reference_density; /* rho_0 of ISO 6358, [kg/m^3] */
+} plant_air;
+
+enum {
+    PLANT_MAP_TOOL = 0,        /* Fm (a0 (exp(-a1 k/km) - 1) + p/p_ref exp(-a3 (k/km)^2)): Fm a0 a1 a3 km p_ref */
+    PLANT_MAP_EXPONENTIAL = 1, /* (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6:               a1 a2 a3 a4 a5 a6 */
+    PLANT_MAP_GEOMETRIC = 2    /* mu A0 p (a (1 - ke k)^2 - b) + c1 k + c2 (1 - exp(-c3 k)): mu A0 a b ke c1 c2 c3 */
+};
+
+enum {
+    PLANT_NONE = 0,
+    PLANT_MAXWELL_SLIP = 1, /* springs that slip at a force growing with pressure */
+    PLANT_PREISACH = 2,     /* Everett function of a smooth density that is not separable */
+    PLANT_DAHL = 3,         /* Dahl elements: no return-point memory */
+    PLANT_FOREIGN = 4       /* a function of one's own */
+};
+
+/* Force of a foreign mechanism opposing contraction [N]: called once a step for each muscle. */
+typedef double (*plant_foreign)(void *context, double contraction, double pressure, double period);
+
+/* Force opposing contraction, [N], for the contraction kappa of the muscle at gauge pressure p. */
+typedef struct plant_hysteresis {
+    int32_t kind;                  /* PLANT_NONE .. PLANT_FOREIGN */
+    int32_t n;                     /* elements in use, <= PLANT_ELEMENTS */
+    double size;                   /* force when everything slips, at the reference pressure, [N] */
+    double constant_share;         /* g(p) = constant_share + pressure_share p/reference_pressure */
+    double pressure_share;
+    double reference_pressure;     /* [Pa] */
+    double asymmetry;              /* contraction is held back by (1 + asymmetry), elongation by (1 - asymmetry) */
+    double strain[PLANT_ELEMENTS]; /* (n,) contraction at which an element slips, increasing */
+    double share[PLANT_ELEMENTS];  /* (n,) share of an element in `size`, sums to 1 */
+    plant_foreign foreign;         /* PLANT_FOREIGN only */
+    void *context;
+} plant_hysteresis;
+
+typedef struct plant_muscle {
+    int32_t map;                        /* PLANT_MAP_... */
+    double coefficient[8];              /* of the map, in the order given at its name */
+    double length;                      /* l_0, [m] */
+    double volume[4];                   /* V = l_0 sum_j volume[j] kappa^j + dead_volume, [m^2] */
+    double dead_volume;                 /* hose and fitting, [m^3] */
+    double viscous_force;               /* a in a v/(b + |v|), v speed of contraction, [N] */
+    double viscous_speed;               /* b, [m/s] */
+    int32_t creep_branches;             /* <= PLANT_CREEP */
+    double creep_time[PLANT_CREEP];     /* time constants, [s] */
+    double creep_force[PLANT_CREEP];    /* c_j in c_j (kappa - lag_j[kappa]), [N] */
+    double creep_pressure[PLANT_CREEP]; /* d_j in -d_j (p - lag_j[p]), [N/Pa] */
+    plant_hysteresis hysteresis;
+} plant_muscle;
+
+/* One way of a 5/3-way proportional valve, ISO 6358: opening s in -1..1, s > 0 fills. */
+typedef struct plant_valve {
+    double conductance; /* C, [m^3/(s Pa)] */
+    double ratio;       /* critical pressure ratio b */
+    double dead_band;   /* half width around the mid-position, share of the stroke */
+    double leak;        /* opening of both ways in the mid-position, share of full opening */
+    double frequency;   /* of the spool, [rad/s] */
+    double damping;     /* of the spool */
+} plant_valve;
+
+typedef struct plant_sensors {
+    double angle_step;     /* resolution of the encoder, [rad] */
+    double pressure_noise; /* rms, white, a sample, [Pa] */
+    double pressure_lag;   /* first order, [s] */
+} plant_sensors;
+
+typedef struct plant_joint {
+    plant_air air;
+    plant_muscle muscle[2];
+    plant_valve valve[2];
+    plant_sensors sensors;
+    double radius;      /* r, [m] */
+    double contraction; /* kappa_0 */
+    int32_t substeps;   /* of valves and chambers in a step */
+} plant_joint;
+
+typedef struct plant_muscle_state {
+    double contraction;             /* kappa of the last step */
+    double pressure;                /* absolute, [Pa] */
+    double mass;                    /* air that went in since the reset, for balances, [kg] */
+    double spool;                   /* s, -1..1 */
+    double spool_speed;             /* [1/s] */
+    double element[PLANT_ELEMENTS]; /* forces of the elements, [N]; of a Preisach mechanism its output */
+    double turn[PLANT_TURNS];       /* remembered reversals of kappa, alternating maxima and minima */
+    int32_t turns;
+    double creep_contraction[PLANT_CREEP];
+    double creep_pressure[PLANT_CREEP]; /* [Pa] */
+    double sensed;                      /* lagged pressure, gauge, [Pa] */
+    double force;                       /* of the last step, [N] */
+    double friction;                    /* hysteresis force of the last step, [N] */
+} plant_muscle_state;
+
+typedef struct plant_joint_state {
+    plant_muscle_state muscle[2];
+    uint64_t random; /* state of the noise generator */
+} plant_joint_state;
+
+typedef struct plant_reading {
+    double angle;       /* encoder, [rad] */
+    double pressure[2]; /* gauge, [Pa] */
+} plant_reading;
+
+/* Static force of the map at gauge pressure p and contraction kappa, [N]; may be negative: the muscle would push. */
+double plant_muscle_force(const plant_muscle *muscle, double p, double kappa);
+
+/* Volume, [m^3], and its derivative by kappa, [m^3]. */
+double plant_muscle_volume(const plant_muscle *muscle, double kappa, double *slope);
+
+/* Mass flow into the muscle, [kg/s], for spool position s and absolute pressure p of the muscle. */
+double plant_valve_flow(const plant_valve *valve, const plant_air *air, double s, double p);
+
+/* Hysteresis force opposing contraction after moving to kappa at gauge pressure p, [N]. */
+double plant_hysteresis_step(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa, double p,
+                             double period);
+
+/* Everett function of the Preisach mechanism, 0..2: change of its normalised output (-1..1) from reversal `from`
+ * to `to`, both in units of the largest strain. */
+double plant_everett(double from, double to);
+
+/* At rest at angle q with both muscles at gauge pressure p[2]; nothing remembered; noise from `seed`. */
+void plant_joint_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed);
+
+/* What the sensors say now; advances their noise and lag by `period`. */
+void plant_joint_sense(const plant_joint *joint, plant_joint_state *state, double q, double period,
+                       plant_reading *reading);
+
+/* Advance by `period` with the angle moving as q + qd t and the valves commanded to command[2] in -1..1.
+ * Returns the torque Q at the end of the step, [Nm]. */
+double plant_joint_step(const plant_joint *joint, plant_joint_state *state, double q, double qd,
+                        const double command[2], double period);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
