@@ -1,39 +1,10 @@
-// nanobind binding of the core: arrays in, arrays out, no formula.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-
-#include <cstddef>
-#include <cstdint>
+// Binding of the hysteresis models: no formula.
 #include <limits>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
+#include "arrays.h"
 #include "dehyst.h"
 
-namespace nb = nanobind;
-using namespace nb::literals;
-
-using In = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Out = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
-using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
-
 namespace {
-
-Out own(std::vector<double> &&values)
-{
-    auto *kept = new std::vector<double>(std::move(values));
-    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
-    return Out(kept->data(), {kept->size()}, owner);
-}
-
-std::vector<double> copy(const In &array) { return {array.data(), array.data() + array.size()}; }
-
-void require(bool holds, const char *message)
-{
-    if (!holds) throw std::invalid_argument(message);
-}
 
 // Parameters of a model, owned; `view` is what the core reads.
 struct Parameters {
@@ -202,9 +173,8 @@ Out map_values(const In &u, const In &v, const In &x)
 
 }  // namespace
 
-NB_MODULE(_native, m)
+void bind_models(nb::module_ &m)
 {
-    m.doc() = "dehyst's C core: play banks, Prandtl-Ishlinskii steps, closed inverse, monotone maps.";
     m.attr("INPUT_LIMIT") = DEHYST_INPUT_LIMIT;
     m.def("accept", [](double x) { return dehyst_accept(x) != 0; }, "x"_a);
     m.def("play_bank", &play_bank, "x"_a, "thresholds"_a, "state"_a, "rows"_a,

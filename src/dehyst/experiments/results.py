@@ -1,0 +1,191 @@
+"""What the paper's experiment returns: logs, identifications, trials and their figures.
+
+One object for the report, the logs on disk and ``--json`` alike; nothing in it is computed twice. SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification import Fit
+
+Array = npt.NDArray[np.float64]
+
+TRIALS = ("fast", "slow", "slow_no_integrator")
+
+
+@dataclass(frozen=True, eq=False)
+class Characteristic:
+    """Static joint characteristic Q = A(q) p_m + B(q) dp + C(q), calibrated by quasi-static sweeps.
+
+    Attributes
+    ----------
+    a, b, c
+        Coefficients of A [Nm/Pa], B [Nm/Pa], C [Nm] in powers of q, lowest first.
+    low, high
+        Range of angles of the sweeps. [rad]
+    residual
+        RMS of Q - A p_m - B dp - C over all sweeps, most of it hysteresis. [Nm]
+    sweeps
+        For figures: one (T, 4) array a sweep, columns q [rad], dp [Pa], p_m [Pa], known torque Q [Nm].
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    low: float
+    high: float
+    residual: float
+    sweeps: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class JointIdentification:
+    """Hysteresis model of one joint, from a log of decaying loops, and its test on other loops.
+
+    Attributes
+    ----------
+    joint
+        Number of the joint, 1 to 7.
+    characteristic
+        The calibrated backbone.
+    log
+        Signals of the identification run by column name, as written to its CSV: ``time_s``, ``pressure_1_bar``,
+        ``pressure_2_bar``, ``pressure_difference_bar`` (dp), ``nominal_difference_bar`` (dp_nom), ``sheared_bar``
+        (x = dp - dp_nom + k q, the input of the fit), ``angle_rad`` (q, its output).
+    fit
+        What `dehyst.identify` returns for that log.
+    shear
+        k. [bar/rad]
+    unseen
+        Loops not used in the fit: ``time_s``, ``angle_rad``, ``hysteresis_bar`` (dp - dp_nom) and ``inverse_bar``
+        (H^-1[q] - k q, what the inverse model says it is).
+    inverse_rms_ratio
+        rms(hysteresis - inverse)/rms(hysteresis) over the unseen loops.
+    """
+
+    joint: int
+    characteristic: Characteristic
+    log: Mapping[str, Array]
+    fit: Fit
+    shear: float
+    unseen: Mapping[str, Array]
+    inverse_rms_ratio: float
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of operators with weight."""
+        return self.fit.certificate.nonzero_weights
+
+
+@dataclass(frozen=True, eq=False)
+class TrialRun:
+    """One run of the arm along its path, homing left out.
+
+    Attributes
+    ----------
+    trial
+        "fast", "slow" or "slow_no_integrator".
+    compensator
+        "off" or the compensator's name.
+    seed
+        Of the sensors' noise and of the muscles' tolerances.
+    time
+        (T,) from the start of the path. [s]
+    desired, angle
+        (T, 7) angles of all joints. [rad]
+    integrator
+        (T, 7) torque of the position loop's integrator; zero for electric joints. [Nm]
+    pressure_difference
+        (T, 7) dp, desired. [Pa]
+    compensation
+        (T, 7) the compensator's part of it. [Pa]
+    pressure
+        (T, 7, 2) measured gauge pressures. [Pa]
+    tool_desired, tool
+        (T, 3) of the tool centre point in the frame of the base: x forward, y left, z up. [m]
+    figure
+        (T,) which figure of the path is being followed: index into `figures`.
+    figures
+        Names of the path's figures in order: "line", "large circle", "small circle", "rectangle".
+    cycle
+        (T,) number of the cycle, from 0.
+    flags
+        (T, 7) flags of the joint controllers (see core/dehyst.h).
+    """
+
+    trial: str
+    compensator: str
+    seed: int
+    time: Array
+    desired: Array
+    angle: Array
+    integrator: Array
+    pressure_difference: Array
+    compensation: Array
+    pressure: Array
+    tool_desired: Array
+    tool: Array
+    figure: npt.NDArray[np.int64]
+    figures: tuple[str, ...]
+    cycle: npt.NDArray[np.int64]
+    flags: npt.NDArray[np.int64]
+
+    @property
+    def error(self) -> Array:
+        """q_d - q, (T, 7). [rad]"""
+        return self.desired - self.angle
+
+
+@dataclass(frozen=True, eq=False)
+class PlantResult:
+    """Everything measured on one plant.
+
+    Attributes
+    ----------
+    plant
+        Name of the hysteresis mechanism.
+    identifications
+        Joint number -> identification, of the first seed.
+    runs
+        All trial runs of the first seed.
+    figures
+        Seed -> the nested dict that ``--json`` shows for a plant: ``{"joints": {J: {"identification": {...},
+        "trials": {TRIAL: {COMPENSATOR: {"rms_deg", "max_deg"}}}}}, "tool": {TRIAL: {COMPENSATOR: {"AT_mm", ...}}}}``.
+    real_time_factor
+        Simulated time over wall time of a trial on one core.
+    """
+
+    plant: str
+    identifications: Mapping[int, JointIdentification]
+    runs: tuple[TrialRun, ...]
+    figures: Mapping[int, Mapping[str, Any]]
+    real_time_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """The paper's experiment on one plant or several.
+
+    Attributes
+    ----------
+    plants
+        Plant name -> result.
+    compensator
+        Name of the compensator that was switched on.
+    settings
+        Everything that was set: the parameter file's values with their changes, seeds, joints.
+    studies
+        Name -> small table of a study for its own section of the report ("rest", "smaller hysteresis", "double
+        compensation", "high gains"): columns by name, (N,) each.
+    """
+
+    plants: Mapping[str, PlantResult]
+    compensator: str
+    settings: Mapping[str, Any]
+    studies: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)

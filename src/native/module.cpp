@@ -1,0 +1,11 @@
+// nanobind binding of the core and of the simulated plant: arrays in, arrays out, no formula.
+#include "arrays.h"
+
+NB_MODULE(_native, m)
+{
+    m.doc() = "dehyst's C core (hysteresis models, joint controller) and the simulated pneumatic plant.";
+    bind_models(m);
+    bind_joint(m);
+    bind_plant(m);
+    bind_robot(m);
+}
