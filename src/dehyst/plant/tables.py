@@ -1,0 +1,237 @@
+"""Tables of a parameter file as frozen dataclasses in SI: each field is one key, with its unit and its physical range.
+
+The key of a field is its name and the unit of the file, ``supply`` in ``"bar"`` is ``supply_bar``. The low and high
+ends are in that unit too. A field that may be None may be left out of the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a key of the file may hold.
+
+    Attributes
+    ----------
+    unit
+        Of the value in the file, see `TO_SI`; "" for none.
+    low, high
+        Ends of the physical range, both allowed, in that unit.
+    least, most
+        Number of values, for lists.
+    choices
+        Allowed words, for texts; empty: any.
+    """
+
+    unit: str = ""
+    low: float = -1e9
+    high: float = 1e9
+    least: int = 1
+    most: int = 64
+    choices: tuple[str, ...] = ()
+
+
+Numbers = tuple[float, ...]
+Share = Annotated[float, Key("", 0.0, 1.0)]
+Scale = Annotated[float, Key("", 0.0, 100.0)]
+
+
+@dataclass(frozen=True)
+class Air:
+    """Supply, room and gas. ``supply`` is gauge, ``ambient`` absolute. [Pa]"""
+
+    supply: Annotated[float, Key("bar", 1.0, 12.0)]
+    ambient: Annotated[float, Key("bar", 0.3, 2.0)]
+    temperature: Annotated[float, Key("K", 200.0, 400.0)]
+    gas_constant: Annotated[float, Key("", 100.0, 5000.0)]
+    polytropic: Annotated[float, Key("", 1.0, 1.7)]
+    reference_density: Annotated[float, Key("", 0.1, 10.0)]
+
+
+@dataclass(frozen=True)
+class ForceMap:
+    """Static force of a muscle; forms and order of the coefficients (SI) as in plant/plant.h.
+
+    ``force_of_length`` = (c_1, c_2, c_3), if given, replaces the first coefficient of the form "tool":
+    F_m = p_ref c_1 atan(c_2 p_ref (l_0 - c_3)).
+    """
+
+    form: Annotated[str, Key(choices=("tool", "exponential", "geometric"))]
+    coefficients: Annotated[Numbers, Key("", -1e9, 1e9, 6, 8)]
+    force_of_length: Annotated[Numbers | None, Key("", 0.0, 1e3, 3, 3)]
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """One type of muscle. ``volume`` in powers of the contraction, lowest first, per length. [m^2]"""
+
+    map: Annotated[str, Key()]
+    length: Annotated[float, Key("m", 0.03, 9.0)]
+    dead_volume: Annotated[float, Key("l", 0.0, 10.0)]
+    volume: Annotated[Numbers, Key("l_per_m", -100.0, 100.0, 4, 4)]
+    viscous_force: Annotated[float, Key("N", 0.0, 5000.0)]
+    viscous_speed: Annotated[float, Key("m_s", 1e-4, 100.0)]
+    creep_time: Annotated[Numbers, Key("s", 1e-3, 1e6, 0, 8)]
+    creep_force: Annotated[Numbers, Key("N", 0.0, 1e5, 0, 8)]
+    creep_pressure: Annotated[Numbers, Key("N_bar", 0.0, 1e4, 0, 8)]
+    hysteresis: Annotated[float, Key("N", 0.0, 5000.0)]
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """The mechanism that all muscles share; ``scale`` multiplies their sizes, ``creep`` their creep."""
+
+    mechanism: Annotated[str, Key(choices=("maxwell-slip", "preisach", "dahl", "none"))]
+    scale: Scale
+    pressure_share: Share
+    reference: Annotated[float, Key("bar", 0.1, 10.0)]
+    asymmetry: Annotated[float, Key("", -0.9, 0.9)]
+    creep: Scale
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Scatter between muscles of one type, rms, drawn by the seed."""
+
+    hysteresis: Annotated[float, Key("", 0.0, 0.5)]
+    force: Annotated[float, Key("", 0.0, 0.2)]
+
+
+@dataclass(frozen=True)
+class Valve:
+    """One way of a proportional valve, ISO 6358. ``conductance`` [m^3/(s Pa)], ``frequency`` [rad/s]."""
+
+    conductance: Annotated[float, Key("l_s_bar", 0.01, 50.0)]
+    ratio: Annotated[float, Key("", 0.0, 0.9)]
+    dead_band: Annotated[float, Key("", 0.0, 0.5)]
+    leak: Annotated[float, Key("", 0.0, 0.5)]
+    frequency: Annotated[float, Key("Hz", 1.0, 1000.0)]
+    damping: Annotated[float, Key("", 0.05, 10.0)]
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Encoders and pressure sensors."""
+
+    encoder_bits: Annotated[int, Key("", 8, 32)]
+    pressure_noise: Annotated[float, Key("bar", 0.0, 1.0)]
+    pressure_lag: Annotated[float, Key("s", 0.0, 1.0)]
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where joint 1 stands."""
+
+    height: Annotated[float, Key("m", 0.0, 10.0)]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero."""
+
+    drive: Annotated[str, Key()]
+    axis: Annotated[str, Key(choices=("yaw", "pitch", "roll"))]
+    zero: Annotated[float, Key("deg", -180.0, 180.0)]
+    range: Annotated[float, Key("deg", 1.0, 175.0)]
+    damping: Annotated[float, Key("Nm_s", 0.0, 1000.0)]
+    link_length: Annotated[float, Key("m", 0.01, 5.0)]
+    link_radius: Annotated[float, Key("m", 0.002, 1.0)]
+    link_mass: Annotated[float, Key("kg", 0.01, 1000.0)]
+    valve: Annotated[str | None, Key()]
+    radius: Annotated[float | None, Key("m", 0.002, 1.0)]
+    contraction: Annotated[float | None, Key("", 0.0, 0.25)]
+
+    @property
+    def pneumatic(self) -> bool:
+        """Whether muscles drive the joint."""
+        return self.drive != "electric"
+
+
+@dataclass(frozen=True)
+class Payload:
+    """Point mass at the tool centre point."""
+
+    mass: Annotated[float, Key("kg", 0.0, 100.0)]
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """Step of control and physics, and substeps of valves and chambers in it."""
+
+    period: Annotated[float, Key("s", 1e-5, 0.01)]
+    substeps: Annotated[int, Key("", 1, 1000)]
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The joint controllers. ``inertia_error`` and ``conductance_error`` are shares, on purpose."""
+
+    mean_pressure: Annotated[float, Key("bar", 0.2, 10.0)]
+    pole: Annotated[float, Key("1_s", 0.1, 200.0)]
+    observer_pole: Annotated[float, Key("1_s", 0.1, 2000.0)]
+    pressure_gain: Annotated[float, Key("1_s", 0.1, 2000.0)]
+    windup_gain: Annotated[float, Key("1_s", 0.0, 2000.0)]
+    inertia_error: Annotated[float, Key("", -0.9, 4.0)]
+    conductance_error: Annotated[float, Key("", -0.9, 4.0)]
+    pressure_low: Annotated[float, Key("bar", 0.0, 10.0)]
+    pressure_high: Annotated[float, Key("bar", 0.1, 10.0)]
+    ramp: Annotated[float, Key("s", 0.0, 60.0)]
+    frozen_samples: Annotated[int, Key("", 1, 1_000_000)]
+    hold_samples: Annotated[int, Key("", 0, 1_000_000)]
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """Identification of the compensator's model. ``shear`` k, [Pa/rad]."""
+
+    shear: Annotated[float, Key("bar_rad", 1e-3, 1000.0)]
+    operators: Annotated[int, Key("", 1, 1000)]
+    eps: Annotated[float, Key("", 0.0, 1.0)]
+
+
+@dataclass(frozen=True)
+class Homing:
+    """Decaying cycles of the pressure difference before every run."""
+
+    amplitude: Annotated[float, Key("bar", 0.0, 12.0)]
+    decay: Annotated[float, Key("", 0.01, 0.99)]
+    cycles: Annotated[int, Key("", 0, 1000)]
+    period: Annotated[float, Key("s", 0.01, 1000.0)]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Quasi-static sweeps for the polynomials A, B, C."""
+
+    mean_pressures: Annotated[Numbers, Key("bar", 0.2, 10.0, 2)]
+    loads: Annotated[Numbers, Key("Nm", -1000.0, 1000.0)]
+    sweep: Annotated[float, Key("s", 0.1, 1e4)]
+    range_share: Annotated[float, Key("", 0.05, 1.0)]
+    degree: Annotated[int, Key("", 1, 15)]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Decaying loops of the angle for the hysteresis model. ``amplitudes`` are shares of the joint's range."""
+
+    amplitudes: Annotated[Numbers, Key("", 0.001, 1.0)]
+    loop: Annotated[float, Key("s", 0.01, 1e4)]
+    hold: Annotated[float, Key("s", 0.0, 1e4)]
+    sample: Annotated[float, Key("s", 1e-4, 10.0)]
+
+
+@dataclass(frozen=True)
+class Path:
+    """The ISO 9283 path. ``center`` of the test cube in the frame of the base's foot: x forward, y left, z up."""
+
+    cube: Annotated[float, Key("m", 0.005, 10.0)]
+    center: Annotated[Numbers, Key("m", -20.0, 20.0, 3, 3)]
+    fast_speed: Annotated[float, Key("m_s", 1e-3, 10.0)]
+    slow_factor: Annotated[float, Key("", 1.0, 1000.0)]
+    rest: Annotated[float, Key("s", 0.0, 1000.0)]
+    rounding: Annotated[float, Key("m", 0.0, 5.0)]
+    cycles_fast: Annotated[int, Key("", 1, 1000)]
+    cycles_slow: Annotated[int, Key("", 1, 1000)]
