@@ -5,7 +5,7 @@ One object for the report, the logs on disk and ``--json`` alike; nothing in it 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -117,6 +117,11 @@ class TrialRun:
         (T,) number of the cycle, from 0.
     flags
         (T, 7) flags of the joint controllers (see core/dehyst.h).
+    frames
+        (K, 8, 3) for the picture: where the joints 1 to 7 and the tool centre point were at about 120 moments of the
+        first cycle, in the same frame as `tool`. Empty for a run without the arm. [m]
+    frame_time
+        (K,) those moments, as in `time`. [s]
     """
 
     trial: str
@@ -135,6 +140,8 @@ class TrialRun:
     figures: tuple[str, ...]
     cycle: npt.NDArray[np.int64]
     flags: npt.NDArray[np.int64]
+    frames: Array = field(default_factory=lambda: np.zeros((0, 8, 3)))
+    frame_time: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def error(self) -> Array:
@@ -182,10 +189,10 @@ class Reproduction:
         Everything that was set: the parameter file's values with their changes, seeds, joints.
     studies
         Name -> small table of a study for its own section of the report ("rest", "smaller hysteresis", "double
-        compensation", "high gains"): columns by name, (N,) each.
+        compensation", "high gains"): columns by name, (N,) each; a column of words is a sequence of str.
     """
 
     plants: Mapping[str, PlantResult]
     compensator: str
     settings: Mapping[str, Any]
-    studies: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    studies: Mapping[str, Mapping[str, Array | Sequence[str]]] = field(default_factory=dict)
