@@ -1,0 +1,210 @@
+"""When a test path is where: jerk-limited from rest to rest, at a command speed, with rests."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.evaluation.curves import Array
+from dehyst.evaluation.paths import TestPath
+from dehyst.evaluation.speed_law import leg_limits, rest_to_rest
+
+Indices = npt.NDArray[np.int64]
+
+
+class Motion(NamedTuple):
+    """Arc length and its derivatives by time, (T,) each."""
+
+    s: Array  # [m], within the cycle
+    speed: Array  # [m/s]
+    acceleration: Array  # [m/s^2]
+    jerk: Array  # [m/s^3]
+
+
+class Steady(NamedTuple):
+    """Where a leg is run at its command speed."""
+
+    leg: int
+    speed: float  # [m/s]
+    start: float  # arc length within the leg, [m]
+    stop: float
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A test path with its speed law; cycles repeat for ever. Made by `timed`.
+
+    Times before zero are answered with the start. At a `factor` f the same motion takes f times as long, rests too.
+
+    Attributes
+    ----------
+    path
+        The test path.
+    factor
+        Times are this much longer than at the command speed.
+    steady
+        For each leg of the path, where it is run at its command speed, and that speed, at factor 1.
+    start, s, speed, acceleration, jerk
+        (P,) phases of constant jerk at factor 1: when each begins, and arc length, speed, acceleration and jerk then.
+    leg
+        (P,) the leg of each phase; a rest belongs to the leg before it.
+    cycle_time
+        Duration of one cycle at factor 1. [s]
+    """
+
+    path: TestPath
+    factor: float
+    steady: tuple[Steady, ...]
+    start: Array
+    s: Array
+    speed: Array
+    acceleration: Array
+    jerk: Array
+    leg: Indices
+    cycle_time: float
+
+    @property
+    def duration(self) -> float:
+        """Duration of one cycle. [s]"""
+        return self.factor * self.cycle_time
+
+    def slower(self, factor: float) -> Timed:
+        """Return the same motion, `factor` times as long as this one."""
+        if not (math.isfinite(factor) and factor > 0):
+            raise ParameterError(f"a time factor of {factor} is no motion; pass a positive one, such as 10.")
+        return replace(self, factor=self.factor * factor)
+
+    def _phase(self, t: npt.ArrayLike) -> tuple[Indices, Array]:
+        """Return the phase of each time and the time in it, at factor 1."""
+        tau = np.mod(np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor, self.cycle_time)
+        phase = np.searchsorted(self.start, tau, side="right").astype(np.int64) - 1
+        return phase, tau - self.start[phase]
+
+    def motion(self, t: npt.ArrayLike) -> Motion:
+        """Return arc length within the cycle, speed, acceleration and jerk along the path at times t (T,)."""
+        k, dt = self._phase(t)
+        s0, v0, a0, j, f = self.s[k], self.speed[k], self.acceleration[k], self.jerk[k], self.factor
+        return Motion(
+            s0 + dt * (v0 + dt * (a0 / 2.0 + dt * j / 6.0)),
+            (v0 + dt * (a0 + dt * j / 2.0)) / f,
+            (a0 + dt * j) / f**2,
+            j / f**3,
+        )
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        """Return the commanded points (T, 3). [m]"""
+        return self.path.position(self.motion(t).s)
+
+    def state(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
+        """Return commanded position, velocity and acceleration in space, (T, 3) each. [m, m/s, m/s^2]"""
+        motion = self.motion(t)
+        position, tangent, bend = self.path.chain.at(motion.s)
+        v, a = motion.speed[:, None], motion.acceleration[:, None]
+        return position, tangent * v, tangent * a + bend * v**2
+
+    def figure(self, t: npt.ArrayLike) -> Indices:
+        """Return the index of the figure at times t (T,), -1 on a transfer; the rest after a figure belongs to it."""
+        of_leg = np.array([leg.figure for leg in self.path.legs], dtype=np.int64)
+        return of_leg[self.leg[self._phase(t)[0]]]
+
+    def cycle(self, t: npt.ArrayLike) -> Indices:
+        """Return the number of the cycle at times t (T,), from 0."""
+        elapsed = np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor
+        return np.floor_divide(elapsed, self.cycle_time).astype(np.int64)
+
+    def command_speed(self, figure: int) -> float:
+        """Return the command speed of a figure: the smallest of its legs. [m/s]"""
+        return min(self.steady[k].speed for k in self._legs_of(figure)) / self.factor
+
+    def share_at_command_speed(self, figure: int) -> float:
+        """Return the share of a figure's length that is run at the command speed; ISO 9283 asks for 0.5 or more."""
+        legs = self._legs_of(figure)
+        steady = sum(self.steady[k].stop - self.steady[k].start for k in legs)
+        return steady / sum(self.path.legs[k].curve.length for k in legs)
+
+    def _legs_of(self, figure: int) -> list[int]:
+        return [k for k, leg in enumerate(self.path.legs) if leg.figure == figure]
+
+
+def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: float, factor: float = 1.0) -> Timed:
+    """Give a test path its speed law: every leg from rest to rest in seven phases, then a rest.
+
+    Acceleration and jerk are limits on the whole vector, bends included. A leg with a sharp bend (small circle, rounded
+    corners) gets a lower command speed for that, constant over the leg; `Timed.command_speed` says which.
+
+    Parameters
+    ----------
+    path
+        Where to run.
+    speed
+        Command speed along the path. [m/s]
+    acceleration, jerk
+        Limits on the length of the acceleration and jerk vectors. [m/s^2, m/s^3]
+    rest
+        Time at rest after every leg. [s]
+    factor
+        Everything takes this much longer: 10 is the paper's slow trial.
+
+    Returns
+    -------
+    Timed
+        Of which a cycle can be repeated.
+
+    Raises
+    ------
+    ParameterError
+        If a limit or the factor is not positive, or the rest negative.
+
+    Examples
+    --------
+    >>> from dehyst.evaluation.iso9283 import TestCube, test_path
+    >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
+    >>> slow = fast.slower(10.0)
+    >>> bool(np.allclose(slow.position([50.0]), fast.position([5.0])))
+    True
+    """
+    for name, value in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk), ("factor", factor)):
+        if not (math.isfinite(value) and value > 0):
+            raise ParameterError(f"{name} = {value} along the path; nothing moves. Pass a positive number.")
+    if not (math.isfinite(rest) and rest >= 0):
+        raise ParameterError(f"rest = {rest} s; pass zero or more.")
+    limits = [leg_limits(leg.curve, speed, acceleration, jerk) for leg in path.legs]
+    starts = path.chain.starts
+    phases = [_leg_phases(k, leg.curve.length, *limits[k], rest, float(starts[k])) for k, leg in enumerate(path.legs)]
+    table = np.concatenate([rows for rows, _ in phases])
+    ends = np.cumsum(table[:, 0])
+    return Timed(
+        path=path,
+        factor=factor,
+        steady=tuple(steady for _, steady in phases),
+        start=np.concatenate(([0.0], ends[:-1])),
+        s=table[:, 1],
+        speed=table[:, 2],
+        acceleration=table[:, 3],
+        jerk=table[:, 4],
+        leg=table[:, 5].astype(np.int64),
+        cycle_time=float(ends[-1]),
+    )
+
+
+def _leg_phases(
+    leg: int, length: float, speed: float, acceleration: float, jerk: float, rest: float, origin: float
+) -> tuple[Array, Steady]:
+    """Return the phases of a leg, rows of duration, s, s', s'', s''', leg, the rest last; and where it is steady."""
+    duration, jerks = rest_to_rest(length, speed, acceleration, jerk)
+    rows = []
+    s = v = a = 0.0
+    for dt, j in zip(duration, jerks, strict=True):
+        rows.append((dt, origin + s, v, a, j, leg))
+        s += dt * (v + dt * (a / 2.0 + dt * j / 6.0))
+        v += dt * (a + dt * j / 2.0)
+        a += dt * j
+    rows.append((rest, origin + length, 0.0, 0.0, 0.0, leg))
+    peak = rows[3][2]
+    start, stop = rows[3][1] - origin, rows[4][1] - origin
+    return np.array([row for row in rows if row[0] > 0.0]), Steady(leg, float(peak), float(start), float(stop))
