@@ -23,7 +23,7 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
     ParameterError
         With both values and the way out.
     """
-    for name, law in robot.map.items():
+    for name, law in robot.maps.items():
         wanted = COEFFICIENTS[law.form]
         if len(law.coefficients) != wanted:
             raise refuse(
@@ -32,8 +32,8 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
                 law.coefficients,
                 source,
             )
-    for name, muscle in robot.muscle.items():
-        _known(muscle.map, list(robot.map), f"muscle.{name}.map", source)
+    for name, muscle in robot.muscles.items():
+        _known(muscle.map, list(robot.maps), f"muscle.{name}.map", source)
         counts = {len(muscle.creep_time), len(muscle.creep_force), len(muscle.creep_pressure)}
         if len(counts) > 1:
             raise refuse(
@@ -41,7 +41,7 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
                 f"creep. For no creep type hysteresis.creep = 0.",
                 f"muscle.{name}.creep_time_s", muscle.creep_time, source,
             )  # fmt: skip
-    for number in robot.joint:
+    for number in robot.joints:
         _check_joint(robot, number, source)
     _check_pressures(robot, source)
     if 2 * robot.path.rounding > 0.8 * robot.path.cube:
@@ -58,9 +58,9 @@ def _known(word: str, names: list[str], key: str, source: str) -> None:
 
 
 def _check_joint(robot: Robot, number: int, source: str) -> None:
-    joint = robot.joint[number]
+    joint = robot.joints[number]
     where = f"joint.{number}"
-    _known(joint.drive, ["electric", *robot.muscle], f"{where}.drive", source)
+    _known(joint.drive, ["electric", *robot.muscles], f"{where}.drive", source)
     if not joint.pneumatic:
         return
     lacking = [key for key, value in (("valve", joint.valve), ("radius_m", joint.radius),
@@ -75,8 +75,8 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
     assert joint.valve is not None
     assert joint.radius is not None
     assert joint.contraction is not None
-    _known(joint.valve, list(robot.valve), f"{where}.valve", source)
-    stroke = joint.radius * joint.range / robot.muscle[joint.drive].length
+    _known(joint.valve, list(robot.valves), f"{where}.valve", source)
+    stroke = joint.radius * joint.range / robot.muscles[joint.drive].length
     low, high = joint.contraction - stroke, joint.contraction + stroke
     if low < LEAST_CONTRACTION or high > MOST_CONTRACTION:
         raise ParameterError(

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from dehyst.errors import ParameterError
 from dehyst.plant import tables
@@ -19,34 +19,36 @@ from dehyst.plant.validation import NAMED, SINGLE, TEXTS, closest, converted, kn
 
 PACKAGED = Path(__file__).with_name("arm.toml")
 SIZE_LIMIT = 1 << 20
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot as its parameter file describes it. Attributes are the file's tables in SI, see `dehyst.plant.tables`.
 
-    Key ``joint.1.radius_m`` of the file is ``robot.joint[1].radius``, ``muscle.dmsp40.length_m`` is
-    ``robot.muscle["dmsp40"].length``, ``controller.pole_1_s`` is ``robot.controller.pole``.
+    Key ``joint.1.radius_m`` of the file is ``robot.joint(1).radius``, ``muscle.dmsp40.length_m`` is
+    ``robot.muscle("dmsp40").length``, ``controller.pole_1_s`` is ``robot.controller.pole``.
 
     Examples
     --------
     >>> robot = load_robot()
-    >>> robot.joint[1].radius, robot.joint[1].pneumatic, robot.pneumatic
+    >>> robot.joint(1).radius, robot.joint(1).pneumatic, robot.pneumatic
     (0.05, True, (1, 2, 4, 6, 7))
-    >>> robot.with_changes({"joint.1.radius_m": 0.06}).joint[1].radius
+    >>> robot.with_changes({"joint.1.radius_m": 0.06}).joint(1).radius
     0.06
     """
 
     name: str
     air: tables.Air
-    map: Mapping[str, tables.ForceMap]
-    muscle: Mapping[str, tables.Muscle]
+    maps: Mapping[str, tables.ForceMap]
+    muscles: Mapping[str, tables.Muscle]
     hysteresis: tables.Hysteresis
     tolerance: tables.Tolerance
-    valve: Mapping[str, tables.Valve]
+    valves: Mapping[str, tables.Valve]
     sensors: tables.Sensors
     base: tables.Base
-    joint: Mapping[int, tables.Joint]
+    joints: Mapping[int, tables.Joint]
+    electric: tables.Electric
     payload: tables.Payload
     simulation: tables.Simulation
     controller: tables.Controller
@@ -57,15 +59,31 @@ class Robot:
     path: tables.Path
     raw: Mapping[str, Any]
 
+    def joint(self, number: int) -> tables.Joint:
+        """Return the joint of this number, 1 to 7."""
+        if number not in self.joints:
+            raise ParameterError(
+                f"the arm has no joint {number!r}. Its joints are 1 to 7, with muscles {self.pneumatic}.", joint=number
+            )
+        return self.joints[number]
+
+    def muscle(self, name: str) -> tables.Muscle:
+        """Return the type of muscle of this name, e.g. that of a joint's ``drive``."""
+        return _member(self.muscles, name, "muscle")
+
+    def valve(self, name: str | None) -> tables.Valve:
+        """Return the valve of this name."""
+        return _member(self.valves, name, "valve")
+
     @property
     def pneumatic(self) -> tuple[int, ...]:
         """Numbers of the joints that muscles drive."""
-        return tuple(number for number, joint in self.joint.items() if joint.pneumatic)
+        return tuple(number for number, joint in self.joints.items() if joint.pneumatic)
 
     @property
-    def electric(self) -> tuple[int, ...]:
-        """Numbers of the other joints."""
-        return tuple(number for number, joint in self.joint.items() if not joint.pneumatic)
+    def electric_pole(self) -> float:
+        """Double pole of the electric joints' own servos. [1/s]"""
+        return self.electric.pole
 
     @property
     def values(self) -> dict[str, Any]:
@@ -138,6 +156,17 @@ def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, ob
             value=base,
         )
     return _robot(_merged(_read(PACKAGED), values) if base else values, changes or {}, file.name)
+
+
+def _member(table: Mapping[str, T], name: str | None, kind: str) -> T:
+    if name not in table:
+        raise ParameterError(
+            f"the robot has no {kind} {name!r}; it has {', '.join(table)}. Electric joints have none: see "
+            f"robot.pneumatic.",
+            name=name,
+        )
+    assert name is not None
+    return table[name]
 
 
 def _robot(values: dict[str, Any], changes: Mapping[str, object], source: str) -> Robot:

@@ -151,6 +151,13 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Electric:
+    """Electric modules: position servos of their own with a double pole."""
+
+    pole: Annotated[float, Key("1_s", 1.0, 500.0)]
+
+
+@dataclass(frozen=True)
 class Payload:
     """Point mass at the tool centre point."""
 
@@ -167,7 +174,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Controller:
-    """The joint controllers. ``inertia_error`` and ``conductance_error`` are shares, on purpose."""
+    """The joint controllers. The three errors are shares by which their knowledge is wrong, on purpose."""
 
     mean_pressure: Annotated[float, Key("bar", 0.2, 10.0)]
     pole: Annotated[float, Key("1_s", 0.1, 200.0)]
@@ -175,10 +182,13 @@ class Controller:
     pressure_gain: Annotated[float, Key("1_s", 0.1, 2000.0)]
     windup_gain: Annotated[float, Key("1_s", 0.0, 2000.0)]
     inertia_error: Annotated[float, Key("", -0.9, 4.0)]
+    gravity_error: Annotated[float, Key("", -0.9, 4.0)]
     conductance_error: Annotated[float, Key("", -0.9, 4.0)]
     pressure_low: Annotated[float, Key("bar", 0.0, 10.0)]
     pressure_high: Annotated[float, Key("bar", 0.1, 10.0)]
     ramp: Annotated[float, Key("s", 0.0, 60.0)]
+    angle_jump: Annotated[float, Key("deg", 0.001, 360.0)]
+    pressure_jump: Annotated[float, Key("bar", 0.001, 20.0)]
     frozen_samples: Annotated[int, Key("", 1, 1_000_000)]
     hold_samples: Annotated[int, Key("", 0, 1_000_000)]
 
@@ -194,9 +204,9 @@ class Compensator:
 
 @dataclass(frozen=True)
 class Homing:
-    """Decaying cycles of the pressure difference before every run."""
+    """Decaying cycles before every run, from ``range_share`` of the joint's range on."""
 
-    amplitude: Annotated[float, Key("bar", 0.0, 12.0)]
+    range_share: Annotated[float, Key("", 0.0, 1.0)]
     decay: Annotated[float, Key("", 0.01, 0.99)]
     cycles: Annotated[int, Key("", 0, 1000)]
     period: Annotated[float, Key("s", 0.01, 1000.0)]
@@ -215,8 +225,14 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Identification:
-    """Decaying loops of the angle for the hysteresis model. ``amplitudes`` are shares of the joint's range."""
+    """Decaying loops of the angle for the hysteresis model.
 
+    ``amplitudes`` are shares of ``range_share`` of the joint's range; the loops come twice, the second time
+    ``second_share`` as large.
+    """
+
+    range_share: Annotated[float, Key("", 0.01, 1.0)]
+    second_share: Annotated[float, Key("", 0.0, 1.0)]
     amplitudes: Annotated[Numbers, Key("", 0.001, 1.0)]
     loop: Annotated[float, Key("s", 0.01, 1e4)]
     hold: Annotated[float, Key("s", 0.0, 1e4)]

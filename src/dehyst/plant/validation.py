@@ -22,6 +22,7 @@ SINGLE: dict[str, type] = {
     "tolerance": tables.Tolerance,
     "sensors": tables.Sensors,
     "base": tables.Base,
+    "electric": tables.Electric,
     "payload": tables.Payload,
     "simulation": tables.Simulation,
     "controller": tables.Controller,
@@ -47,7 +48,7 @@ def converted(values: Mapping[str, Any], source: str) -> tuple[Nested, Nested]:
     Parameters
     ----------
     values
-        Table name -> key -> value; tables of tables one deeper.
+        Table name -> key -> value; tables of tables one deeper. In SI these are in the plural: ``joints``.
     source
         Name of the file, for messages.
 
@@ -71,10 +72,10 @@ def converted(values: Mapping[str, Any], source: str) -> tuple[Nested, Nested]:
     for name, table in SINGLE.items():
         raw[name], si[name] = _table(values[name], table, name, source)
     for name, table in NAMED.items():
-        raw[name], si[name] = {}, {}
+        raw[name], si[f"{name}s"] = {}, {}
         for member in sorted(values[name]):
             raw[name][member], built = _table(values[name][member], table, f"{name}.{member}", source)
-            si[name][int(member) if name == "joint" else member] = built
+            si[f"{name}s"][int(member) if name == "joint" else member] = built
     return raw, si
 
 
