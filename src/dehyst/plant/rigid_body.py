@@ -1,0 +1,213 @@
+"""The arm's rigid body in MuJoCo: a chain of links with mass, gravity, bearings; no contacts, no constraints.
+
+Frames: x forward, y left, z up, origin on the floor under joint 1. At angles of zero the arm stands in its zero pose
+(``zero_deg`` of the joints is in the bodies' frames). A link lies along the x axis of its body; yaw turns about z,
+pitch about y (down is positive), roll about x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.plant.mjcf import arm_mjcf
+from dehyst.plant.parameters import Robot
+from dehyst.plant.physics_engine import mj_step_address, mujoco
+
+if TYPE_CHECKING:
+    from mujoco import MjData, MjModel
+
+__all__ = [
+    "ALL_JOINTS",
+    "arm_model",
+    "bias_torque",
+    "inverse_dynamics",
+    "joint_inertia",
+    "joint_positions",
+    "mj_step_address",
+    "new_data",
+    "nominal_model",
+    "tool_positions",
+]
+
+Array = npt.NDArray[np.float64]
+
+ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
+
+
+def arm_model(
+    robot: Robot,
+    moving: Sequence[int] = ALL_JOINTS,
+    payload: float | None = None,
+    mass_error: float = 0.0,
+    locked: Mapping[int, float] | None = None,
+) -> MjModel:
+    """Build the arm as a MuJoCo model.
+
+    Parameters
+    ----------
+    robot
+        From `load_robot`.
+    moving
+        Numbers of the joints that move, increasing; they are the model's degrees of freedom, in this order.
+    payload
+        Point mass at the tool centre point [kg]; None: that of the file.
+    mass_error
+        All masses and inertias are multiplied by 1 + mass_error; see `nominal_model`.
+    locked
+        Joint number -> angle of a joint that does not move [rad]; zero where missing.
+
+    Returns
+    -------
+    model : mujoco.MjModel
+        With the site "tool", and one body "link J" per joint.
+
+    Raises
+    ------
+    ParameterError
+        If `moving` names a joint that is not there, or one twice.
+    MissingExtraError
+        If MuJoCo is not installed.
+
+    Examples
+    --------
+    >>> from dehyst.plant import load_robot
+    >>> model = arm_model(load_robot(), moving=(1, 2, 4))
+    >>> model.nv, round(float(model.body_mass.sum()), 1)
+    (3, 19.2)
+    """
+    numbers = list(moving)
+    if not numbers or numbers != sorted(set(numbers)) or not set(numbers) <= set(robot.joints):
+        raise ParameterError(
+            f"the moving joints {tuple(moving)} are not increasing numbers out of 1 to 7. Type e.g. moving=(1, 2, 4).",
+            moving=tuple(moving),
+        )
+    if not (math.isfinite(mass_error) and mass_error > -1.0):
+        raise ParameterError(f"mass_error = {mass_error} leaves no mass. It must be above -1.", mass_error=mass_error)
+    mass = robot.payload.mass if payload is None else payload
+    if not (math.isfinite(mass) and 0.0 <= mass <= 1000.0):
+        raise ParameterError(f"payload = {mass} kg is no mass. It must be 0 .. 1000 kg.", payload=mass)
+    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, locked or {}))
+
+
+def nominal_model(robot: Robot, moving: Sequence[int] = ALL_JOINTS) -> MjModel:
+    """Return the arm as the controller's designer believes it to be: all inertias wrong by ``inertia_error``.
+
+    Its payload is that of the file, wrong by the same share.
+    """
+    return arm_model(robot, moving, mass_error=robot.controller.inertia_error)
+
+
+def new_data(model: MjModel) -> MjData:
+    """Return a state of the model: at rest in the zero pose."""
+    return mujoco().MjData(model)
+
+
+def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerations: Array) -> Array:
+    """Torque M(q) qdd + c(q, qd) + g(q) + D qd that the drives must give for a motion.
+
+    D holds the bearings' ``damping_Nm_s`` (MuJoCo counts it as a passive force; it is in here once, and an
+    integrator of that model adds nothing to it).
+
+    Parameters
+    ----------
+    model
+        From `arm_model`, or `nominal_model` for a feedforward.
+    angles, velocities, accelerations
+        (T, n) of the moving joints. [rad, rad/s, rad/s^2]
+
+    Returns
+    -------
+    torque : ndarray
+        (T, n). [Nm]
+    """
+    lib, data = mujoco(), new_data(model)
+    q, qd, qdd = _rows(model, angles), _rows(model, velocities), _rows(model, accelerations)
+    out = np.empty_like(q)
+    for k in range(q.shape[0]):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], qd[k], qdd[k]
+        lib.mj_inverse(model, data)
+        out[k] = data.qfrc_inverse
+    return out
+
+
+def bias_torque(model: MjModel, angles: Array) -> Array:
+    """Torque that holds the arm still against gravity at angles (T, n), (T, n). [Nm]"""
+    q = _rows(model, angles)
+    return inverse_dynamics(model, q, np.zeros_like(q), np.zeros_like(q))
+
+
+def joint_inertia(model: MjModel, angles: Array | None = None) -> Array:
+    """Inertia about each moving joint while the others stand still: the diagonal of M(q).
+
+    Parameters
+    ----------
+    model
+        From `arm_model`.
+    angles
+        (T, n) or (n,); None: the zero pose. [rad]
+
+    Returns
+    -------
+    inertia : ndarray
+        (T, n) or (n,). [kg m^2]
+    """
+    if angles is None:
+        angles = np.zeros(model.nv)
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty_like(q)
+    full = np.empty((model.nv, model.nv))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_forward(model, data)
+        _full_inertia(lib, model, data, full)
+        out[k] = np.diag(full)
+    return out.reshape(np.shape(angles))
+
+
+def tool_positions(model: MjModel, angles: Array) -> Array:
+    """Tool centre point at angles (T, n): (T, 3) in the frame of the base. [m]"""
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty((q.shape[0], 3))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_kinematics(model, data)
+        out[k] = data.site_xpos[0]
+    return out
+
+
+def joint_positions(model: MjModel, angles: Array) -> Array:
+    """Positions of joints 1 to 7 and of the tool centre point at angles (T, n): (T, 8, 3), for drawing. [m]"""
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty((q.shape[0], 8, 3))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_kinematics(model, data)
+        out[k, :7], out[k, 7] = data.xpos[1:8], data.site_xpos[0]
+    return out
+
+
+def _rows(model: MjModel, angles: Array) -> Array:
+    rows = np.atleast_2d(np.asarray(angles, np.float64))
+    if rows.ndim != 2 or rows.shape[1] != model.nv:
+        raise ParameterError(
+            f"angles of shape {np.shape(angles)} do not belong to {model.nv} moving joints: pass (T, {model.nv}).",
+            shape=np.shape(angles),
+        )
+    return rows
+
+
+def _full_inertia(lib: Any, model: MjModel, data: MjData, full: Array) -> None:
+    """mj_fullM changed its arguments with MuJoCo 3.4: (m, dst, qM) before, (m, d, dst) since."""
+    try:
+        lib.mj_fullM(model, data, full)
+    except TypeError:
+        lib.mj_fullM(model, full, data.qM)
