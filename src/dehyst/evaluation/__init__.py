@@ -1,5 +1,6 @@
 """Evaluation: excitations, ISO 9283 test paths and their timing, and what is measured along them."""
 
+from dehyst.evaluation.excitation import Excitation, decaying_cycles, decaying_loops, triangle_sweep, unseen_loops
 from dehyst.evaluation.iso9283 import TestCube, circle, line, rectangle, test_path
 from dehyst.evaluation.paths import TRANSFER, Figure, TestPath
 from dehyst.evaluation.slowing import slow_down_to
@@ -7,14 +8,19 @@ from dehyst.evaluation.timing import Timed, timed
 
 __all__ = [
     "TRANSFER",
+    "Excitation",
     "Figure",
     "TestCube",
     "TestPath",
     "Timed",
     "circle",
+    "decaying_cycles",
+    "decaying_loops",
     "line",
     "rectangle",
     "slow_down_to",
     "test_path",
     "timed",
+    "triangle_sweep",
+    "unseen_loops",
 ]

@@ -1,0 +1,253 @@
+"""Excitations: what is commanded for homing, calibration, identification and its test.
+
+All of them move from tip to tip in smooth strokes and return time and value, (T,) each, at a fixed period; the time
+starts at zero and ends with the first sample at or after the end of the motion. The peak rate is stated for each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+
+Array = npt.NDArray[np.float64]
+
+# Shares of the amplitude, none of which an identification by `decaying_loops` visits as a tip: biased minor loops
+# within minor loops, a wiped-out loop, and one long stroke back, all inside +-1.
+UNSEEN_TIPS = (0.86, -0.38, 0.54, 0.13, 0.7, -0.67, -0.16, -0.5, 0.27, 0.05, 0.4, -0.82, 0.64, -0.55)
+
+
+class Excitation(NamedTuple):
+    """A commanded signal over time.
+
+    Attributes
+    ----------
+    time
+        (T,) at a fixed period, from zero. [s]
+    value
+        (T,) [unit of the amplitude]
+    """
+
+    time: Array
+    value: Array
+
+
+def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, period: float) -> Excitation:
+    """Return loops of decaying amplitude with holds at both tips: the identification run.
+
+    0, +A_1, -A_1, +A_2, -A_2, ..., 0 in half-cosine strokes of T = loop_s/2 - hold_s (the first and the last, half as
+    long, take half of it). The peak rate is pi A_1/T. Each smaller loop lies in the larger one, so a hysteresis with
+    return-point memory shows the loops of all amplitudes, and ends in the state that a homing leaves.
+
+    Parameters
+    ----------
+    amplitudes
+        A_1 > A_2 > ... > 0. [any unit]
+    loop_s
+        Time of one loop, holds included. [s]
+    hold_s
+        Time at rest at each tip. [s]
+    period
+        Of the samples. [s]
+
+    Returns
+    -------
+    Excitation
+        Of duration ``loop_s len(amplitudes)``; it starts and ends at zero.
+
+    Raises
+    ------
+    ParameterError
+        If the amplitudes do not decay, or no time is left for the strokes.
+
+    Examples
+    --------
+    >>> time, value = decaying_loops([1.0, 0.5], loop_s=4.0, hold_s=1.0, period=0.5)
+    >>> float(time[-1]), value.round(3).tolist()[:8]
+    (8.0, [0.0, 1.0, 1.0, 1.0, 0.0, -1.0, -1.0, -1.0])
+    """
+    a = np.asarray(amplitudes, dtype=np.float64)
+    if a.ndim != 1 or a.size == 0 or not np.isfinite(a).all() or a[-1] <= 0 or (np.diff(a) >= 0).any():
+        raise ParameterError(
+            f"amplitudes {amplitudes!r} do not decay: a loop that is not inside the one before it wipes out its "
+            f"memory. Pass positive, strictly decreasing numbers, such as [1.0, 0.5, 0.2]."
+        )
+    stroke = 0.5 * _positive(loop_s, "loop_s") - _positive(hold_s, "hold_s", zero=True)
+    if stroke <= 0:
+        raise ParameterError(
+            f"loop_s = {loop_s:g} s leaves no time for strokes with a hold of {hold_s:g} s at both tips; "
+            f"pass more than {2 * hold_s:g} s, or shorter holds."
+        )
+    tips = np.concatenate(([0.0], np.column_stack([a, -a]).ravel(), [0.0]))
+    durations = np.full(tips.size - 1, stroke)
+    durations[[0, -1]] = 0.5 * stroke
+    return _strokes(tips, durations, hold_s, period, _half_cosine)
+
+
+def decaying_cycles(amplitude: float, decay: float, cycles: int, cycle_s: float, period: float) -> Excitation:
+    """Return cycles that decay geometrically to zero: homing, which leaves a hysteresis in a known state.
+
+    Tips A, -A d^(1/2), A d, -A d^(3/2), ... in half-cosine strokes of cycle_s/2, the first and the last of cycle_s/4,
+    then zero. The peak rate is below pi A/(cycle_s/2).
+
+    Parameters
+    ----------
+    amplitude
+        A > 0. [any unit]
+    decay
+        d, ratio of a cycle's amplitude to that of the one before, in (0, 1).
+    cycles
+        Number of cycles.
+    cycle_s
+        Duration of one. [s]
+    period
+        Of the samples. [s]
+
+    Examples
+    --------
+    >>> time, value = decaying_cycles(4.0, 0.25, cycles=2, cycle_s=4.0, period=1.0)
+    >>> value.round(3).tolist()
+    [0.0, 4.0, 1.0, -2.0, -0.5, 1.0, 0.25, -0.5, 0.0]
+    """
+    _positive(amplitude, "amplitude")
+    _positive(cycle_s, "cycle_s")
+    if not 0 < decay < 1:
+        raise ParameterError(
+            f"decay = {decay}: the cycles would not die out. Pass a ratio between 0 and 1, such as 0.7."
+        )
+    if cycles < 1 or cycles != int(cycles):
+        raise ParameterError(f"cycles = {cycles}; pass a whole number of one or more.")
+    k = np.arange(2 * int(cycles))
+    tips = np.concatenate(([0.0], amplitude * (-1.0) ** k * decay ** (0.5 * k), [0.0]))
+    durations = np.full(tips.size - 1, 0.5 * cycle_s)
+    durations[[0, -1]] = 0.25 * cycle_s
+    return _strokes(tips, durations, 0.0, period, _half_cosine)
+
+
+def triangle_sweep(
+    low: float, high: float, sweep_s: float, period: float, rounding: float = 0.1, start: float | None = None
+) -> Excitation:
+    """Return a sweep up and down at constant rate with rounded turns: quasi-static calibration.
+
+    low, high, low, each stroke in sweep_s/2, of which `rounding` at both ends is used to take up the rate smoothly, as
+    a raised cosine. The peak rate is 2 (high - low)/(sweep_s (1 - rounding)).
+
+    Parameters
+    ----------
+    low, high
+        Ends of the sweep, low < high. [any unit]
+    sweep_s
+        Time of the sweep up and down. [s]
+    period
+        Of the samples. [s]
+    rounding
+        Share of a stroke used to take up the rate, and again to give it back, in (0, 0.5].
+    start
+        If given: where the run begins and ends; the ways to and from `low` take the same peak rate at most.
+
+    Examples
+    --------
+    >>> time, value = triangle_sweep(-1.0, 1.0, sweep_s=8.0, period=1.0)
+    >>> value.round(2).tolist()
+    [-1.0, -0.56, 0.0, 0.56, 1.0, 0.56, 0.0, -0.56, -1.0]
+    """
+    _positive(sweep_s, "sweep_s")
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"a sweep from {low} to {high} goes nowhere; pass low < high.")
+    if not 0 < rounding <= 0.5:
+        raise ParameterError(f"rounding = {rounding}; pass a share in (0, 0.5], such as 0.1.")
+    tips, durations = [low, high, low], [0.5 * sweep_s, 0.5 * sweep_s]
+    if start is not None and start != low:
+        if not math.isfinite(start):
+            raise ParameterError(f"start = {start}; pass a finite number or None.")
+        way = 0.5 * sweep_s * abs(start - low) / (high - low)
+        tips, durations = [start, *tips, start], [way, *durations, way]
+    return _strokes(np.array(tips), np.array(durations), 0.0, period, lambda u: _rounded_ramp(u, rounding))
+
+
+def unseen_loops(
+    amplitude: float, full_stroke_s: float, hold_s: float, period: float, tips: Sequence[float] = UNSEEN_TIPS
+) -> Excitation:
+    """Return loops for validation that a fit on `decaying_loops` has not seen: biased, nested, of other amplitudes.
+
+    From zero through `tips` times the amplitude and back to zero, in half-cosine strokes whose time is proportional to
+    their length: the peak rate is pi A/full_stroke_s in every one.
+
+    Parameters
+    ----------
+    amplitude
+        A > 0. Keep it within the largest amplitude of the identification. [any unit]
+    full_stroke_s
+        Time of a stroke from -A to A. [s]
+    hold_s
+        Time at rest at each tip. [s]
+    period
+        Of the samples. [s]
+    tips
+        In shares of the amplitude, within -1..1, each unlike the one before it.
+
+    Examples
+    --------
+    >>> time, value = unseen_loops(2.0, full_stroke_s=4.0, hold_s=0.0, period=0.5, tips=[0.5, -0.5])
+    >>> value.round(3).tolist()
+    [0.0, 0.5, 1.0, 0.5, -0.5, -1.0, -0.5, 0.0]
+    """
+    _positive(amplitude, "amplitude")
+    _positive(full_stroke_s, "full_stroke_s")
+    shares = np.asarray(tips, dtype=np.float64)
+    if shares.ndim != 1 or shares.size == 0 or not (np.abs(shares) <= 1).all():
+        raise ParameterError(f"tips {tips!r} are not shares of the amplitude; pass numbers within -1..1.")
+    points = amplitude * np.concatenate(([0.0], shares, [0.0]))
+    distance = np.abs(np.diff(points))
+    if (distance == 0).any():
+        raise ParameterError(
+            f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
+        )
+    return _strokes(points, full_stroke_s * distance / (2.0 * amplitude), hold_s, period, _half_cosine)
+
+
+def _half_cosine(u: Array) -> Array:
+    return np.asarray(0.5 * (1.0 - np.cos(np.pi * u)))
+
+
+def _rounded_ramp(u: Array, share: float) -> Array:
+    """Return a way from 0 to 1 over u in 0..1: the rate rises as a raised cosine over `share`, and falls likewise."""
+    v = 1.0 / (1.0 - share)  # the constant rate in between
+
+    def rise(x: Array) -> Array:
+        return np.asarray(0.5 * v * (x - share / np.pi * np.sin(np.pi * x / share)))
+
+    middle = v * (u - 0.5 * share)
+    return np.where(u < share, rise(u), np.where(u > 1.0 - share, 1.0 - rise(1.0 - u), middle))
+
+
+def _strokes(
+    tips: Array, durations: Array, hold_s: float, period: float, shape: Callable[[Array], Array]
+) -> Excitation:
+    """Return strokes between tips (K + 1,) of these durations (K,), with a hold at every tip but first and last."""
+    _positive(period, "period")
+    _positive(hold_s, "hold_s", zero=True)
+    begins = np.concatenate(([0.0], np.cumsum(durations + hold_s)[:-1]))
+    total = float(begins[-1] + durations[-1])
+    if period > float(durations.min()):
+        raise ParameterError(
+            f"a period of {period:g} s misses strokes of {durations.min():g} s; pass a shorter period "
+            f"or slower strokes."
+        )
+    time: Array = period * np.arange(math.ceil(total / period - 1e-9) + 1, dtype=np.float64)
+    k = np.searchsorted(begins, time, side="right") - 1
+    u = np.minimum((time - begins[k]) / durations[k], 1.0)
+    value = tips[k] + (tips[k + 1] - tips[k]) * shape(u)
+    value[-1] = tips[-1]
+    return Excitation(time, value)
+
+
+def _positive(value: float, name: str, *, zero: bool = False) -> float:
+    if not (math.isfinite(value) and (value > 0 or (zero and value == 0))):
+        raise ParameterError(f"{name} = {value}; pass a {'number of zero or more' if zero else 'positive number'}.")
+    return value
