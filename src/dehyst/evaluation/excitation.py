@@ -195,7 +195,7 @@ def unseen_loops(
     --------
     >>> time, value = unseen_loops(2.0, full_stroke_s=4.0, hold_s=0.0, period=0.5, tips=[0.5, -0.5])
     >>> value.round(3).tolist()
-    [0.0, 0.5, 1.0, 0.5, -0.5, -1.0, -0.5, 0.0]
+    [0.0, 0.5, 1.0, 0.707, 0.0, -0.707, -1.0, -0.5, 0.0]
     """
     _positive(amplitude, "amplitude")
     _positive(full_stroke_s, "full_stroke_s")
