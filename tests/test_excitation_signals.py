@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
-from dehyst.evaluation.excitation import UNSEEN_TIPS, decaying_cycles, decaying_loops, triangle_sweep, unseen_loops
+from dehyst.evaluation.excitation import UNSEEN_TIPS, decaying_cycles, decaying_loops, triangle_sweep, validation_loops
 
 PERIODS = st.sampled_from([0.001, 0.005, 0.01])
 AMPLITUDES = st.lists(st.floats(0.05, 3.0), min_size=1, max_size=6, unique=True).map(lambda a: sorted(a, reverse=True))
@@ -50,19 +50,19 @@ def test_loops_hold_at_both_tips_for_as_long_as_asked():
 
 @given(decay=st.floats(0.3, 0.95), cycles=st.integers(1, 12), period=PERIODS)
 def test_homing_dies_out_by_the_ratio_asked_for(decay, cycles, period):
-    time, value = decaying_cycles(4.0, decay, cycles, 3.0, period)
-    expected = 4.0 * np.sqrt(decay) ** np.arange(2 * cycles)
+    time, value = decaying_cycles(cycles, decay, 3.0, period)
+    expected = np.sqrt(decay) ** np.arange(2 * cycles)
     found = turning_values(value)
-    assert np.allclose(np.abs(found), expected, rtol=0, atol=4.0 * (np.pi * period / 1.5) ** 2)
+    assert np.allclose(np.abs(found), expected, rtol=0, atol=(np.pi * period / 1.5) ** 2)
     assert (np.sign(found) == (-1.0) ** np.arange(2 * cycles)).all()
     assert value[0] == value[-1] == 0.0 and math.isclose(time[-1], 3.0 * cycles, abs_tol=1.001 * period)
-    assert np.abs(np.diff(value)).max() / period <= np.pi * 4.0 / 1.5
+    assert np.abs(np.diff(value)).max() / period <= np.pi / 1.5
 
 
 @given(low=st.floats(-3, 0), span=st.floats(0.1, 4), rounding=st.floats(0.02, 0.5), start=st.floats(-3, 3))
 def test_a_sweep_has_its_rate_and_no_corner(low, span, rounding, start):
     high, sweep, period = low + span, 40.0, 0.01
-    _, value = triangle_sweep(low, high, sweep, period, rounding)
+    _, value = triangle_sweep(sweep, period, low, high, rounding)
     rate = np.diff(value) / period
     peak = 2 * span / (sweep * (1 - rounding))
     assert value[0] == value[-1] == low and np.isclose(value.max(), high) and value.min() >= low - 1e-12
@@ -72,25 +72,25 @@ def test_a_sweep_has_its_rate_and_no_corner(low, span, rounding, start):
     share = np.mean(np.abs(np.abs(rate) - peak) < 1e-6 * peak)
     assert abs(share - (1 - 2 * rounding)) < 0.02
     if abs(start - low) > 0.1:
-        _, way = triangle_sweep(low, high, sweep, period, rounding, start=start)
+        _, way = triangle_sweep(sweep, period, low, high, rounding, start=start)
         assert way[0] == way[-1] == start
         assert np.abs(np.diff(way)).max() / period <= peak * (1 + 1e-6)
 
 
 def test_up_and_down_of_a_sweep_mirror_each_other():
-    _, value = triangle_sweep(-1.0, 2.0, 10.0, 0.01)
+    _, value = triangle_sweep(10.0, 0.01, -1.0, 2.0)
     assert np.allclose(value, value[::-1], atol=1e-12)
 
 
-@given(amplitude=st.floats(0.1, 5.0), stroke=st.floats(2.0, 20.0), hold=st.floats(0.0, 1.0))
-def test_unseen_loops_pass_their_tips_at_a_bounded_rate(amplitude, stroke, hold):
-    _, value = unseen_loops(amplitude, stroke, hold, 0.001)
-    assert np.allclose(turning_values(value), amplitude * np.array(UNSEEN_TIPS), atol=1e-4 * amplitude)
-    assert np.abs(np.diff(value)).max() / 0.001 <= np.pi * amplitude / stroke * (1 + 1e-9)
+@given(loop=st.floats(4.0, 20.0), hold=st.floats(0.0, 1.0))
+def test_validation_loops_pass_their_tips_at_a_bounded_rate(loop, hold):
+    _, value = validation_loops(loop, hold, 0.001)
+    assert np.allclose(turning_values(value), UNSEEN_TIPS, atol=1e-4)
+    assert np.abs(np.diff(value)).max() / 0.001 <= np.pi / (loop / 2 - hold) * (1 + 1e-9)
     assert value[0] == value[-1] == 0.0
 
 
-def test_unseen_loops_are_not_those_of_the_identification():
+def test_validation_loops_are_not_those_of_the_identification():
     seen = np.array([1.0, 0.9, 0.75, 0.6, 0.45, 0.32, 0.2, 0.1])  # of arm.toml
     tips = np.array(UNSEEN_TIPS)
     assert np.abs(np.abs(tips)[:, None] - seen).min() >= 0.02
@@ -111,14 +111,14 @@ def test_unseen_loops_are_not_those_of_the_identification():
         (lambda: decaying_loops([1], 4, -1, 0.1), "zero or more"),
         (lambda: decaying_loops([1], 4, 1, 0), "period = 0"),
         (lambda: decaying_loops([1], 4, 1, 0.9), "shorter period"),
-        (lambda: decaying_cycles(1, 1.0, 3, 1, 0.01), "between 0 and 1"),
-        (lambda: decaying_cycles(1, 0.5, 0, 1, 0.01), "whole number"),
-        (lambda: decaying_cycles(-1, 0.5, 3, 1, 0.01), "positive number"),
-        (lambda: triangle_sweep(1, 1, 10, 0.1), "low < high"),
-        (lambda: triangle_sweep(0, 1, 10, 0.1, 0.6), "share in"),
-        (lambda: triangle_sweep(0, 1, 10, 0.1, start=math.inf), "finite"),
-        (lambda: unseen_loops(1, 4, 0, 0.1, [1.2]), "within -1..1"),
-        (lambda: unseen_loops(1, 4, 0, 0.1, [0.5, 0.5]), "two different ends"),
+        (lambda: decaying_cycles(3, 1.0, 1, 0.01), "between 0 and 1"),
+        (lambda: decaying_cycles(0, 0.5, 1, 0.01), "whole number"),
+        (lambda: decaying_cycles(3, 0.5, -1, 0.01), "positive number"),
+        (lambda: triangle_sweep(10, 0.1, 1, 1), "low < high"),
+        (lambda: triangle_sweep(10, 0.1, 0, 1, 0.6), "share in"),
+        (lambda: triangle_sweep(10, 0.1, 0, 1, start=math.inf), "finite"),
+        (lambda: validation_loops(8, 0, 0.1, [1.2]), "within -1..1"),
+        (lambda: validation_loops(8, 0, 0.1, [0.5, 0.5]), "two different ends"),
     ],
 )
 def test_what_excites_nothing_is_refused_with_the_cure(call, cure):

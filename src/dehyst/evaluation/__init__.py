@@ -1,7 +1,7 @@
 """Evaluation: excitations, ISO 9283 test paths and their timing, and what is measured along them."""
 
-from dehyst.evaluation.excitation import Excitation, decaying_cycles, decaying_loops, triangle_sweep, unseen_loops
-from dehyst.evaluation.iso9283 import TestCube, circle, line, rectangle, test_path
+from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
+from dehyst.evaluation.excitation import Excitation, decaying_cycles, decaying_loops, triangle_sweep, validation_loops
 from dehyst.evaluation.paths import TRANSFER, Figure, TestPath
 from dehyst.evaluation.slowing import slow_down_to
 from dehyst.evaluation.timing import Timed, timed
@@ -22,5 +22,5 @@ __all__ = [
     "test_path",
     "timed",
     "triangle_sweep",
-    "unseen_loops",
+    "validation_loops",
 ]

@@ -17,7 +17,7 @@ from dehyst.errors import ParameterError
 
 Array = npt.NDArray[np.float64]
 
-# Shares of the amplitude, none of which an identification by `decaying_loops` visits as a tip: biased minor loops
+# Shares of the range, none of which an identification by `decaying_loops` visits as a tip: biased minor loops
 # within minor loops, a wiped-out loop, and one long stroke back, all inside +-1.
 UNSEEN_TIPS = (0.86, -0.38, 0.54, 0.13, 0.7, -0.67, -0.16, -0.5, 0.27, 0.05, 0.4, -0.82, 0.64, -0.55)
 
@@ -77,32 +77,25 @@ def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, pe
             f"amplitudes {amplitudes!r} do not decay: a loop that is not inside the one before it wipes out its "
             f"memory. Pass positive, strictly decreasing numbers, such as [1.0, 0.5, 0.2]."
         )
-    stroke = 0.5 * _positive(loop_s, "loop_s") - _positive(hold_s, "hold_s", zero=True)
-    if stroke <= 0:
-        raise ParameterError(
-            f"loop_s = {loop_s:g} s leaves no time for strokes with a hold of {hold_s:g} s at both tips; "
-            f"pass more than {2 * hold_s:g} s, or shorter holds."
-        )
+    stroke = _stroke_time(loop_s, hold_s)
     tips = np.concatenate(([0.0], np.column_stack([a, -a]).ravel(), [0.0]))
     durations = np.full(tips.size - 1, stroke)
     durations[[0, -1]] = 0.5 * stroke
     return _strokes(tips, durations, hold_s, period, _half_cosine)
 
 
-def decaying_cycles(amplitude: float, decay: float, cycles: int, cycle_s: float, period: float) -> Excitation:
-    """Return cycles that decay geometrically to zero: homing, which leaves a hysteresis in a known state.
+def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) -> Excitation:
+    """Return cycles of amplitude 1 that decay geometrically to zero: homing leaves a hysteresis in a known state.
 
-    Tips A, -A d^(1/2), A d, -A d^(3/2), ... in half-cosine strokes of cycle_s/2, the first and the last of cycle_s/4,
-    then zero. The peak rate is below pi A/(cycle_s/2).
+    Tips 1, -d^(1/2), d, -d^(3/2), ... in half-cosine strokes of cycle_s/2, the first and the last of cycle_s/4, then
+    zero. The peak rate is pi/(cycle_s/2).
 
     Parameters
     ----------
-    amplitude
-        A > 0. [any unit]
-    decay
-        d, ratio of a cycle's amplitude to that of the one before, in (0, 1).
     cycles
         Number of cycles.
+    decay
+        d, ratio of a cycle's amplitude to that of the one before, in (0, 1).
     cycle_s
         Duration of one. [s]
     period
@@ -110,11 +103,10 @@ def decaying_cycles(amplitude: float, decay: float, cycles: int, cycle_s: float,
 
     Examples
     --------
-    >>> time, value = decaying_cycles(4.0, 0.25, cycles=2, cycle_s=4.0, period=1.0)
+    >>> time, value = decaying_cycles(2, decay=0.25, cycle_s=4.0, period=1.0)
     >>> value.round(3).tolist()
-    [0.0, 4.0, 1.0, -2.0, -0.5, 1.0, 0.25, -0.5, 0.0]
+    [0.0, 1.0, 0.25, -0.5, -0.125, 0.25, 0.062, -0.125, 0.0]
     """
-    _positive(amplitude, "amplitude")
     _positive(cycle_s, "cycle_s")
     if not 0 < decay < 1:
         raise ParameterError(
@@ -123,14 +115,19 @@ def decaying_cycles(amplitude: float, decay: float, cycles: int, cycle_s: float,
     if cycles < 1 or cycles != int(cycles):
         raise ParameterError(f"cycles = {cycles}; pass a whole number of one or more.")
     k = np.arange(2 * int(cycles))
-    tips = np.concatenate(([0.0], amplitude * (-1.0) ** k * decay ** (0.5 * k), [0.0]))
+    tips = np.concatenate(([0.0], (-1.0) ** k * decay ** (0.5 * k), [0.0]))
     durations = np.full(tips.size - 1, 0.5 * cycle_s)
     durations[[0, -1]] = 0.25 * cycle_s
     return _strokes(tips, durations, 0.0, period, _half_cosine)
 
 
 def triangle_sweep(
-    low: float, high: float, sweep_s: float, period: float, rounding: float = 0.1, start: float | None = None
+    sweep_s: float,
+    period: float,
+    low: float = -1.0,
+    high: float = 1.0,
+    rounding: float = 0.1,
+    start: float | None = None,
 ) -> Excitation:
     """Return a sweep up and down at constant rate with rounded turns: quasi-static calibration.
 
@@ -139,12 +136,12 @@ def triangle_sweep(
 
     Parameters
     ----------
-    low, high
-        Ends of the sweep, low < high. [any unit]
     sweep_s
         Time of the sweep up and down. [s]
     period
         Of the samples. [s]
+    low, high
+        Ends of the sweep, low < high. [any unit]
     rounding
         Share of a stroke used to take up the rate, and again to give it back, in (0, 0.5].
     start
@@ -152,7 +149,7 @@ def triangle_sweep(
 
     Examples
     --------
-    >>> time, value = triangle_sweep(-1.0, 1.0, sweep_s=8.0, period=1.0)
+    >>> time, value = triangle_sweep(sweep_s=8.0, period=1.0)
     >>> value.round(2).tolist()
     [-1.0, -0.56, 0.0, 0.56, 1.0, 0.56, 0.0, -0.56, -1.0]
     """
@@ -170,45 +167,48 @@ def triangle_sweep(
     return _strokes(np.array(tips), np.array(durations), 0.0, period, lambda u: _rounded_ramp(u, rounding))
 
 
-def unseen_loops(
-    amplitude: float, full_stroke_s: float, hold_s: float, period: float, tips: Sequence[float] = UNSEEN_TIPS
-) -> Excitation:
-    """Return loops for validation that a fit on `decaying_loops` has not seen: biased, nested, of other amplitudes.
+def validation_loops(loop_s: float, hold_s: float, period: float, tips: Sequence[float] = UNSEEN_TIPS) -> Excitation:
+    """Return loops that a fit on `decaying_loops` has not seen: biased, nested, of other amplitudes, all within +-1.
 
-    From zero through `tips` times the amplitude and back to zero, in half-cosine strokes whose time is proportional to
-    their length: the peak rate is pi A/full_stroke_s in every one.
+    From zero through the tips and back to zero in half-cosine strokes. A stroke from -1 to 1 takes loop_s/2 - hold_s,
+    as in `decaying_loops`, a shorter one proportionally less: the peak rate is pi/(loop_s/2 - hold_s) in every one.
 
     Parameters
     ----------
-    amplitude
-        A > 0. Keep it within the largest amplitude of the identification. [any unit]
-    full_stroke_s
-        Time of a stroke from -A to A. [s]
+    loop_s
+        Time of a loop between -1 and 1, holds included. [s]
     hold_s
         Time at rest at each tip. [s]
     period
         Of the samples. [s]
     tips
-        In shares of the amplitude, within -1..1, each unlike the one before it.
+        Within -1..1, each unlike the one before it.
 
     Examples
     --------
-    >>> time, value = unseen_loops(2.0, full_stroke_s=4.0, hold_s=0.0, period=0.5, tips=[0.5, -0.5])
+    >>> time, value = validation_loops(loop_s=8.0, hold_s=0.0, period=0.5, tips=[0.5, -0.5])
     >>> value.round(3).tolist()
-    [0.0, 0.5, 1.0, 0.707, 0.0, -0.707, -1.0, -0.5, 0.0]
+    [0.0, 0.25, 0.5, 0.354, 0.0, -0.354, -0.5, -0.25, 0.0]
     """
-    _positive(amplitude, "amplitude")
-    _positive(full_stroke_s, "full_stroke_s")
-    shares = np.asarray(tips, dtype=np.float64)
-    if shares.ndim != 1 or shares.size == 0 or not (np.abs(shares) <= 1).all():
-        raise ParameterError(f"tips {tips!r} are not shares of the amplitude; pass numbers within -1..1.")
-    points = amplitude * np.concatenate(([0.0], shares, [0.0]))
+    points = np.concatenate(([0.0], np.asarray(tips, dtype=np.float64).ravel(), [0.0]))
+    if points.size == 2 or not (np.abs(points) <= 1).all():
+        raise ParameterError(f"tips {tips!r} are not shares of the range; pass numbers within -1..1.")
     distance = np.abs(np.diff(points))
     if (distance == 0).any():
         raise ParameterError(
             f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
         )
-    return _strokes(points, full_stroke_s * distance / (2.0 * amplitude), hold_s, period, _half_cosine)
+    return _strokes(points, 0.5 * distance * _stroke_time(loop_s, hold_s), hold_s, period, _half_cosine)
+
+
+def _stroke_time(loop_s: float, hold_s: float) -> float:
+    stroke = 0.5 * _positive(loop_s, "loop_s") - _positive(hold_s, "hold_s", zero=True)
+    if stroke <= 0:
+        raise ParameterError(
+            f"loop_s = {loop_s:g} s leaves no time for strokes with a hold of {hold_s:g} s at both tips; "
+            f"pass more than {2 * hold_s:g} s, or shorter holds."
+        )
+    return stroke
 
 
 def _half_cosine(u: Array) -> Array:

@@ -46,7 +46,7 @@ def slow_down_to(
 
     Examples
     --------
-    >>> from dehyst.evaluation.iso9283 import TestCube, test_path
+    >>> from dehyst.evaluation.cube import TestCube, test_path
     >>> from dehyst.evaluation.timing import timed
     >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
     >>> slower = slow_down_to(fast, lambda motion: 0.5 + 2.0 / motion.factor**2)

@@ -96,6 +96,10 @@ class Timed:
             j / f**3,
         )
 
+    def on_leg(self, t: npt.ArrayLike) -> Indices:
+        """Return the index of the leg at times t (T,); the rest after a leg belongs to it."""
+        return self.leg[self._phase(t)[0]]
+
     def position(self, t: npt.ArrayLike) -> Array:
         """Return the commanded points (T, 3). [m]"""
         return self.path.position(self.motion(t).s)
@@ -110,7 +114,7 @@ class Timed:
     def figure(self, t: npt.ArrayLike) -> Indices:
         """Return the index of the figure at times t (T,), -1 on a transfer; the rest after a figure belongs to it."""
         of_leg = np.array([leg.figure for leg in self.path.legs], dtype=np.int64)
-        return of_leg[self.leg[self._phase(t)[0]]]
+        return of_leg[self.on_leg(t)]
 
     def cycle(self, t: npt.ArrayLike) -> Indices:
         """Return the number of the cycle at times t (T,), from 0."""
@@ -162,7 +166,7 @@ def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: 
 
     Examples
     --------
-    >>> from dehyst.evaluation.iso9283 import TestCube, test_path
+    >>> from dehyst.evaluation.cube import TestCube, test_path
     >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
     >>> slow = fast.slower(10.0)
     >>> bool(np.allclose(slow.position([50.0]), fast.position([5.0])))
