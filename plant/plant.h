@@ -5,6 +5,8 @@
  *   kappa_1,2 = kappa_0 +- r q/l_0        contraction of the muscles, q > 0 shortens muscle 1
  *   Q = r (F_1 - F_2)                     torque on the joint
  *   F = max(0, F_map(p, kappa) - F_hysteresis - F_creep - F_viscous)
+ *   F_creep = sum_j c_j (kappa - lag_j[kappa]) + d_j (p - lag_j[p])      under a constant load both let the muscle
+ *                                                                        go on in the direction of a pressure step
  * SI units throughout: m, N, s, rad, K, kg; pressures in Pa, gauge in the muscle's force, absolute in the chamber.
  */
 #ifndef PLANT_H
@@ -55,7 +57,9 @@ typedef struct plant_hysteresis {
     double pressure_share;
     double reference_pressure;     /* [Pa] */
     double asymmetry;              /* contraction is held back by (1 + asymmetry), elongation by (1 - asymmetry) */
-    double strain[PLANT_ELEMENTS]; /* (n,) contraction at which an element slips, increasing */
+    double center;                 /* PLANT_PREISACH only: contraction in the middle of its range */
+    double strain[PLANT_ELEMENTS]; /* (n,) contraction at which an element slips, increasing; of a Preisach mechanism
+                                      the last one is the half width of its range: beyond it, it saturates */
     double share[PLANT_ELEMENTS];  /* (n,) share of an element in `size`, sums to 1 */
     plant_foreign foreign;         /* PLANT_FOREIGN only */
     void *context;
@@ -72,7 +76,7 @@ typedef struct plant_muscle {
     int32_t creep_branches;             /* <= PLANT_CREEP */
     double creep_time[PLANT_CREEP];     /* time constants, [s] */
     double creep_force[PLANT_CREEP];    /* c_j in c_j (kappa - lag_j[kappa]), [N] */
-    double creep_pressure[PLANT_CREEP]; /* d_j in -d_j (p - lag_j[p]), [N/Pa] */
+    double creep_pressure[PLANT_CREEP]; /* d_j in d_j (p - lag_j[p]), [N/Pa] */
     plant_hysteresis hysteresis;
 } plant_muscle;
 
@@ -102,20 +106,32 @@ typedef struct plant_joint {
     int32_t substeps;   /* of valves and chambers in a step */
 } plant_joint;
 
+/* What follows from parameters and period; made anew when the period changes. */
+typedef struct plant_cache {
+    double period;                    /* that it belongs to, [s] */
+    double creep_decay[PLANT_CREEP];  /* exp(-T/tau_j) */
+    double creep_ramp[PLANT_CREEP];   /* (1 - exp(-T/tau_j)) tau_j/T */
+    double spool[4];                  /* exact step of the spool over a substep, row by row */
+    double stiffness[PLANT_ELEMENTS]; /* of the elements: size share/strain, [N] */
+} plant_cache;
+
 typedef struct plant_muscle_state {
     double contraction;             /* kappa of the last step */
+    double start;                   /* kappa of the reset */
     double pressure;                /* absolute, [Pa] */
     double mass;                    /* air that went in since the reset, for balances, [kg] */
     double spool;                   /* s, -1..1 */
     double spool_speed;             /* [1/s] */
     double element[PLANT_ELEMENTS]; /* forces of the elements, [N]; of a Preisach mechanism its output */
-    double turn[PLANT_TURNS];       /* remembered reversals of kappa, alternating maxima and minima */
+    double turn[PLANT_TURNS];       /* remembered reversals, alternating maxima and minima, [largest strain] */
+    double level[PLANT_TURNS];      /* output of the Preisach mechanism at them, -1..1 */
     int32_t turns;
-    double creep_contraction[PLANT_CREEP];
-    double creep_pressure[PLANT_CREEP]; /* [Pa] */
+    double creep_contraction[PLANT_CREEP]; /* kappa - lag_j[kappa] */
+    double creep_pressure[PLANT_CREEP];    /* p - lag_j[p], [Pa] */
     double sensed;                      /* lagged pressure, gauge, [Pa] */
     double force;                       /* of the last step, [N] */
     double friction;                    /* hysteresis force of the last step, [N] */
+    plant_cache cache;
 } plant_muscle_state;
 
 typedef struct plant_joint_state {
@@ -137,6 +153,9 @@ double plant_muscle_volume(const plant_muscle *muscle, double kappa, double *slo
 /* Mass flow into the muscle, [kg/s], for spool position s and absolute pressure p of the muscle. */
 double plant_valve_flow(const plant_valve *valve, const plant_air *air, double s, double p);
 
+/* Nothing remembered, at contraction kappa: the force is zero and the virgin curve starts here. */
+void plant_hysteresis_reset(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa);
+
 /* Hysteresis force opposing contraction after moving to kappa at gauge pressure p, [N]. */
 double plant_hysteresis_step(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa, double p,
                              double period);
@@ -156,6 +175,10 @@ void plant_joint_sense(const plant_joint *joint, plant_joint_state *state, doubl
  * Returns the torque Q at the end of the step, [Nm]. */
 double plant_joint_step(const plant_joint *joint, plant_joint_state *state, double q, double qd,
                         const double command[2], double period);
+
+/* The same with ideal pressure sources in place of valves and chambers: gauge pressure p[2] at the end of the step. */
+double plant_joint_impose(const plant_joint *joint, plant_joint_state *state, double q, double qd, const double p[2],
+                          double period);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,64 @@
+/* What the files of the plant share among themselves. */
+#ifndef PLANT_PARTS_H
+#define PLANT_PARTS_H
+
+#include <math.h>
+
+#include "plant.h"
+
+/* 1 - exp(-z), z >= 0, without the cancellation and the cost of exp where z is small. */
+static inline double plant_settled(double z)
+{
+    if (z > 0.02) return 1.0 - exp(-z);
+    return z * (1.0 - z * (1.0 / 2) * (1.0 - z * (1.0 / 3) * (1.0 - z * (1.0 / 4) * (1.0 - z * (1.0 / 5) *
+           (1.0 - z * (1.0 / 6) * (1.0 - z * (1.0 / 7)))))));
+}
+
+static inline double plant_clip(double x, double low, double high) { return x < low ? low : (x > high ? high : x); }
+
+/* Forces of the mechanisms; `up`, `down`: force at which everything slips in contraction and elongation, [N]. */
+double plant_maxwell_slip(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up,
+                          double down);
+double plant_dahl(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up, double down);
+/* Normalised output -1..1 after moving to kappa. */
+double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa);
+
+/* Creep force opposing contraction after kappa and p moved linearly by these changes, [N]. */
+void plant_creep_prepare(const plant_muscle *muscle, plant_cache *cache, double period);
+double plant_creep_step(const plant_muscle *muscle, plant_muscle_state *state, double kappa_change, double p_change);
+
+/* Exact step of the spool over time h. */
+void plant_spool_prepare(const plant_valve *valve, plant_cache *cache, double h);
+
+/* Both chambers over a period with the contractions moving linearly to kappa[2]. */
+void plant_chambers_step(const plant_joint *joint, plant_joint_state *state, const double kappa[2],
+                         const double command[2], double period);
+
+/* Share of full opening of the way to the supply; the way to ambient opens with -s. Monotone in s. */
+static inline double plant_opening(const plant_valve *valve, double s)
+{
+    const double closed = 1.0 / (1.0 - valve->dead_band);
+    if (s > valve->dead_band) return valve->leak + (1.0 - valve->leak) * (s - valve->dead_band) * closed;
+    if (s < -valve->dead_band) return valve->leak * (1.0 + (s + valve->dead_band) * closed);
+    return valve->leak;
+}
+
+#define PLANT_LAMINAR 0.999 /* above this pressure ratio the flow is linear in it: ISO 6358 has an infinite slope at 1 */
+
+/* Flow function psi of ISO 6358 for the ratio of downstream to upstream pressure; `slope` is 1/(1 - b). */
+static inline double plant_flow_function(double ratio, double b, double slope)
+{
+    if (ratio <= b) return 1.0;
+    const double inner = ratio < PLANT_LAMINAR ? ratio : PLANT_LAMINAR;
+    const double x = (inner - b) * slope;
+    const double psi = sqrt(1.0 - x * x);
+    return ratio < PLANT_LAMINAR ? psi : psi * (1.0 - ratio) * (1.0 / (1.0 - PLANT_LAMINAR));
+}
+
+/* p_u psi(p_d/p_u) from pressure `from` to pressure `to`, negative if it goes back, [Pa]. */
+static inline double plant_flow_between(double from, double to, double b, double slope)
+{
+    return from >= to ? from * plant_flow_function(to / from, b, slope) : -to * plant_flow_function(from / to, b, slope);
+}
+
+#endif

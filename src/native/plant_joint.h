@@ -1,0 +1,42 @@
+// One simulated pneumatic joint with its state and the Python mechanisms attached to it.
+#ifndef DEHYST_NATIVE_PLANT_JOINT_H
+#define DEHYST_NATIVE_PLANT_JOINT_H
+
+#include <exception>
+
+#include "arrays.h"
+#include "plant.h"
+
+// A hysteresis mechanism written in Python. The plant calls it from C, where no exception may pass: the first fault is
+// kept, the force is zero from then on, and `PneumaticJoint::raise` hands the fault over.
+struct ForeignMechanism {
+    nb::object object;
+    std::exception_ptr fault;
+
+    static double force(void *context, double contraction, double pressure, double period);
+};
+
+// `joint` and `state` are for C++ callers, who may step without the GIL; afterwards they call `raise` with it.
+struct PneumaticJoint {
+    plant_joint joint{};
+    plant_joint_state state{};
+    ForeignMechanism foreign[2];
+
+    PneumaticJoint(const nb::dict &parameters, uint64_t seed);
+    PneumaticJoint(const PneumaticJoint &) = delete; // the plant keeps the addresses of `foreign`
+    PneumaticJoint &operator=(const PneumaticJoint &) = delete;
+
+    void reset(double q, double p1, double p2, uint64_t seed);
+    void attach(int muscle, nb::object mechanism);
+    void raise();          // throws the fault of a foreign mechanism, if there was one, and forgets it
+    void complete() const; // throws if a foreign mechanism is asked for and none is attached
+};
+
+// The hysteresis of one muscle from its dict; `where` names it in errors.
+plant_hysteresis plant_read_hysteresis(const nb::dict &parameters, const std::string &where);
+plant_joint plant_read_joint(const nb::dict &parameters);
+plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &where);
+plant_valve plant_read_valve(const nb::dict &parameters, const std::string &where);
+plant_air plant_read_air(const nb::dict &parameters, const std::string &where);
+
+#endif
