@@ -95,7 +95,7 @@ void dehyst_stop_to_play(int32_t n, dehyst_real slope, const dehyst_real *stop_w
 
 /* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
  *
- *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I the integrator
+ *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I' = M L^3 (q_d - q)
  *   dp_d = (Q_d - A(q) p_m - C(q))/B(q) + compensator(q_d)              inverse of Q = A p_m + B dp + C
  *   p_1,2 = p_m +- dp/2
  *   mdot_d = V/(n R T) (dp_d/dt + k_p (p_d - p)) + p Vdot/(R T)         flatness-based pressure loop, one a muscle
@@ -132,18 +132,19 @@ typedef struct dehyst_joint {
     dehyst_real ramp;                     /* time over which a switched term fades in and out, [s] */
     dehyst_real shear;                    /* k of the sheared loop x = dp - dp_nom + k q, [Pa/rad] */
     dehyst_real compensator_unit;         /* [Pa] of one unit of the compensator's output */
-    const dehyst_model *compensator;      /* H^-1: q_d -> x, or a null pointer: no compensator */
+    const dehyst_model *compensator;      /* H^-1: q_d -> x, or a null pointer: no compensator, no shear term */
     dehyst_pneumatics pneumatics;
-    dehyst_real angle_jump;               /* largest credible change of the angle in a period, [rad] */
-    dehyst_real pressure_jump;            /* largest credible change of a pressure in a period, [Pa] */
-    int32_t frozen_samples;               /* equal samples of a sensor in a row that mean it is frozen */
+    dehyst_real angle_jump;               /* largest credible distance of the angle from its prediction, [rad]; 0: any */
+    dehyst_real pressure_jump;            /* largest credible change of a pressure in a period, [Pa]; 0: any */
+    dehyst_real angle_step;               /* resolution of the encoder, [rad] */
+    int32_t frozen_samples;               /* equal samples of a sensor in a row that mean it is frozen; 0: never */
     int32_t hold_samples;                 /* faulty samples bridged by prediction; beyond it the joint fails safe */
 } dehyst_joint;
 
 enum { /* what is switched on */
     DEHYST_POSITION = 1u,    /* position control; otherwise the reference's pressure difference is applied */
     DEHYST_INTEGRATOR = 2u,  /* integrator of the position loop */
-    DEHYST_COMPENSATOR = 4u  /* hysteresis compensator (its state follows q_d in either case) */
+    DEHYST_COMPENSATOR = 4u  /* hysteresis compensator and the reference's `extra`; its state follows q_d in either case */
 };
 
 enum { /* flags of the output */
@@ -175,20 +176,67 @@ typedef struct dehyst_joint_sensors {
 typedef struct dehyst_joint_output {
     dehyst_real valve[2];            /* command, -1..1, > 0 fills */
     dehyst_real desired[2];          /* p_d of both muscles after limits, gauge, [Pa] */
-    dehyst_real pressure_difference; /* dp_d before limits, [Pa] */
-    dehyst_real torque;              /* Q_d, [Nm] */
+    dehyst_real pressure_difference; /* dp_d before limits, at most 4 (pressure_high - pressure_low), [Pa] */
+    dehyst_real torque;              /* Q_d of the position law; without DEHYST_POSITION A p_m + B dp_d + C, [Nm] */
     dehyst_real integrator;          /* I, [Nm] */
     dehyst_real compensation;        /* compensator's part of dp_d, [Pa] */
     dehyst_real angle, velocity;     /* observed q, qd */
-    dehyst_real load;                /* observed disturbance torque, not used by the controller, [Nm] */
+    dehyst_real load;                /* observed torque beyond Q_load (same sign), not used by the controller, [Nm] */
     uint32_t flags;
 } dehyst_joint_output;
 
-/* State of a joint controller; the caller owns it. `compensator` needs its z (n,) set by the caller before the reset. */
-typedef struct dehyst_joint_state dehyst_joint_state; /* completed by the implementer of joint.c */
+/* ---- State of a joint controller. */
+
+typedef struct dehyst_fade {
+    dehyst_real value; /* what is left of a term that was switched */
+    dehyst_real step;  /* taken from it every period */
+} dehyst_fade;
+
+typedef struct dehyst_observer {
+    dehyst_real angle;    /* q, [rad] */
+    dehyst_real velocity; /* qd, [rad/s] */
+    dehyst_real load;     /* torque that the model does not know, M qdd = Q - Q_load - load, [Nm] */
+} dehyst_observer;
+
+typedef struct dehyst_sensor {
+    dehyst_real last; /* last good reading */
+    int32_t equal;    /* readings in a row that equal it */
+    int32_t faulty;   /* bridged samples: + 1 for a faulty one, - 1 for a good one, >= 0 */
+} dehyst_sensor;
+
+typedef struct dehyst_characteristic {
+    dehyst_real a, b, c; /* A [Nm/Pa], B [Nm/Pa], C [Nm] at one angle */
+} dehyst_characteristic;
+
+/* The caller owns it, and `compensator.z` (n,), which must point to memory before the reset. */
+typedef struct dehyst_joint_state {
+    dehyst_state compensator;
+    dehyst_observer observer;
+    dehyst_sensor angle;
+    dehyst_sensor muscle[2];
+    dehyst_real travel;               /* way that the observer sees while the encoder stands still, forgotten, [rad] */
+    dehyst_real travel_most;          /* its largest size since the encoder last moved, [rad] */
+    dehyst_real pressure[2];          /* last used, measured or bridged, gauge, [Pa] */
+    dehyst_real desired[2];           /* last desired, gauge, [Pa] */
+    dehyst_real feedforward[2];       /* part of them that is known from references alone, [Pa] */
+    dehyst_real rate[2];              /* its smoothed derivative, [Pa/s] */
+    dehyst_characteristic at;         /* at the observed angle */
+    dehyst_real torque;               /* Q - Q_load of the last sample, [Nm] */
+    dehyst_real pressure_difference;  /* last dp_d, [Pa] */
+    dehyst_real compensator_share;    /* 0 off .. 1 on */
+    dehyst_fade integrator;           /* I; it runs out while the integrator is off, [Nm] */
+    dehyst_fade difference;           /* makes dp_d continuous when position control is switched, [Pa] */
+    dehyst_fade mean;                 /* makes p_m continuous at the start, [Pa] */
+    dehyst_fade exchanged;            /* makes the compensator continuous when it is exchanged, [Pa] */
+    dehyst_joint_reference reference; /* last good one */
+    uint32_t switches;                /* of the last period */
+    uint32_t flags;                   /* sticky ones */
+    int32_t started;                  /* 0 until the first period after the reset */
+} dehyst_joint_state;
 
 /* Start at the sensed angle with the last commanded pressures equal to the sensed ones; the compensator's states z0 (n,)
- * are those of the homing (a null pointer without compensator). */
+ * are those of the homing (a null pointer without compensator). From there p_m and dp_d run to those of the reference
+ * over `ramp`. A sensor that is not finite here means DEHYST_FAILED. */
 void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors,
                         const dehyst_real *z0);
 
@@ -196,9 +244,70 @@ void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, co
 void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors,
                        const dehyst_joint_reference *reference, uint32_t switches, dehyst_joint_output *output);
 
-/* Exchange the compensator while running; its output fades from the old to the new one over `ramp`. */
+/* Exchange the compensator (a null pointer: none) with its unit and shear while running; its term fades from the old
+ * one to the new one over `ramp`. z (n,) is memory for its states, z0 (n,) their start. */
 void dehyst_joint_exchange(dehyst_joint *joint, dehyst_joint_state *state, const dehyst_model *compensator,
-                           dehyst_real *z, const dehyst_real *z0);
+                           dehyst_real unit, dehyst_real shear, dehyst_real *z, const dehyst_real *z0);
+
+/* ---- Parts of it. */
+
+/* x within +-limit; whatever is not a number becomes some value within. */
+dehyst_real dehyst_bounded(dehyst_real x, dehyst_real limit);
+
+/* Range of the pressures [Pa], the largest dp; share of a fading term that is lost in a period, 0..1. */
+dehyst_real dehyst_pressure_range(const dehyst_joint *joint);
+dehyst_real dehyst_fade_part(const dehyst_joint *joint);
+
+/* Let a term fade from `value`, losing the share `part` (0..1) of it every period. */
+void dehyst_fade_start(dehyst_fade *fade, dehyst_real value, dehyst_real part);
+void dehyst_fade_step(dehyst_fade *fade);
+
+/* A, B and C at an angle; B is kept away from zero. */
+void dehyst_characteristic_at(const dehyst_joint *joint, dehyst_real angle, dehyst_characteristic *at);
+
+/* Q = A p_m + B dp + C and its inverse dp = (Q - A p_m - C)/B. */
+dehyst_real dehyst_characteristic_torque(const dehyst_characteristic *at, dehyst_real mean, dehyst_real difference);
+dehyst_real dehyst_characteristic_difference(const dehyst_characteristic *at, dehyst_real mean, dehyst_real torque);
+
+/* p_1,2 = p_m +- dp/2 within the limits: dp is kept by shifting the mean as long as it fits at all.
+ * Returns 1 if anything was changed. */
+int dehyst_pressures(const dehyst_joint *joint, dehyst_real mean, dehyst_real difference, dehyst_real *pressure);
+
+/* One period of the observer: prediction with the mean known torque Q - Q_load of the period, then correction. */
+void dehyst_observer_predict(const dehyst_joint *joint, dehyst_observer *observer, dehyst_real torque);
+void dehyst_observer_correct(const dehyst_joint *joint, dehyst_observer *observer, dehyst_real angle);
+
+/* 1 if a reading is not finite or further than `jump` from what was expected; counts equal readings. */
+int dehyst_sensor_fault(dehyst_sensor *sensor, dehyst_real reading, dehyst_real expected, dehyst_real jump);
+
+/* Guard the sensors, bridge faulty ones and advance the observer. Returns flags of the output. */
+uint32_t dehyst_joint_sense(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors);
+
+/* unit H^-1[q_d] - shear q_d of the last reference, 0 without compensator, [Pa] */
+dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state);
+
+/* Count a sample that was good or faulty; 1 if the faulty ones can be bridged no longer. */
+int dehyst_sensor_failed(dehyst_sensor *sensor, int faulty, int32_t hold_samples);
+
+/* Square root of x >= 0 by Newton's method, within a few units in the last place; 0 for x <= 0. */
+dehyst_real dehyst_root(dehyst_real x);
+
+/* psi of ISO 6358: 1 up to the critical ratio b, sqrt(1 - ((ratio - b)/(1 - b))^2), straight to 0 above 0.999. */
+dehyst_real dehyst_flow_function(dehyst_real ratio, dehyst_real critical);
+
+/* Opening, -1..1 if the valve can do it, that makes the mass flow [kg/s] into a chamber at an absolute pressure [Pa]. */
+dehyst_real dehyst_valve_opening(const dehyst_pneumatics *air, dehyst_real flow, dehyst_real pressure);
+
+/* Command that opens a valve with the nominal dead band so far. */
+dehyst_real dehyst_valve_command(const dehyst_pneumatics *air, dehyst_real opening);
+
+/* V(q) [m^3] of a chamber and V'(q) [m^3/rad]. */
+void dehyst_volume_at(const dehyst_joint *joint, int32_t muscle, dehyst_real angle, dehyst_real *volume,
+                      dehyst_real *slope);
+
+/* Mass flow [kg/s] that changes the absolute pressure p of a chamber at `rate` [Pa/s] while its volume changes. */
+dehyst_real dehyst_chamber_flow(const dehyst_pneumatics *air, dehyst_real volume, dehyst_real volume_rate,
+                                dehyst_real pressure, dehyst_real rate);
 
 #ifdef __cplusplus
 }

@@ -12,7 +12,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"files", "units"},
     {"recording", "loops"},
     {"models"},
-    {"identification"},
+    {"identification", "control", "evaluation"},
     {"io"},
     {"report", "experiments"},
     {"app"},

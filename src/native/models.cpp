@@ -3,29 +3,9 @@
 
 #include "arrays.h"
 #include "dehyst.h"
+#include "model_parameters.h"
 
 namespace {
-
-// Parameters of a model, owned; `view` is what the core reads.
-struct Parameters {
-    std::vector<double> before_u, before_v, threshold, weight, after_u, after_v;
-    dehyst_model view{};
-
-    Parameters(const In &r, const In &w, double center, double offset, const In &bu, const In &bv, const In &au,
-               const In &av)
-        : before_u(copy(bu)), before_v(copy(bv)), threshold(copy(r)), weight(copy(w)), after_u(copy(au)),
-          after_v(copy(av))
-    {
-        require(!threshold.empty() && threshold.size() == weight.size(), "thresholds and weights differ in length");
-        require(before_u.size() == before_v.size() && before_u.size() != 1, "map 'before' is not a list of pairs");
-        require(after_u.size() == after_v.size() && after_u.size() != 1, "map 'after' is not a list of pairs");
-        view.before = {static_cast<int32_t>(before_u.size()), before_u.data(), before_v.data()};
-        view.hysteresis = {static_cast<int32_t>(threshold.size()), threshold.data(), weight.data(), center, offset};
-        view.after = {static_cast<int32_t>(after_u.size()), after_u.data(), after_v.data()};
-    }
-    Parameters(const Parameters &) = delete;
-    Parameters &operator=(const Parameters &) = delete;
-};
 
 // A model with its state: one call a sample in real time, or a whole array at once.
 class Stepper {
@@ -111,13 +91,22 @@ class Stepper {
         state_.flags = static_cast<uint32_t>(flags);
     }
 
+    nb::tuple parameters() const
+    {
+        const auto array = [](const std::vector<double> &values) { return own(std::vector<double>(values)); };
+        const dehyst_pi &pi = parameters_.view.hysteresis;
+        return nb::make_tuple(array(parameters_.threshold), array(parameters_.weight), pi.center, pi.offset,
+                              array(parameters_.before_u), array(parameters_.before_v), array(parameters_.after_u),
+                              array(parameters_.after_v), array(start_));
+    }
+
     Out state() const { return own(std::vector<double>(z_)); }
     double output() const { return state_.output; }
     bool rejected() const { return (state_.flags & DEHYST_REJECTED) != 0; }
     bool rejected_ever() const { return (state_.flags & DEHYST_REJECTED_EVER) != 0; }
 
   private:
-    Parameters parameters_;
+    ModelParameters parameters_;
     std::vector<double> start_, z_;
     dehyst_state state_{};
 };
@@ -195,6 +184,7 @@ void bind_models(nb::module_ &m)
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")
         .def("restore", &Stepper::restore, "image"_a, "Continue from a saved image.")
+        .def_prop_ro("parameters", &Stepper::parameters, "What it was made of, for a joint controller's compensator.")
         .def_prop_ro("state", &Stepper::state, nb::rv_policy::move, "Play states z (n,).")
         .def_prop_ro("output", &Stepper::output, "Last good output.")
         .def_prop_ro("rejected", &Stepper::rejected, "The last sample was rejected.")

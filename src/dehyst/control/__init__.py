@@ -1,0 +1,18 @@
+"""Control of a joint: compensators, and the host side of the core's joint controller."""
+
+from dehyst.control.compensator import Compensator, InverseCompensator, along
+from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
+from dehyst.control.parameters import JointControllerParameters, Pneumatics
+
+__all__ = [
+    "FLAGS",
+    "SWITCHES",
+    "Compensator",
+    "InverseCompensator",
+    "JointController",
+    "JointControllerParameters",
+    "JointOutput",
+    "JointReference",
+    "Pneumatics",
+    "along",
+]

@@ -1,0 +1,159 @@
+"""Compensators: what is added to the pressure difference against hysteresis, as a function of the desired path."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import OutputError, ParameterError
+from dehyst.models import HysteresisModel
+from dehyst.models.arrays import parameter_number, signal_array
+
+Array = npt.NDArray[np.float64]
+
+
+@runtime_checkable
+class Compensator(Protocol):
+    """Three methods that make a compensator; any class that has them is one.
+
+    It is driven with the desired path, never with the measured one (that would be positive feedback), and answers the
+    pressure difference to be added behind the inverse joint characteristic. [Pa] `along` evaluates it over a path
+    before the run; the values become the reference's ``extra``.
+
+    Examples
+    --------
+    Coulomb friction that opposes the desired motion:
+
+    >>> class Coulomb:
+    ...     def reset(self, angle: float) -> None:
+    ...         self.term = 0.0
+    ...     def step(self, angle: float, velocity: float) -> float:
+    ...         self.term = 0.2e5 * (velocity > 0) - 0.2e5 * (velocity < 0)
+    ...         return self.term
+    ...     def output(self) -> float:
+    ...         return self.term
+    >>> along(Coulomb(), [0.0, 0.1, 0.1], [0.0, 1.0, -1.0]).tolist()
+    [0.0, 20000.0, -20000.0]
+    """
+
+    def reset(self, angle: float) -> None:
+        """Start at rest at a desired angle [rad], with the memory that homing leaves."""
+
+    def step(self, angle: float, velocity: float) -> float:
+        """Return the term [Pa] for the next sample of the desired path: angle [rad], velocity [rad/s]."""
+
+    def output(self) -> float:
+        """Return the present term [Pa] without advancing, so that it can be faded in and out or exchanged."""
+
+
+class InverseCompensator:
+    r"""The paper's compensator: :math:`\Delta p = H^{-1}[q_d] - k q_d` with an identified model's inverse.
+
+    Parameters
+    ----------
+    inverse
+        H^-1: angle [rad] -> sheared pressure difference, for instance ``fit.model.inverse()``. Its start state is
+        that after homing.
+    shear
+        k that was added before the fit, x = dp - dp_nom + k q. [Pa/rad]
+    unit
+        Size of one unit of the inverse's output, 1e5 for bar. [Pa]
+
+    Raises
+    ------
+    ParameterError
+        If `inverse` is no model, or a number is not finite.
+
+    Examples
+    --------
+    >>> from dehyst import PrandtlIshlinskii
+    >>> model = PrandtlIshlinskii([0.0, 0.5], [0.5, 0.5])  # bar -> rad
+    >>> compensator = InverseCompensator(model.inverse(), shear=1e5)
+    >>> along(compensator, [0.0, 0.1, 0.0]).tolist()
+    [0.0, 10000.0, 0.0]
+    """
+
+    def __init__(self, inverse: HysteresisModel, shear: float, unit: float = 1e5) -> None:
+        if not isinstance(inverse, HysteresisModel):
+            raise ParameterError(
+                f"inverse is a {type(inverse).__name__}, not a hysteresis model; pass model.inverse() of a model that "
+                f"was identified from pressure to angle."
+            )
+        self.inverse = inverse
+        self.shear = parameter_number(shear, "shear")
+        self.unit = parameter_number(unit, "unit")
+        self._step = inverse.stepper()
+        self._angle = 0.0
+
+    def reset(self, angle: float) -> None:
+        """Return to the model's start state, then to the angle."""
+        self._step.reset()
+        self.step(angle, 0.0)
+
+    def step(self, angle: float, velocity: float) -> float:
+        """Return the term for the next desired angle; the velocity does not matter to a rate-independent model."""
+        self._step(angle)
+        if not self._step.rejected:
+            self._angle = angle
+        return self.output()
+
+    def output(self) -> float:
+        """Return the present term. [Pa]"""
+        return self.unit * self._step.output - self.shear * self._angle
+
+
+def along(compensator: Compensator, angle: npt.ArrayLike, velocity: npt.ArrayLike | None = None) -> Array:
+    """Return a compensator's term along a desired path, (T,). [Pa]
+
+    Parameters
+    ----------
+    compensator
+        Is reset to the first angle, then stepped through the whole path.
+    angle
+        Desired angles, (T,). [rad]
+    velocity
+        Desired velocities, (T,); None for zeros, which suits compensators that do not use it. [rad/s]
+
+    Raises
+    ------
+    ParameterError
+        If `compensator` lacks a method, lengths differ, or the path is not finite.
+    OutputError
+        If the compensator answers with something that is not a finite number: it would reach the valves.
+    """
+    missing = [name for name in ("reset", "step", "output") if not callable(getattr(compensator, name, None))]
+    if missing:
+        raise ParameterError(
+            f"a {type(compensator).__name__} is no compensator: it lacks {' and '.join(missing)}. Give it "
+            f"reset(angle), step(angle, velocity) -> Pa and output() -> Pa.",
+            missing=tuple(missing),
+        )
+    q = signal_array(angle, "angle")
+    qd = np.zeros(q.size) if velocity is None else signal_array(velocity, "velocity")
+    if q.size != qd.size:
+        raise ParameterError(f"{q.size} angles but {qd.size} velocities; pass one of each a sample.")
+    if not (np.all(np.isfinite(q)) and np.all(np.isfinite(qd))):
+        raise ParameterError("the desired path is not finite everywhere; a compensator must not be driven with it.")
+    term = np.empty(q.size)
+    if q.size:
+        compensator.reset(float(q[0]))
+    for k in range(q.size):
+        term[k] = _pressure(compensator, compensator.step(float(q[k]), float(qd[k])), k, q)
+    return term
+
+
+def _pressure(compensator: Compensator, answer: object, k: int, q: Array) -> float:
+    try:
+        value = float(answer)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        value = float("nan")
+    if not np.isfinite(value):
+        raise OutputError(
+            f"{type(compensator).__name__}.step answered {answer!r:.40} at sample {k} (desired angle {q[k]:g} rad); "
+            f"it must be a finite pressure difference in Pa, because it goes to the valves. Correct step(), or leave "
+            f"the compensator off.",
+            sample=k,
+        )
+    return value

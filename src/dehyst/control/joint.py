@@ -1,0 +1,224 @@
+"""The controller of one joint with two antagonistic muscles: parameters, references, outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.control.parameters import JointControllerParameters
+from dehyst.errors import ParameterError
+from dehyst.models import HysteresisModel
+
+Array = npt.NDArray[np.float64]
+
+SWITCHES: Mapping[str, int] = MappingProxyType(
+    {"position": _native.POSITION, "integrator": _native.INTEGRATOR, "compensator": _native.COMPENSATOR}
+)
+"""What can be switched: add the values, ``SWITCHES["position"] | SWITCHES["integrator"]``."""
+
+FLAGS: Mapping[str, int] = MappingProxyType(dict(_native.JOINT_FLAGS))
+"""Bits of `JointOutput.flags` by name."""
+
+
+@dataclass(frozen=True)
+class JointReference:
+    """What a joint should do in one period, and what is known about it.
+
+    Parameters
+    ----------
+    angle, velocity, acceleration
+        q_d [rad] and its derivatives [rad/s], [rad/s^2].
+    load
+        Q_load: torque of gravity and coupling at the reference. [Nm]
+    mean_pressure
+        p_m, gauge. [Pa]
+    pressure_difference
+        dp that is applied while position control is off. [Pa]
+    extra
+        Compensator's term from outside, added to the built-in one and switched with it. [Pa]
+    """
+
+    angle: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    load: float = 0.0
+    mean_pressure: float = 3e5
+    pressure_difference: float = 0.0
+    extra: float = 0.0
+
+    def as_tuple(self) -> tuple[float, float, float, float, float, float, float]:
+        """Return the values in the order of the core."""
+        return (
+            self.angle,
+            self.velocity,
+            self.acceleration,
+            self.load,
+            self.mean_pressure,
+            self.pressure_difference,
+            self.extra,
+        )
+
+
+@dataclass(frozen=True)
+class JointOutput:
+    """What the controller answers in one period, or arrays (T,) of it.
+
+    Attributes
+    ----------
+    valve_1, valve_2
+        Commands to both valves, -1..1; positive fills the muscle.
+    desired_1, desired_2
+        Desired pressures after limits, gauge. [Pa]
+    pressure_difference
+        dp_d before limits. [Pa]
+    torque
+        Q_d of the position law; what the characteristic gives for dp_d while position control is off. [Nm]
+    integrator
+        I, the integrator's part of it. [Nm]
+    compensation
+        The compensator's part of dp_d. [Pa]
+    angle, velocity
+        Observed q and its derivative. [rad], [rad/s]
+    load
+        Observed torque that neither the characteristic nor Q_load knows, with the sign of Q_load. [Nm]
+    flags
+        Sum of the bits in `FLAGS`.
+    """
+
+    valve_1: Any
+    valve_2: Any
+    desired_1: Any
+    desired_2: Any
+    pressure_difference: Any
+    torque: Any
+    integrator: Any
+    compensation: Any
+    angle: Any
+    velocity: Any
+    load: Any
+    flags: Any
+
+    def raised(self, flag: str) -> Any:
+        """Return whether a flag of `FLAGS` is up, sample by sample if the outputs are arrays."""
+        return (self.flags & FLAGS[flag]) != 0
+
+
+class JointController:
+    """Controller of one joint in the C core, with its state.
+
+    The formulas are those of core/dehyst.h: position law with all poles at -lambda, inverse joint characteristic,
+    compensator, limits and flatness-based pressure loops. A term that is switched fades over ``parameters.ramp``.
+
+    Parameters
+    ----------
+    parameters
+        Of joint, pneumatics and loops.
+    compensator
+        H^-1: desired angle -> sheared pressure difference, for instance ``fit.model.inverse()``; None for none. Its
+        start state is the model's. The unit of its output is ``parameters.compensator_unit``.
+
+    Examples
+    --------
+    >>> controller = JointController(JointControllerParameters())
+    >>> controller.reset(0.0, 3e5, 3e5)
+    >>> out = controller.step(0.0, 3e5, 3e5, JointReference(angle=0.1), SWITCHES["position"])
+    >>> out.flags, round(out.pressure_difference, 6)
+    (0, 0.0)
+    """
+
+    def __init__(self, parameters: JointControllerParameters, compensator: HysteresisModel | None = None) -> None:
+        self.parameters = parameters
+        self._native = _native.JointController(parameters.as_dict(), _parameters_of(compensator))
+
+    def reset(self, angle: float, pressure_1: float, pressure_2: float) -> None:
+        """Start at these readings, at rest; the compensator at its model's start state. [rad], [Pa]
+
+        From there mean pressure and pressure difference run to those of the reference over ``parameters.ramp``.
+        A reading that is not finite leaves the joint failed, valves closed.
+        """
+        self._native.reset(angle, pressure_1, pressure_2)
+
+    def step(
+        self, angle: float, pressure_1: float, pressure_2: float, reference: JointReference, switches: int
+    ) -> JointOutput:
+        """Return the outputs for the next period. Readings in [rad] and [Pa], gauge."""
+        return JointOutput(*self._native.step(angle, pressure_1, pressure_2, reference.as_tuple(), switches))
+
+    def run(
+        self,
+        angle: npt.ArrayLike,
+        pressure_1: npt.ArrayLike,
+        pressure_2: npt.ArrayLike,
+        reference: npt.ArrayLike,
+        switches: npt.ArrayLike,
+    ) -> JointOutput:
+        """Return the outputs (T,) for readings (T,), references (T, 7) in the order of `JointReference`, switches (T,).
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ.
+        """
+        q, p_1, p_2 = (np.ascontiguousarray(x, dtype=np.float64) for x in (angle, pressure_1, pressure_2))
+        table = np.ascontiguousarray(reference, dtype=np.float64)
+        on = np.ascontiguousarray(switches, dtype=np.int64)
+        columns = len(fields(JointReference))
+        shapes = [x.shape for x in (q, p_1, p_2, on)]
+        if len(set(shapes)) > 1 or len(shapes[0]) != 1 or table.shape != (*shapes[0], columns):
+            raise ParameterError(
+                f"readings have shapes {shapes[:3]}, switches {shapes[3]} and the reference {table.shape}; pass one "
+                f"value a sample, (T,), and a reference (T, {columns}) with the columns of JointReference."
+            )
+        out = self._native.run(q, p_1, p_2, table, on)
+        columns: list[Any] = [*out.T[:-1], out[:, -1].astype(np.int64)]
+        return JointOutput(*columns)
+
+    def exchange(
+        self, compensator: HysteresisModel | None, unit: float | None = None, shear: float | None = None
+    ) -> None:
+        """Exchange the compensator while running; its term fades from the old one to the new one over the ramp.
+
+        Parameters
+        ----------
+        compensator
+            The new one; None for none.
+        unit
+            Of its output; None keeps that of the parameters. [Pa]
+        shear
+            k of its loop; None keeps that of the parameters. [Pa/rad]
+        """
+        self._native.exchange(
+            _parameters_of(compensator),
+            self.parameters.compensator_unit if unit is None else unit,
+            self.parameters.shear if shear is None else shear,
+        )
+
+    def save(self) -> bytes:
+        """Return an image of the state; `restore` continues from it bit for bit."""
+        return self._native.save()
+
+    def restore(self, image: bytes) -> None:
+        """Continue from a saved image.
+
+        Raises
+        ------
+        ParameterError
+            If the image is damaged, or was saved by a controller with other parameters or another compensator.
+        """
+        try:
+            self._native.restore(image)
+        except ValueError as fault:
+            raise ParameterError(
+                f"the state was not restored: {fault}. Restore only what save() returned on this machine, into a "
+                f"controller with the same parameters and the same compensator; it still has the state it had."
+            ) from None
+
+
+def _parameters_of(model: HysteresisModel | None) -> Any:
+    return None if model is None else model.stepper().parameters

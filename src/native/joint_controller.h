@@ -1,0 +1,257 @@
+// One joint controller of the core with everything that it points to: no formula.
+#ifndef DEHYST_NATIVE_JOINT_CONTROLLER_H
+#define DEHYST_NATIVE_JOINT_CONTROLLER_H
+
+#include <cstring>
+#include <memory>
+#include <type_traits>
+
+#include "arrays.h"
+#include "dehyst.h"
+#include "model_parameters.h"
+
+// Values of a dict of parameters, each taken once; a missing, foreign or non-finite one is refused by name.
+class Fields {
+  public:
+    explicit Fields(const nb::dict &values, const char *what) : values_(values), what_(what) {}
+
+    nb::object object(const char *name)
+    {
+        if (!values_.contains(name)) throw std::invalid_argument(std::string(what_) + " lacks '" + name + "'");
+        ++taken_;
+        return nb::borrow<nb::object>(values_[name]);
+    }
+
+    double real(const char *name) { return finite(name, object(name)); }
+
+    int32_t count(const char *name)
+    {
+        const double value = real(name);
+        if (value != static_cast<double>(static_cast<int32_t>(value < 0 ? 0 : value > 2e9 ? 2e9 : value)))
+            throw std::invalid_argument(std::string("'") + name + "' is not a number of samples");
+        return static_cast<int32_t>(value);
+    }
+
+    // Coefficients, lowest power first; the others are zero.
+    void list(const char *name, double *out, std::size_t most) { fill(name, object(name), out, most); }
+
+    static void fill(const char *name, const nb::object &values, double *out, std::size_t most)
+    {
+        std::size_t n = 0;
+        for (nb::handle value : values) {
+            if (n == most) throw std::invalid_argument(std::string("too many coefficients in '") + name + "'");
+            out[n++] = finite(name, nb::borrow<nb::object>(value));
+        }
+        if (n == 0) throw std::invalid_argument(std::string("no coefficients in '") + name + "'");
+    }
+
+    void done() const
+    {
+        if (taken_ != values_.size()) throw std::invalid_argument(std::string(what_) + " has unknown entries");
+    }
+
+  private:
+    static double finite(const char *name, const nb::object &value)
+    {
+        const double x = nb::cast<double>(value);
+        if (!dehyst_accept(x)) throw std::invalid_argument(std::string("'") + name + "' is not a finite number");
+        return x;
+    }
+
+    const nb::dict &values_;
+    const char *what_;
+    std::size_t taken_ = 0;
+};
+
+inline dehyst_pneumatics pneumatics_of(const nb::dict &values)
+{
+    Fields from(values, "pneumatics");
+    dehyst_pneumatics air{};
+    air.supply = from.real("supply");
+    air.ambient = from.real("ambient");
+    air.gas_temperature = from.real("gas_temperature");
+    air.polytropic = from.real("polytropic");
+    air.reference_density = from.real("reference_density");
+    air.conductance = from.real("conductance");
+    air.ratio = from.real("ratio");
+    air.dead_band = from.real("dead_band");
+    from.done();
+    return air;
+}
+
+inline dehyst_joint joint_of(const nb::dict &values)
+{
+    Fields from(values, "joint");
+    dehyst_joint joint{};
+    joint.period = from.real("period");
+    joint.inertia = from.real("inertia");
+    joint.pole = from.real("pole");
+    joint.observer_pole = from.real("observer_pole");
+    joint.pressure_gain = from.real("pressure_gain");
+    joint.windup_gain = from.real("windup_gain");
+    from.list("a", joint.a, DEHYST_DEGREE);
+    from.list("b", joint.b, DEHYST_DEGREE);
+    from.list("c", joint.c, DEHYST_DEGREE);
+    std::size_t muscle = 0;
+    for (nb::handle volume : from.object("volume")) {
+        require(muscle < 2, "'volume' has more than two chambers");
+        Fields::fill("volume", nb::borrow<nb::object>(volume), joint.volume[muscle++], 4);
+    }
+    require(muscle == 2, "'volume' needs two chambers");
+    joint.angle_low = from.real("angle_low");
+    joint.angle_high = from.real("angle_high");
+    joint.pressure_low = from.real("pressure_low");
+    joint.pressure_high = from.real("pressure_high");
+    joint.ramp = from.real("ramp");
+    joint.shear = from.real("shear");
+    joint.compensator_unit = from.real("compensator_unit");
+    joint.pneumatics = pneumatics_of(nb::cast<nb::dict>(from.object("pneumatics")));
+    joint.angle_jump = from.real("angle_jump");
+    joint.pressure_jump = from.real("pressure_jump");
+    joint.angle_step = from.real("angle_step");
+    joint.frozen_samples = from.count("frozen_samples");
+    joint.hold_samples = from.count("hold_samples");
+    from.done();
+    return joint;
+}
+
+// A compensator: parameters, start states and the states in use.
+struct Compensator {
+    ModelParameters model;
+    std::vector<double> start, z;
+
+    explicit Compensator(const nb::tuple &t)
+        : model(array(t, 0), array(t, 1), number(t, 2), number(t, 3), array(t, 4), array(t, 5), array(t, 6),
+                array(t, 7)),
+          start(copy(array(t, 8))), z(start)
+    {
+        require(start.size() == model.threshold.size(), "state and thresholds differ in length");
+    }
+
+  private:
+    static In array(const nb::tuple &t, std::size_t i)
+    {
+        require(t.size() == 9, "a compensator is a tuple of 9 parameters");
+        return nb::cast<In>(t[i]);
+    }
+    static double number(const nb::tuple &t, std::size_t i) { return nb::cast<double>(t[i]); }
+};
+
+struct JointController {
+    dehyst_joint joint;
+    dehyst_joint_state state{};
+    std::unique_ptr<Compensator> compensator;
+
+    JointController(const nb::dict &parameters, const nb::object &compensator_tuple)
+        : joint(joint_of(parameters)), compensator(made(compensator_tuple))
+    {
+        joint.compensator = compensator ? &compensator->model.view : nullptr;
+        state.compensator.z = compensator ? compensator->z.data() : nullptr;
+        reset(0.0, joint.pressure_low, joint.pressure_low);
+    }
+    JointController(const JointController &) = delete;
+    JointController &operator=(const JointController &) = delete;
+
+    void reset(double angle, double p_1, double p_2)
+    {
+        const dehyst_joint_sensors sensors = {angle, {p_1, p_2}};
+        dehyst_joint_reset(&joint, &state, &sensors, compensator ? compensator->start.data() : nullptr);
+    }
+
+    void exchange(const nb::object &compensator_tuple, double unit, double shear)
+    {
+        require(dehyst_accept(unit) && dehyst_accept(shear), "unit and shear must be finite numbers");
+        std::unique_ptr<Compensator> next = made(compensator_tuple);
+        dehyst_joint_exchange(&joint, &state, next ? &next->model.view : nullptr, unit, shear,
+                              next ? next->z.data() : nullptr, next ? next->start.data() : nullptr);
+        compensator = std::move(next);
+    }
+
+    // Image of the state: head, state without its pointer, states of the plays, checksum of all of it.
+    nb::bytes save() const
+    {
+        std::string image;
+        put(image, head());
+        dehyst_joint_state copied;
+        std::memcpy(&copied, &state, sizeof copied);
+        copied.compensator.z = nullptr;
+        put(image, copied);
+        if (compensator) image.append(reinterpret_cast<const char *>(compensator->z.data()), bytes_of_z());
+        put(image, sum(kSeed, image.data(), image.size()));
+        return nb::bytes(image.data(), image.size());
+    }
+
+    void restore(const nb::bytes &saved)
+    {
+        const char *image = saved.c_str();
+        const std::size_t body = sizeof(Head) + sizeof state + bytes_of_z();
+        require(saved.size() >= sizeof(Head), "saved state is too short");
+        const Head expected = head(), found = get<Head>(image);
+        require(std::memcmp(found.name, expected.name, sizeof found.name) == 0, "not a saved joint controller");
+        require(found.fingerprint == expected.fingerprint && saved.size() == body + sizeof(uint64_t),
+                "saved state belongs to a controller with other parameters or another compensator");
+        require(get<uint64_t>(image + body) == sum(kSeed, image, body), "saved state is damaged");
+        std::memcpy(&state, image + sizeof(Head), sizeof state);
+        state.compensator.z = compensator ? compensator->z.data() : nullptr;
+        if (compensator) std::memcpy(compensator->z.data(), image + sizeof(Head) + sizeof state, bytes_of_z());
+    }
+
+  private:
+    struct Head {
+        char name[8];
+        uint64_t fingerprint;
+    };
+    static constexpr uint64_t kSeed = UINT64_C(0xcbf29ce484222325);
+
+    static std::unique_ptr<Compensator> made(const nb::object &t)
+    {
+        return t.is_none() ? nullptr : std::make_unique<Compensator>(nb::cast<nb::tuple>(t));
+    }
+
+    static uint64_t sum(uint64_t hash, const void *data, std::size_t size)  // FNV-1a
+    {
+        const unsigned char *bytes = static_cast<const unsigned char *>(data);
+        for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * UINT64_C(0x100000001b3);
+        return hash;
+    }
+    static uint64_t sum(uint64_t hash, const std::vector<double> &values)
+    {
+        const uint64_t size = values.size();
+        return sum(sum(hash, &size, sizeof size), values.data(), values.size() * sizeof(double));
+    }
+
+    template <class T>
+    static void put(std::string &image, const T &value)
+    {
+        static_assert(std::is_trivially_copyable<T>::value, "images are plain bytes");
+        image.append(reinterpret_cast<const char *>(&value), sizeof value);
+    }
+    template <class T>
+    static T get(const char *from)
+    {
+        T value;
+        std::memcpy(&value, from, sizeof value);
+        return value;
+    }
+
+    std::size_t bytes_of_z() const { return compensator ? compensator->z.size() * sizeof(double) : 0; }
+
+    Head head() const
+    {
+        dehyst_joint plain;
+        std::memcpy(&plain, &joint, sizeof plain);
+        plain.compensator = nullptr;
+        uint64_t hash = sum(kSeed, &plain, sizeof plain);
+        if (compensator) {
+            const ModelParameters &model = compensator->model;
+            for (const auto *values : {&model.threshold, &model.weight, &model.before_u, &model.before_v,
+                                       &model.after_u, &model.after_v})
+                hash = sum(hash, *values);
+            const double rest[2] = {model.view.hysteresis.center, model.view.hysteresis.offset};
+            hash = sum(hash, rest, sizeof rest);
+        }
+        return {{'d', 'e', 'h', 'y', 's', 't', 'J', '1'}, hash};
+    }
+};
+
+#endif
