@@ -44,9 +44,9 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
     for number in robot.joints:
         _check_joint(robot, number, source)
     _check_pressures(robot, source)
-    if 2 * robot.path.rounding > 0.8 * robot.path.cube:
+    if 2 * robot.path.rounding >= 0.8 * robot.path.cube:
         raise refuse(
-            f"rounds more than the rectangle's short side of 0.8 x {robot.path.cube:g} m holds; at most "
+            f"rounds more than the rectangle's short side of 0.8 x {robot.path.cube:g} m holds; below "
             f"{0.4 * robot.path.cube:.4g} m.",
             "path.rounding_m", robot.path.rounding, source,
         )  # fmt: skip

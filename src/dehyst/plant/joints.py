@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,11 @@ from dehyst.plant.tables import ForceMap, Muscle, Sensors, Valve
 FORMS = {"tool": 0, "exponential": 1, "geometric": 2}  # PLANT_MAP_... of plant/plant.h
 # Coefficients that the force is proportional to, all together.
 FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6)}
+BUILDERS: dict[str, Callable[..., mechanisms.Parameters]] = {
+    "maxwell-slip": mechanisms.maxwell_slip,
+    "preisach": mechanisms.preisach,
+    "dahl": mechanisms.dahl,
+}
 WIDEST_DRAW = 2.5  # tolerances end somewhere: no muscle leaves the maker's test bench further off, in rms
 
 
@@ -129,12 +135,7 @@ def _hysteresis(robot: Robot, size: float) -> dict[str, Any]:
     chosen = robot.hysteresis
     if chosen.mechanism == "none" or chosen.scale == 0 or size == 0:
         return mechanisms.none()
-    build = {
-        "maxwell-slip": mechanisms.maxwell_slip,
-        "preisach": mechanisms.preisach,
-        "dahl": mechanisms.dahl,
-    }[chosen.mechanism]
-    return build(
+    return BUILDERS[chosen.mechanism](
         chosen.scale * size,
         pressure_share=chosen.pressure_share,
         reference_pressure=chosen.reference,

@@ -88,7 +88,7 @@ class Hysteresis:
     scale: Scale
     pressure_share: Share
     reference: Annotated[float, Key("bar", 0.1, 10.0)]
-    asymmetry: Annotated[float, Key("", -0.9, 0.9)]
+    asymmetry: Annotated[float, Key("", -0.5, 0.5)]
     creep: Scale
 
 
@@ -241,13 +241,19 @@ class Identification:
 
 @dataclass(frozen=True)
 class Path:
-    """The ISO 9283 path. ``center`` of the test cube in the frame of the base's foot: x forward, y left, z up."""
+    """The ISO 9283 path. ``center`` of the test cube in the frame of the base's foot: x forward, y left, z up.
+
+    ``acceleration`` and ``jerk`` are limits along the path; ``posture_weights`` resolve the redundancy, see kinematics.
+    """
 
     cube: Annotated[float, Key("m", 0.005, 10.0)]
     center: Annotated[Numbers, Key("m", -20.0, 20.0, 3, 3)]
     fast_speed: Annotated[float, Key("m_s", 1e-3, 10.0)]
     slow_factor: Annotated[float, Key("", 1.0, 1000.0)]
     rest: Annotated[float, Key("s", 0.0, 1000.0)]
-    rounding: Annotated[float, Key("m", 0.0, 5.0)]
+    acceleration: Annotated[float, Key("m_s2", 0.01, 100.0)]
+    jerk: Annotated[float, Key("m_s3", 0.1, 1e5)]
+    rounding: Annotated[float, Key("m", 1e-4, 5.0)]
     cycles_fast: Annotated[int, Key("", 1, 1000)]
     cycles_slow: Annotated[int, Key("", 1, 1000)]
+    posture_weights: Annotated[Numbers, Key("", 1e-3, 1e6, 7, 7)]

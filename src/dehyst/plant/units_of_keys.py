@@ -15,6 +15,8 @@ TO_SI: dict[str, float] = {
     "Nm": 1.0,
     "Nm_s": 1.0,
     "m_s": 1.0,
+    "m_s2": 1.0,
+    "m_s3": 1.0,
     "1_s": 1.0,
     "deg": math.pi / 180.0,
     "bar": 1e5,
