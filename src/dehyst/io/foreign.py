@@ -124,8 +124,10 @@ def muted_stderr() -> Iterator[None]:
         os.close(keep)
 
 
-def optional(module: str, extra: str, name: str) -> Any:
-    """Import an optional package, or say which line installs it.
+def optional(
+    module: str, extra: str, name: str, doing: str = "reading", instead: str = "save the columns as CSV"
+) -> Any:
+    """Import an optional package, or say which line installs it, and what can be done `instead`.
 
     Raises
     ------
@@ -136,8 +138,8 @@ def optional(module: str, extra: str, name: str) -> Any:
         return importlib.import_module(module)
     except ImportError as fault:
         raise MissingExtraError(
-            f"reading '{name}' needs the package {module.partition('.')[0]}, which is not installed ({fault}). Type: "
-            f"pip install 'dehyst[{extra}]' - or save the columns as CSV.",
+            f"{doing} '{name}' needs the package {module.partition('.')[0]}, which is not installed ({fault}). Type: "
+            f"pip install 'dehyst[{extra}]' - or {instead}.",
             extra=extra,
             module=module,
         ) from None
