@@ -32,6 +32,7 @@ HOMES = {
     "rosbags": {"io"},
     "asammdf": {"io"},
     "polars": {"io"},
+    "distributed": {"experiments"},
     "mujoco": {"plant"},
     "mink": {"plant"},
     "numpy": set(FLOOR),

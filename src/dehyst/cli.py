@@ -159,6 +159,29 @@ def example(
     run_example(out, seed, overwrite)
 
 
+@app.command()
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary; see examples/sensitivity.toml.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Table to write, .csv or .parquet; SWEEP.csv here without it.")
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Picture to write, .svg or .png; beside the table without it.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Processes; one a processor without it.")] = None,
+    dask: Annotated[
+        str | None, typer.Option("--dask", help="Run on the Dask cluster at this address, tcp://host:port.")
+    ] = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Drop finished runs of an earlier start.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Run again what failed in an earlier start.")] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Run the simulated experiment over many parameters; goes on where it was stopped."""
+    from dehyst.app.sweep import SweepRequest, run_sweep_command
+
+    run_sweep_command(SweepRequest(file, out, figure, workers, dask, restart, retry, overwrite))
+
+
 def main() -> None:
     """Run the command line; faults a user can cure end with their message and exit status 2."""
     from dehyst.errors import DehystError

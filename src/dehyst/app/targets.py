@@ -9,6 +9,7 @@ from dehyst.errors import OutputError
 # How the files begin that dehyst itself writes again and again; enough of a file is read to see it.
 MODEL = '"format": "dehyst-model"'
 PAGE = '<meta name="generator" content="dehyst '
+SWEEP = "dehyst sweep: "
 _BEGINNING = 2000
 
 
@@ -22,7 +23,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     overwrite
         Whether the user said ``--overwrite``.
     own
-        Mark in the beginning of a file that a former run wrote, `MODEL` or `PAGE`; None if nothing tells.
+        Mark in the beginning of a file that a former run wrote, `MODEL`, `PAGE` or `SWEEP`; None if nothing tells.
     content
         What is going to be written; a file that holds just that loses nothing.
 
@@ -39,7 +40,8 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         return
     if content is not None and _beginning(path, len(content.encode()) + 1) == content:
         return
-    kind = {None: "", MODEL: " and is no dehyst model", PAGE: " and is no report of dehyst"}[own]
+    kinds = {MODEL: "no dehyst model", PAGE: "no report of dehyst", SWEEP: "no picture of a sweep"}
+    kind = "" if own is None else f" and is {kinds[own]}"
     raise OutputError(
         f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",
         path=str(path),

@@ -1,0 +1,182 @@
+"""Picture of a sweep: small multiples, a figure over a parameter, every run a dot, medians joined."""
+
+from __future__ import annotations
+
+import io
+import math
+import statistics
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure as Canvas
+
+from dehyst.errors import OutputError
+from dehyst.files import write_atomically
+from dehyst.report.svg import PNG_DPI
+from dehyst.report.text import clean, short
+from dehyst.report.theme import CYCLE, INK, MUTED, PAPER, settings, style
+
+TITLE = "dehyst sweep: "  # by which a picture is known that may be drawn anew
+ENDINGS = (".svg", ".png")
+WIDTH, HEIGHT = 3.3, 2.3  # of one panel [inch]
+MOST_ROWS = 24  # of panels; more would be no picture
+WIDEST = 30.0  # [inch]
+NO_EFFECT = 1.0  # ratio at which a compensator changes nothing
+MARKERS = "osD^vP"
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One panel: a figure over a parameter.
+
+    Attributes
+    ----------
+    study, parameter, figure
+        Which study, which parameter across, which figure up.
+    x
+        Values of the parameter, (n,), numbers or texts.
+    y
+        The figure, (n,), None where there is none.
+    group
+        Name of the line each run belongs to, (n,); "" for a single line.
+    scattered
+        Whether the parameter was drawn at random: dots only, nothing to join.
+    """
+
+    study: str
+    parameter: str
+    figure: str
+    x: Sequence[Any]
+    y: Sequence[float | None]
+    group: Sequence[str]
+    scattered: bool = False
+
+
+def require_picture_name(path: str | PathLike[str]) -> Path:
+    """Return the path of a picture, or refuse one that ends in neither ``.svg`` nor ``.png``.
+
+    Raises
+    ------
+    OutputError
+        If it does.
+    """
+    target = Path(path)
+    if target.suffix.lower() in ENDINGS:
+        return target
+    raise OutputError(
+        f"cannot write the picture '{target}': its ending says neither SVG nor PNG. Name a file that ends in "
+        f"{' or '.join(ENDINGS)}.",
+        path=str(target),
+    )
+
+
+def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Curve]) -> Path:
+    """Write the picture of a sweep: a row for each study's parameter, a column for each figure.
+
+    Parameters
+    ----------
+    path
+        File to write, ``.svg`` or ``.png``.
+    name
+        Name of the sweep.
+    curves
+        Panels; those of the same study and parameter stand beside each other.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written or has another ending.
+    """
+    target = require_picture_name(path)
+    rows = list(dict.fromkeys((curve.study, curve.parameter) for curve in curves))[:MOST_ROWS]
+    columns = list(dict.fromkeys(curve.figure for curve in curves))[: int(WIDEST / WIDTH)]
+    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": f"sweep {name}"}
+    with settings(style() | face):
+        size = (max(WIDTH * len(columns), 4.5), HEIGHT * max(len(rows), 1) + 0.6)
+        canvas = Canvas(figsize=size, layout="constrained")
+        if rows and columns:
+            _draw(canvas, rows, columns, curves)
+        canvas.suptitle(short(f"sweep {name}", 70), x=0.01, ha="left", fontweight="bold", color=INK.light)
+        return write_atomically(target, _png(canvas, name) if target.suffix.lower() == ".png" else _svg(canvas, name))
+
+
+def _draw(canvas: Canvas, rows: Sequence[tuple[str, str]], columns: Sequence[str], curves: Sequence[Curve]) -> None:
+    grid = canvas.subplots(len(rows), len(columns), squeeze=False, sharey="col")
+    for line in grid.ravel():
+        line.set_axis_off()
+    handles: dict[str, Any] = {}
+    for curve in curves:
+        if (curve.study, curve.parameter) in rows and curve.figure in columns:
+            axes = grid[rows.index((curve.study, curve.parameter)), columns.index(curve.figure)]
+            axes.set_axis_on()
+            handles = {**_panel(axes, curve), **handles}  # joined lines stand before scattered dots
+    for axes in grid[0]:  # the others of a column share its range
+        axes.set_ylim(bottom=0.0)
+    if len(handles) > 1 or "" not in handles:
+        canvas.legend(
+            handles.values(), handles.keys(), loc="outside upper right", ncols=min(len(handles), 2 * len(columns))
+        )
+
+
+def _panel(axes: Any, curve: Curve) -> dict[str, Any]:
+    """Draw one panel; return its lines by name, for the one legend of the picture."""
+    axes.set_title(short(curve.figure, 38), color=INK.light, fontsize=9.5)
+    axes.set_xlabel(short(f"{curve.parameter} ({curve.study})", 44), color=MUTED.light, fontsize=9.5)
+    texts = not all(isinstance(x, int | float) and not isinstance(x, bool) for x in curve.x)
+    names = list(dict.fromkeys(str(x) for x in curve.x))
+    places = [names.index(str(x)) if texts else float(x) for x in curve.x]
+    if texts:
+        axes.set_xticks(range(len(names)), [short(name, 14) for name in names])
+        axes.set_xlim(-0.5, len(names) - 0.5)
+    axes.axhline(NO_EFFECT, color=MUTED.light, lw=0.8, ls=(0, (4, 3)), zorder=1)
+    handles = {}
+    for k, group in enumerate(dict.fromkeys(curve.group)):
+        dots = [
+            (x, y)
+            for x, y, g in zip(places, curve.y, curve.group, strict=True)
+            if g == group and y is not None and math.isfinite(y)
+        ]
+        colour, marker = CYCLE[k % len(CYCLE)].light, MARKERS[k % len(MARKERS)]
+        handles[group] = _line(axes, dots, colour, marker, curve.scattered)
+    return handles
+
+
+def _line(axes: Any, dots: Sequence[tuple[float, float]], colour: str, marker: str, scattered: bool) -> Any:
+    """Dots of all runs; medians joined and their range as a bar, unless the parameter was drawn at random."""
+    x, y = [dot[0] for dot in dots], [dot[1] for dot in dots]
+    if scattered:
+        return axes.plot(x, y, marker, color=colour, ms=3.0, mew=0.0, alpha=0.6)[0]
+    axes.plot(x, y, marker, color=colour, ms=2.6, mew=0.0, alpha=0.45)
+    places = sorted(set(x))
+    runs = [[b for a, b in dots if a == place] for place in places]
+    axes.vlines(places, [min(run) for run in runs], [max(run) for run in runs], color=colour, lw=1.0, alpha=0.6)
+    medians = [statistics.median(run) for run in runs]
+    return axes.plot(places, medians, color=colour, marker=marker, ms=4.5, mew=0.0, lw=1.4)[0]
+
+
+def _png(canvas: Canvas, name: str) -> bytes:
+    stream = io.BytesIO()
+    FigureCanvasAgg(canvas)
+    canvas.savefig(stream, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(f"{TITLE}{name}")})
+    return stream.getvalue()
+
+
+def _svg(canvas: Canvas, name: str) -> str:
+    stream = io.StringIO()
+    FigureCanvasSVG(canvas)
+    nothing = {"Creator": None, "Date": None, "Format": None, "Type": None}
+    canvas.savefig(stream, format="svg", metadata=nothing)
+    text = stream.getvalue()
+    root = ElementTree.fromstring(text[text.index("<svg") :])
+    title = ElementTree.Element("{http://www.w3.org/2000/svg}title")
+    title.text = clean(f"{TITLE}{name}")
+    root.insert(0, title)
+    ElementTree.register_namespace("", "http://www.w3.org/2000/svg")
+    ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
