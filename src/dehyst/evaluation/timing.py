@@ -131,6 +131,13 @@ class Timed:
         steady = sum(self.steady[k].stop - self.steady[k].start for k in legs)
         return steady / sum(self.path.legs[k].curve.length for k in legs)
 
+    def steady_ranges(self, figure: int) -> list[tuple[float, float]]:
+        """Return where a figure is run at its command speed: ranges of its arc length, one a stroke. [m]"""
+        return [
+            (self.path.legs[k].offset + self.steady[k].start, self.path.legs[k].offset + self.steady[k].stop)
+            for k in self._legs_of(figure)
+        ]
+
     def _legs_of(self, figure: int) -> list[int]:
         return [k for k, leg in enumerate(self.path.legs) if leg.figure == figure]
 
