@@ -10,9 +10,9 @@
 #include "parts.h"
 
 #define TERMS 2
-static const double kShare[TERMS] = {0.5, 0.5};  /* c_j */
-static const double kSlope[TERMS] = {10.0, 4.0}; /* g_j: virgin curve near 1 - exp(-12.8 x) in the middle */
-static const double kBend[TERMS] = {2.0, -0.5};  /* e_j */
+static const double kShare[TERMS] = {0.5, 0.5}; /* c_j */
+static const double kSlope[TERMS] = {8.0, 5.0}; /* g_j: virgin curve in the middle 1 - exp(-12.8 x) to 0.01 */
+static const double kBend[TERMS] = {3.0, -0.8}; /* e_j: G_j increase on -1..1 */
 
 static inline double bent(int j, double x) { return kSlope[j] * x * (1.0 + kBend[j] * (1.0 / 3) * x * x); }
 
@@ -20,7 +20,7 @@ double plant_everett(double from, double to)
 {
     const double a = plant_clip(from, -1.0, 1.0), b = plant_clip(to, -1.0, 1.0);
     /* N = sum_j c_j (1 - exp(-2 G_j(1))) makes E(-1, 1) = 2. */
-    const double norm = 1.0 / 0.9993636830993284;
+    const double norm = 1.0 / 0.99967330401006;
     double sum = 0.0;
     for (int j = 0; j < TERMS; ++j) sum += kShare[j] * plant_settled(fabs(bent(j, b) - bent(j, a)));
     return 2.0 * norm * sum;
@@ -65,8 +65,9 @@ static void wipe(plant_muscle_state *state, double x)
         else if (rising ? x < last : x > last) /* behind the start of a retraced branch */
             state->turns -= 1;
         else
-            return;
+            break;
     }
+    if (state->turns == 1) state->turns = 0; /* the first one is the mirror image of the second, not a reversal */
 }
 
 double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa)

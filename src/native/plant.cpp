@@ -261,6 +261,29 @@ Out hysteresis_force(const nb::dict &parameters, double start, const In &kappa, 
     return own(std::move(f));
 }
 
+// A mechanism may hold the joint that it is attached to: the garbage collector has to see the cycle.
+int traverse(PyObject *self, visitproc visit, void *arg)
+{
+    Py_VISIT(Py_TYPE(self));
+    if (!nb::inst_ready(self)) return 0;
+    for (ForeignMechanism &f : nb::inst_ptr<PneumaticJoint>(self)->foreign) Py_VISIT(f.object.ptr());
+    return 0;
+}
+
+int clear(PyObject *self)
+{
+    auto *joint = nb::inst_ptr<PneumaticJoint>(self);
+    for (int m = 0; m < 2; ++m) {
+        joint->joint.muscle[m].hysteresis.foreign = nullptr;
+        joint->foreign[m].object.reset();
+    }
+    return 0;
+}
+
+PyType_Slot kSlots[] = {{Py_tp_traverse, reinterpret_cast<void *>(&traverse)},
+                        {Py_tp_clear, reinterpret_cast<void *>(&clear)},
+                        {0, nullptr}};
+
 }  // namespace
 
 void bind_plant(nb::module_ &m)
@@ -276,7 +299,8 @@ void bind_plant(nb::module_ &m)
     m.def("everett", &everett, "start"_a, "end"_a, "Everett function (T,) of the Preisach mechanism, 0..2.");
     m.def("hysteresis_force", &hysteresis_force, "hysteresis"_a, "start"_a, "contraction"_a, "pressure"_a,
           "Force (T,) of a built-in mechanism that opposes contraction, from nothing remembered at `start`, [N].");
-    nb::class_<PneumaticJoint>(m, "PneumaticJoint", "Two pneumatic muscles on one pulley, with valves and sensors.")
+    nb::class_<PneumaticJoint>(m, "PneumaticJoint", nb::type_slots(kSlots),
+                               "Two pneumatic muscles on one pulley, with valves and sensors.")
         .def(nb::init<const nb::dict &, uint64_t>(), "parameters"_a, "seed"_a)
         .def("reset", &PneumaticJoint::reset, "angle"_a, "pressure_1"_a, "pressure_2"_a, "seed"_a,
              "At rest at an angle [rad] and two gauge pressures [Pa], nothing remembered.")
