@@ -100,7 +100,7 @@ def map_coefficients(law: ForceMap, length: float, scale: float = 1.0) -> list[f
     --------
     >>> from dehyst.plant import load_robot
     >>> [round(map_coefficients(load_robot().maps["tool20"], length)[0]) for length in (0.1, 0.25, 1.0)]
-    [882, 1207, 1389]
+    [884, 1207, 1389]
     """
     values = list(law.coefficients)
     if law.force_of_length is not None and law.form == "tool":

@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 
 DEGREE = 5  # angles are four times continuously differentiable within a leg
 LEAST_KNOTS = 9  # of a leg
-DEVIATION = 5e-6  # of the tool in the middle between two knots at which no more are set [m]
+DEVIATION = 2e-6  # of the tool in the middle between two knots at which no more are set [m]
 REFINEMENTS = 8
 
 
@@ -93,7 +93,7 @@ class JointPath:
 def joint_path(robot: Robot, path: ToolPath) -> JointPath:
     """Solve the inverse kinematics along a path and put splines through the solutions.
 
-    Knots are set where they are needed: an interval is halved until the tool, in its middle, is within 5 um of the
+    Knots are set where they are needed: an interval is halved until the tool, in its middle, is within 2 um of the
     path.
 
     Parameters
