@@ -96,6 +96,13 @@ def test_velocity_fluctuation_is_that_of_the_worst_cycle_within_the_steady_range
     assert np.allclose(slow_half, [50.0, 300 * math.sqrt(0.5), 0.0], atol=1e-9)
 
 
+def test_speed_is_that_at_the_section_of_an_accelerating_run():
+    t = np.linspace(0.0, 3.0, 3001)
+    x = np.column_stack([t**2 / 2, 0 * t, 0 * t])  # v = t = sqrt(2 x)
+    found = sections(LINE, t, x, np.zeros(3001), count=4)
+    assert np.allclose(found.speed, np.sqrt(2 * found.s), atol=1e-6)
+
+
 SQUARE = Figure(  # 4 x 4 with sharp corners, from the middle of the lower side
     "square",
     (Chain([Straight(a, b) for a, b in zip(
@@ -224,6 +231,14 @@ def test_the_order_of_cycles_does_not_matter():
         one["RT_mm"], two["RT_mm"], abs_tol=0.01
     )
     assert one["RT_mm"] > 1.4
+
+
+def test_a_run_at_four_fifths_of_the_command_speed_is_20_percent_too_slow():
+    slow = FAST.slower(1.25)
+    t = np.arange(0.0, 2 * slow.duration, 0.005)
+    found = iso9283(FAST, t, slow.position(t), slow.cycle(t), slow.figure(t))
+    assert np.allclose(figures_of(found, "AV_percent"), -20.0, atol=0.2)
+    assert math.isclose(found["AV_percent"], -20.0, abs_tol=0.2) and found["AT_mm"] < 0.01
 
 
 def test_a_slow_trial_has_the_figures_of_its_own_command_speed():

@@ -139,6 +139,13 @@ def test_every_figure_is_run_at_its_command_speed_over_half_its_length():
     assert FAST.command_speed(2) < 0.25 and FAST.command_speed(3) < 0.25  # sharp bends
 
 
+def test_the_line_is_steady_once_there_and_once_back():
+    (low, high), (low_back, high_back) = FAST.steady_ranges(0)
+    half = PATH.figures[0].length / 2
+    assert math.isclose(low + high, half) and math.isclose(low_back + high_back, 3 * half)  # in the middle of each
+    assert 0 < low < high < half < low_back < high_back < 2 * half
+
+
 def test_a_whole_run_is_sampled_quickly():
     begin = time.perf_counter()
     FAST.state(np.arange(0.0, 100.0, 0.001))
