@@ -206,9 +206,9 @@ def _executor(workers: int, dask: str | None) -> Iterator[tuple[Executor, int]]:
 
 def _lost_on_the_way(fault: Exception, journal: Journal) -> Outcome:
     """Outcome of a run that killed Dask's workers; anything else that `perform` cannot raise is no run's own fault."""
-    reason = f"{type(fault).__name__}: {' '.join(str(fault).split())[:300]}"
     if type(fault).__name__ == "KilledWorker":
-        return Outcome(error=f"{DIED} ({reason})")
+        return Outcome(error=DIED)
+    reason = f"{type(fault).__name__}: {' '.join(str(fault).split())[:300]}"
     raise ParameterError(
         f"a run could not be sent to a worker or back ({reason}). {len(journal.done)} finished runs are kept in "
         f"'{journal.path}'. If it is a cluster, look whether it still answers, then start the same line again; if the "

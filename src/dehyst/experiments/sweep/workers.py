@@ -198,7 +198,37 @@ def dask_cluster(address: str) -> Iterator[tuple[Executor, int]]:
             raise ParameterError(
                 f"the Dask cluster at {address} has no workers. Start some: dask worker {address}", address=address
             )
-        yield client.get_executor(pure=False), threads
+        yield OnDask(client), threads
+
+
+class OnDask(Executor):
+    """Runs on a Dask cluster.
+
+    Dask's own executor does not pass on every fault: a run whose result was lost with its worker would never end.
+
+    Parameters
+    ----------
+    client
+        ``distributed.Client``.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send a run to the cluster."""
+        future: Future[Any] = Future()
+        self._client.submit(fn, *args, pure=False, **kwargs).add_done_callback(lambda remote: _pass_on(remote, future))
+        return future
+
+
+def _pass_on(remote: Any, future: Future[Any]) -> None:
+    try:
+        future.set_result(remote.result())
+    except Exception as fault:
+        future.set_exception(fault)
+    except BaseException as fault:  # asyncio's CancelledError is no Exception: the cluster went away
+        future.set_exception(RuntimeError(type(fault).__name__))
 
 
 class InThisProcess(Executor):
