@@ -13,7 +13,7 @@ from dehyst.plant import load_robot
 pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 
-from dehyst.plant.joint_spline import joint_path
+from dehyst.plant.joint_path import joint_path
 from dehyst.plant.kinematics import InverseKinematics
 
 ROBOT = load_robot()

@@ -139,7 +139,7 @@ import sys
 sys.modules["mujoco"] = sys.modules["mink"] = None
 from dehyst.errors import MissingExtraError
 from dehyst.plant import load_robot, rigid_body
-import dehyst.plant.kinematics, dehyst.plant.joint_spline
+import dehyst.plant.kinematics, dehyst.plant.joint_path
 for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_address):
     try:
         call()
@@ -157,6 +157,8 @@ for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_addr
         lambda: rb.arm_model(ROBOT, moving=(2, 1)),
         lambda: rb.arm_model(ROBOT, moving=(1, 8)),
         lambda: rb.arm_model(ROBOT, payload=-1.0),
+        lambda: rb.arm_model(ROBOT, locked={1: 0.1}),
+        lambda: rb.arm_model(ROBOT, moving=(1,), locked={2: np.nan}),
         lambda: rb.arm_model(ROBOT, mass_error=-1.0),
         lambda: rb.bias_torque(MODEL, np.zeros((3, 5))),
     ],

@@ -42,6 +42,7 @@ def test_no_value_outside_its_physical_range_is_taken(key, kind, spec):
         ({"joint.3.drive": "dmsp40"}, "valve, radius_m, contraction"),
         ({"joint.8": {"zero_deg": 0.0}}, "joints 1 to 7"),
         ({"joint.1.radius_m": 0.15}, "range_deg or radius_m"),
+        ({"joint.1.contraction": 0.24}, "put contraction in the middle"),
         ({"controller.mean_pressure_bar": 6.5}, "pressure_high_bar = 6"),
         ({"air.supply_bar": 5.0}, "air.supply_bar = 5"),
         ({"path.rounding_m": 0.2}, "below 0.16"),

@@ -70,7 +70,7 @@ def arm_model(
     Raises
     ------
     ParameterError
-        If `moving` names a joint that is not there, or one twice.
+        If `moving` names a joint that is not there, or one twice; if `locked` names one that moves.
     MissingExtraError
         If MuJoCo is not installed.
 
@@ -87,12 +87,18 @@ def arm_model(
             f"the moving joints {tuple(moving)} are not increasing numbers out of 1 to 7. Type e.g. moving=(1, 2, 4).",
             moving=tuple(moving),
         )
+    held = {} if locked is None else dict(locked)
+    if not set(held) <= set(robot.joints) - set(numbers) or not all(map(math.isfinite, held.values())):
+        raise ParameterError(
+            f"locked = {held} must give finite angles of joints that do not move, and {tuple(numbers)} do.",
+            locked=held,
+        )
     if not (math.isfinite(mass_error) and mass_error > -1.0):
         raise ParameterError(f"mass_error = {mass_error} leaves no mass. It must be above -1.", mass_error=mass_error)
     mass = robot.payload.mass if payload is None else payload
     if not (math.isfinite(mass) and 0.0 <= mass <= 1000.0):
         raise ParameterError(f"payload = {mass} kg is no mass. It must be 0 .. 1000 kg.", payload=mass)
-    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, locked or {}))
+    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held))
 
 
 def nominal_model(robot: Robot, moving: Sequence[int] = ALL_JOINTS) -> MjModel:
