@@ -111,7 +111,7 @@ def test_branches_of_maxwell_slip_are_the_virgin_curve_twice_as_large():
 def test_virgin_curves_are_comparable_and_reach_the_size(name):
     x = np.linspace(0, 0.1, 800)
     f = force(BUILT_IN[name](SIZE), MIDDLE + x)
-    assert np.max(np.abs(f / SIZE - (1 - np.exp(-x / 0.0125)))) < 0.08
+    assert np.max(np.abs(f / SIZE - (1 - np.exp(-x / 0.0125)))) < 0.06
     assert 0.97 < f[-1] / SIZE <= 1.0 + 1e-12
 
 

@@ -5,7 +5,7 @@ scale of strain, so that their virgin curves (force along a first contraction fr
 
     f(kappa) = size g(p) (1 - exp(-kappa/kappa_s)),   g(p) = constant_share + pressure_share p/reference_pressure,
 
-and differ in what they remember:
+to 0.01 (Preisach), 0.04 (Maxwell slip) and 0.05 (Dahl) of the size, and differ in what they remember:
 
 | mechanism | built of | reversals |
 |---|---|---|
