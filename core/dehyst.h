@@ -220,6 +220,7 @@ typedef struct dehyst_joint_state {
     dehyst_real desired[2];           /* last desired, gauge, [Pa] */
     dehyst_real feedforward[2];       /* part of them that is known from references alone, [Pa] */
     dehyst_real rate[2];              /* its smoothed derivative, [Pa/s] */
+    dehyst_real expected[2];          /* how pressures should change under the last commands, [Pa/s] */
     dehyst_characteristic at;         /* at the observed angle */
     dehyst_real torque;               /* Q - Q_load of the last sample, [Nm] */
     dehyst_real pressure_difference;  /* last dp_d, [Pa] */
@@ -305,9 +306,12 @@ dehyst_real dehyst_valve_command(const dehyst_pneumatics *air, dehyst_real openi
 void dehyst_volume_at(const dehyst_joint *joint, int32_t muscle, dehyst_real angle, dehyst_real *volume,
                       dehyst_real *slope);
 
-/* Mass flow [kg/s] that changes the absolute pressure p of a chamber at `rate` [Pa/s] while its volume changes. */
+/* Mass flow [kg/s] that changes the absolute pressure p of a chamber at `rate` [Pa/s] while its volume changes, and
+ * the rate that a mass flow makes. */
 dehyst_real dehyst_chamber_flow(const dehyst_pneumatics *air, dehyst_real volume, dehyst_real volume_rate,
                                 dehyst_real pressure, dehyst_real rate);
+dehyst_real dehyst_chamber_rate(const dehyst_pneumatics *air, dehyst_real volume, dehyst_real volume_rate,
+                                dehyst_real pressure, dehyst_real flow);
 
 #ifdef __cplusplus
 }

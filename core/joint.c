@@ -58,28 +58,29 @@ static void integrate(const dehyst_joint *joint, dehyst_joint_state *state, uint
         integral -= dehyst_bounded(joint->windup_gain * joint->period, 1) * lost;
     }
     /* No limit in normal use: twice the torque that all pressure there is can make. */
-    integral = dehyst_bounded(integral, 2 * state->at.b * dehyst_pressure_range(joint));
-    dehyst_fade_start(&state->integrator, integral, dehyst_fade_part(joint));
+    const dehyst_real most = dehyst_bounded(2 * state->at.b * dehyst_pressure_range(joint), DEHYST_INPUT_LIMIT);
+    dehyst_fade_start(&state->integrator, dehyst_bounded(integral, most), dehyst_fade_part(joint));
 }
 
-/* Pressure loops of both muscles: mass flow, then opening, then command. */
-static uint32_t drive(const dehyst_joint *joint, dehyst_joint_state *state, dehyst_real *valve)
+/* Pressure loop of one muscle: mass flow, then opening, then command. Returns 1 if the valve is at its limit. */
+static int drive(const dehyst_joint *joint, dehyst_joint_state *state, int32_t i, dehyst_real *valve)
 {
-    uint32_t flags = 0;
-    for (int32_t i = 0; i < 2; ++i) {
-        dehyst_real volume;
-        dehyst_real slope;
-        dehyst_volume_at(joint, i, state->observer.angle, &volume, &slope);
-        const dehyst_real p = state->pressure[i] + joint->pneumatics.ambient;
-        const dehyst_real rate = state->rate[i] + joint->pressure_gain * (state->desired[i] - state->pressure[i]);
-        const dehyst_real flow =
-            dehyst_chamber_flow(&joint->pneumatics, volume, slope * state->observer.velocity, p, rate);
-        const dehyst_real opening = dehyst_valve_opening(&joint->pneumatics, flow, p);
-        const dehyst_real command = dehyst_valve_command(&joint->pneumatics, dehyst_bounded(opening, 2));
-        valve[i] = dehyst_bounded(command, 1);
-        flags |= command > 1 || command < -1 ? (uint32_t)DEHYST_VALVE_LIMIT : 0u;
-    }
-    return flags;
+    const dehyst_pneumatics *air = &joint->pneumatics;
+    dehyst_real volume;
+    dehyst_real slope;
+    dehyst_volume_at(joint, i, state->observer.angle, &volume, &slope);
+    const dehyst_real volume_rate = slope * state->observer.velocity;
+    const dehyst_real p = state->pressure[i] + air->ambient;
+    const dehyst_real rate = state->rate[i] + joint->pressure_gain * (state->desired[i] - state->pressure[i]);
+    const dehyst_real flow = dehyst_chamber_flow(air, volume, volume_rate, p, rate);
+    const dehyst_real opening = dehyst_valve_opening(air, flow, p);
+    const dehyst_real command = dehyst_valve_command(air, dehyst_bounded(opening, 2));
+    const int limited = command > 1 || command < -1;
+    const dehyst_real most = opening < 0 ? -flow / opening : flow / opening; /* with the valve fully open */
+    const dehyst_real expected = limited ? dehyst_chamber_rate(air, volume, volume_rate, p, most) : rate;
+    state->expected[i] = dehyst_bounded(expected, DEHYST_INPUT_LIMIT);
+    *valve = dehyst_bounded(command, 1);
+    return limited;
 }
 
 /* Derivative of the desired pressures from that part of them which carries no sensor noise: all references, with the
@@ -166,7 +167,9 @@ void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, con
     output->integrator = state->integrator.value;
     if (!(state->flags & (uint32_t)DEHYST_FAILED)) {
         decide(joint, state, switches, output);
-        output->flags |= drive(joint, state, output->valve);
+        const int limited_1 = drive(joint, state, 0, &output->valve[0]);
+        const int limited_2 = drive(joint, state, 1, &output->valve[1]);
+        output->flags |= limited_1 || limited_2 ? (uint32_t)DEHYST_VALVE_LIMIT : 0u;
         integrate(joint, state, switches, output->flags);
         state->switches = switches;
         state->started = 1;

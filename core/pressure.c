@@ -84,3 +84,9 @@ dehyst_real dehyst_chamber_flow(const dehyst_pneumatics *air, dehyst_real volume
 {
     return (volume * rate / air->polytropic + pressure * volume_rate) / air->gas_temperature;
 }
+
+dehyst_real dehyst_chamber_rate(const dehyst_pneumatics *air, dehyst_real volume, dehyst_real volume_rate,
+                                dehyst_real pressure, dehyst_real flow)
+{
+    return air->polytropic * (air->gas_temperature * flow - pressure * volume_rate) / volume;
+}

@@ -15,10 +15,8 @@ static uint32_t take_pressures(const dehyst_joint *joint, dehyst_joint_state *st
         const int strange = dehyst_sensor_fault(sensor, reading, p, joint->pressure_jump);
         const int vented = sensor->last >= 0 && sensor->last <= 0;
         const int frozen = joint->frozen_samples > 0 && sensor->equal >= joint->frozen_samples && !vented;
-        if (strange || frozen) { /* as if the pressure loop did what it should */
-            const dehyst_real gain = dehyst_bounded(joint->pressure_gain * joint->period, 1);
-            const dehyst_real bridged = p + joint->period * state->rate[i] + gain * (state->desired[i] - p);
-            state->pressure[i] = dehyst_bounded(bridged, joint->pneumatics.supply);
+        if (strange || frozen) { /* as if the valve did what it was told to */
+            state->pressure[i] = dehyst_bounded(p + joint->period * state->expected[i], joint->pneumatics.supply);
             flags |= i == 0 ? (uint32_t)DEHYST_PRESSURE_FAULT_1 : (uint32_t)DEHYST_PRESSURE_FAULT_2;
         } else {
             state->pressure[i] = reading;

@@ -36,6 +36,7 @@ static void reset_pressures(const dehyst_joint *joint, dehyst_joint_state *state
         reset_sensor(&state->muscle[i], state->pressure[i]);
         state->feedforward[i] = state->desired[i];
         state->rate[i] = 0;
+        state->expected[i] = 0;
     }
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
@@ -123,6 +124,11 @@ class JointController:
         H^-1: desired angle -> sheared pressure difference, for instance ``fit.model.inverse()``; None for none. Its
         start state is the model's. The unit of its output is ``parameters.compensator_unit``.
 
+    Raises
+    ------
+    ParameterError
+        If `compensator` is no model.
+
     Examples
     --------
     >>> controller = JointController(JointControllerParameters())
@@ -145,10 +151,32 @@ class JointController:
         self._native.reset(angle, pressure_1, pressure_2)
 
     def step(
-        self, angle: float, pressure_1: float, pressure_2: float, reference: JointReference, switches: int
+        self,
+        angle: float | None,
+        pressure_1: float | None,
+        pressure_2: float | None,
+        reference: JointReference,
+        switches: int,
     ) -> JointOutput:
-        """Return the outputs for the next period. Readings in [rad] and [Pa], gauge."""
-        return JointOutput(*self._native.step(angle, pressure_1, pressure_2, reference.as_tuple(), switches))
+        """Return the outputs for the next period.
+
+        Parameters
+        ----------
+        angle, pressure_1, pressure_2
+            Readings; gauge pressures. None, for a sensor without an answer, is a faulty sample. [rad], [Pa]
+        reference
+            What the joint should do.
+        switches
+            Sum of values of `SWITCHES`.
+
+        Raises
+        ------
+        ParameterError
+            If `switches` has other bits.
+        """
+        _known(switches)
+        readings = (math.nan if x is None else x for x in (angle, pressure_1, pressure_2))
+        return JointOutput(*self._native.step(*readings, reference.as_tuple(), switches))
 
     def run(
         self,
@@ -163,11 +191,15 @@ class JointController:
         Raises
         ------
         ParameterError
-            If lengths differ.
+            If lengths differ, values are not numbers, or `switches` has other bits than those of `SWITCHES`.
         """
-        q, p_1, p_2 = (np.ascontiguousarray(x, dtype=np.float64) for x in (angle, pressure_1, pressure_2))
-        table = np.ascontiguousarray(reference, dtype=np.float64)
-        on = np.ascontiguousarray(switches, dtype=np.int64)
+        try:
+            q, p_1, p_2, table = (
+                np.ascontiguousarray(x, dtype=np.float64) for x in (angle, pressure_1, pressure_2, reference)
+            )
+            on = np.ascontiguousarray(switches, dtype=np.int64)
+        except (TypeError, ValueError, OverflowError) as fault:
+            raise ParameterError(f"readings, reference or switches are not arrays of numbers ({fault}).") from None
         columns = len(fields(JointReference))
         shapes = [x.shape for x in (q, p_1, p_2, on)]
         if len(set(shapes)) > 1 or len(shapes[0]) != 1 or table.shape != (*shapes[0], columns):
@@ -175,9 +207,10 @@ class JointController:
                 f"readings have shapes {shapes[:3]}, switches {shapes[3]} and the reference {table.shape}; pass one "
                 f"value a sample, (T,), and a reference (T, {columns}) with the columns of JointReference."
             )
+        _known(int(np.bitwise_or.reduce(on)))
         out = self._native.run(q, p_1, p_2, table, on)
-        columns: list[Any] = [*out.T[:-1], out[:, -1].astype(np.int64)]
-        return JointOutput(*columns)
+        values: list[Any] = [*out.T[:-1], out[:, -1].astype(np.int64)]
+        return JointOutput(*values)
 
     def exchange(
         self, compensator: HysteresisModel | None, unit: float | None = None, shear: float | None = None
@@ -220,5 +253,22 @@ class JointController:
             ) from None
 
 
+def _known(switches: int) -> None:
+    if not 0 <= switches <= sum(SWITCHES.values()):
+        raise ParameterError(
+            f"switches = {switches} has unknown bits; add values of SWITCHES: "
+            + ", ".join(f"{name} = {bit}" for name, bit in SWITCHES.items())
+            + ".",
+            switches=switches,
+        )
+
+
 def _parameters_of(model: HysteresisModel | None) -> Any:
-    return None if model is None else model.stepper().parameters
+    if model is None:
+        return None
+    if not isinstance(model, HysteresisModel):
+        raise ParameterError(
+            f"the compensator is a {type(model).__name__}, not a hysteresis model; pass model.inverse(), or give the "
+            f"term of a compensator of your own as the reference's extra (dehyst.control.along)."
+        )
+    return model.stepper().parameters

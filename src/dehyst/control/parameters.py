@@ -150,9 +150,11 @@ class JointControllerParameters:
         put = object.__setattr__
         for name in ("a", "b", "c"):
             put(self, name, _coefficients(getattr(self, name), name, DEGREE))
-        if len(self.volume) != 2:
-            raise ParameterError(f"volume has {len(self.volume)} entries; pass the coefficients of both chambers.")
+        if not isinstance(self.volume, (tuple, list)) or len(self.volume) != 2:
+            raise ParameterError("volume must be a pair: the coefficients of both chambers, lowest power first.")
         put(self, "volume", tuple(_coefficients(v, "volume", 4) for v in self.volume))
+        if not isinstance(self.pneumatics, Pneumatics):
+            raise ParameterError(f"pneumatics is a {type(self.pneumatics).__name__}; pass Pneumatics(...).")
         _take_numbers(self)
         for name in ("period", "inertia", "pressure_gain", "compensator_unit"):
             _positive(self, name)
