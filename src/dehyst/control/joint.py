@@ -175,8 +175,8 @@ class JointController:
             If `switches` has other bits.
         """
         _known(switches)
-        readings = (math.nan if x is None else x for x in (angle, pressure_1, pressure_2))
-        return JointOutput(*self._native.step(*readings, reference.as_tuple(), switches))
+        q, p_1, p_2 = (math.nan if x is None else x for x in (angle, pressure_1, pressure_2))
+        return JointOutput(*self._native.step(q, p_1, p_2, reference.as_tuple(), switches))
 
     def run(
         self,
