@@ -102,7 +102,7 @@ def local_pool(workers: int) -> Iterator[Executor]:
         try:
             context = multiprocessing.get_context("spawn")
             pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_start)
-            _try_out(pool)
+            _begin(pool, workers)
             yield pool
         except BaseException:
             if pool is not None:
@@ -111,15 +111,30 @@ def local_pool(workers: int) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _try_out(pool: ProcessPoolExecutor) -> None:
-    """Let a first worker start, so that one that cannot is not taken for a run that kills it."""
+def _begin(pool: ProcessPoolExecutor, workers: int) -> None:
+    """Start all processes and wait for one, so that one that cannot start is not taken for a run that kills it."""
+    with _deaf():
+        started = [pool.submit(os.getpid) for _ in range(workers)]  # a process is made for each
     try:
-        pool.submit(os.getpid).result()
+        started[0].result()
     except BrokenProcessPool:
         raise ParameterError(
             "a worker process could not start. A script that calls run_sweep must do so below the line "
             "`if __name__ == '__main__':`, because workers read the script too; or run in this process: workers=0."
         ) from None
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment: a process that is started now ignores it from its first instruction on."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _stop(pool: ProcessPoolExecutor) -> None:
