@@ -109,13 +109,14 @@ def write_figures(fit: Fit, folder: str | os.PathLike[str]) -> Path:
 
 
 def _write_drawn(drawn: tuple[Figure, ...], figures: str | os.PathLike[str]) -> Path:
-    folder = _folder(figures)
+    folder = make_folder(figures)
     for number, figure in enumerate(drawn, start=1):
         write_figure(figure, folder, number)
     return folder
 
 
-def _folder(figures: str | os.PathLike[str]) -> Path:
+def make_folder(figures: str | os.PathLike[str]) -> Path:
+    """Make the folder for figures if it does not exist; raise `OutputError` if that cannot be."""
     folder = Path(figures)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -40,12 +40,17 @@ def panel_svg(panel: Panel, prefix: str) -> str:
         canvas = Canvas(figsize=(WIDTH, HEIGHT), layout="constrained")
         FigureCanvasSVG(canvas)
         panel.draw(canvas.add_subplot())
-        stream = io.StringIO()
-        _save(canvas, stream, format="svg", metadata=_NO_METADATA)
+        return inline_svg(canvas, prefix, panel.alt)
+
+
+def inline_svg(canvas: Canvas, prefix: str, alt: str) -> str:
+    """Return what was drawn on an SVG canvas as an element of the page, under the settings it was drawn with."""
+    stream = io.StringIO()
+    _save(canvas, stream, format="svg", metadata=_NO_METADATA)
     root = ElementTree.fromstring(_body(stream.getvalue()))
     _make_inline(root, prefix)
     root.set("role", "img")
-    root.set("aria-label", clean(panel.alt))
+    root.set("aria-label", clean(alt))
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -62,17 +67,22 @@ def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
             panel.draw(part.add_subplot())
         for part in parts:
             part.set_facecolor("none")
-        picture = io.BytesIO()
-        FigureCanvasAgg(canvas)
-        _save(canvas, picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(figure.title)})
-        drawing = io.StringIO()
-        FigureCanvasSVG(canvas)
-        _save(canvas, drawing, format="svg", metadata=_NO_METADATA)
+        return write_canvas(canvas, folder, stem, figure.title)
+
+
+def write_canvas(canvas: Canvas, folder: Path, stem: str, title: str) -> list[Path]:
+    """Write what was drawn as STEM.svg and STEM.png; return the files."""
+    picture = io.BytesIO()
+    FigureCanvasAgg(canvas)
+    _save(canvas, picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(title)})
+    drawing = io.StringIO()
+    FigureCanvasSVG(canvas)
+    _save(canvas, drawing, format="svg", metadata=_NO_METADATA)
     root = ElementTree.fromstring(_body(drawing.getvalue()))
     _round_paths(root)
-    title = ElementTree.Element(f"{_SVG}title")
-    title.text = clean(figure.title)
-    root.insert(0, title)
+    heading = ElementTree.Element(f"{_SVG}title")
+    heading.text = clean(title)
+    root.insert(0, heading)
     ElementTree.register_namespace("", _SVG[1:-1])
     ElementTree.register_namespace("xlink", _XLINK[1:-1])
     text = '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

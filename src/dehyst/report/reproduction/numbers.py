@@ -1,0 +1,149 @@
+"""Figures of a reproduction with their spread over seeds, read from what ``--json`` shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dehyst.experiments.results import TRIALS, PlantResult, Reproduction, TrialRun
+from dehyst.report.text import number
+
+OFF = "off"
+TRIAL_NAMES = {"fast": "fast", "slow": "slow", "slow_no_integrator": "slow without integrator"}
+UNITS = {"mm": "mm", "deg": "°", "percent": "%", "m_s": "m/s", "mm_s": "mm/s", "Nm": "Nm", "s": "s", "bar": "bar"}
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A figure over seeds: its mean and its smallest and largest value."""
+
+    mean: float
+    low: float
+    high: float
+    seeds: int
+
+    def __str__(self) -> str:
+        """Mean with the range in brackets; the mean alone for one seed.
+
+        Examples
+        --------
+        >>> str(spread([0.1, 0.2])), str(spread([0.1]))
+        ('0.150 (0.100–0.200)', '0.100')
+        """
+        ends = {number(self.low), number(self.high)}
+        if self.seeds < 2 or ends == {number(self.mean)}:
+            return number(self.mean)
+        between = "–" if self.low >= 0.0 else " to "
+        return f"{number(self.mean)} ({number(self.low)}{between}{number(self.high)})"
+
+
+def counted(found: Spread | None) -> str:
+    """Return a number of things with its spread.
+
+    Examples
+    --------
+    >>> counted(spread([17, 18, 18])), counted(spread([5]))
+    ('17.7 (17–18)', '5')
+    """
+    if found is None:
+        return "–"
+    mean = f"{found.mean:.1f}".removesuffix(".0")
+    return mean if found.low == found.high else f"{mean} ({found.low:.0f}–{found.high:.0f})"
+
+
+def spread(values: Iterable[float | None]) -> Spread | None:
+    """Return the spread of values, or None if there are none."""
+    found = [float(value) for value in values if value is not None]
+    if not found:
+        return None
+    return Spread(float(np.mean(found)), min(found), max(found), len(found))
+
+
+def _at(table: Any, *keys: object) -> Any:
+    """Value of a nested mapping, keys as they are or as words (JSON knows no other), or None."""
+    for key in keys:
+        if not isinstance(table, Mapping):
+            return None
+        table = table.get(key, table.get(str(key)))
+    return table
+
+
+def trial_figure(plant: PlantResult, joint: int, trial: str, compensator: str, name: str) -> Spread | None:
+    """Return ``rms_deg`` or ``max_deg`` of a joint over the seeds."""
+    return spread(_at(f, "joints", joint, "trials", trial, compensator, name) for f in plant.figures.values())
+
+
+def trial_ratio(plant: PlantResult, joint: int, trial: str, compensator: str, name: str) -> Spread | None:
+    """Return the figure with compensator over the one without, seed by seed."""
+    pairs = [
+        [_at(f, "joints", joint, "trials", trial, c, name) for c in (compensator, OFF)] for f in plant.figures.values()
+    ]
+    return spread(on / off for on, off in pairs if on is not None and off)
+
+
+def identification_figure(plant: PlantResult, joint: int, name: str) -> Spread | None:
+    """Return a figure of a joint's identification over the seeds."""
+    return spread(_at(f, "joints", joint, "identification", name) for f in plant.figures.values())
+
+
+def tool_figures(plant: PlantResult, trial: str, compensator: str) -> dict[str, Spread]:
+    """Return the tool's figures by name, nested ones as "AT_mm, line"."""
+    tables = [_flat(_at(f, "tool", trial, compensator)) for f in plant.figures.values()]
+    names = dict.fromkeys(name for table in tables for name in table)
+    found = {name: spread(table.get(name) for table in tables) for name in names}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _flat(table: Any, after: str = "") -> dict[str, float]:
+    found: dict[str, float] = {}
+    for key, value in table.items() if isinstance(table, Mapping) else ():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{after}, {key}")
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            found[f"{key}{after}"] = float(value)
+    return found
+
+
+def name_and_unit(key: str) -> tuple[str, str]:
+    """Return name and unit of a figure whose name carries its unit.
+
+    Examples
+    --------
+    >>> name_and_unit("AT_mm, line"), name_and_unit("tracking_rms_mm"), name_and_unit("FV_mm_s")
+    (('AT, line', 'mm'), ('tracking rms', 'mm'), ('FV', 'mm/s'))
+    """
+    head, comma, part = key.partition(", ")
+    unit = next((u for u in sorted(UNITS, key=len, reverse=True) if head.endswith(f"_{u}")), "")
+    name = head[: len(head) - len(unit) - 1] if unit else head
+    return f"{name.replace('_', ' ')}{comma}{part}", UNITS.get(unit, "")
+
+
+def joints_of(result: Reproduction) -> tuple[int, ...]:
+    """Return the numbers of all joints with figures, rising."""
+    found = {int(j) for plant in result.plants.values() for f in plant.figures.values() for j in f.get("joints", {})}
+    return tuple(sorted(found))
+
+
+def trials_of(result: Reproduction) -> tuple[str, ...]:
+    """Return the trials that were run on some plant, those of the paper first."""
+    found = dict.fromkeys(
+        trial
+        for plant in result.plants.values()
+        for f in plant.figures.values()
+        for joint in f.get("joints", {}).values()
+        for trial in joint.get("trials", {})
+    )
+    return (*(t for t in TRIALS if t in found), *(t for t in found if t not in TRIALS))
+
+
+def run_of(plant: PlantResult, trial: str, compensator: str) -> TrialRun | None:
+    """Return the run of the first seed, or None."""
+    return next((r for r in plant.runs if r.trial == trial and r.compensator == compensator), None)
+
+
+def trial_name(trial: str) -> str:
+    """Return the trial in words."""
+    return TRIAL_NAMES.get(trial, trial.replace("_", " "))

@@ -1,0 +1,180 @@
+"""A reproduction -> one self-contained HTML page."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from dehyst import __version__
+from dehyst.experiments.results import PlantResult, Reproduction
+from dehyst.files import write_atomically
+from dehyst.report.page import make_folder
+from dehyst.report.reproduction.about import Logs, about_tables, command
+from dehyst.report.reproduction.arm import scene
+from dehyst.report.reproduction.hysteresis import hysteresis_plate, inverse_plate, play_plate
+from dehyst.report.reproduction.hysteresis import others_plate as other_loops
+from dehyst.report.reproduction.numbers import joints_of, trials_of
+from dehyst.report.reproduction.overview import overview_plate
+from dehyst.report.reproduction.picture import Plate, picture_svg, write_plate
+from dehyst.report.reproduction.studies import harm_studies, other_studies, rest_study
+from dehyst.report.reproduction.tables import largest_errors, plant_tables
+from dehyst.report.reproduction.trials import joint_plate, tool_plate
+from dehyst.report.reproduction.trials import others_plate as other_trials
+from dehyst.report.reproduction.words import about_plant, headline_of, lead, others, tiles
+from dehyst.report.tables import Table
+from dehyst.report.text import clean, count, short
+from dehyst.report.theme import FONT_STACK, variables
+
+TEMPLATES = ("reproduction.html", "reproduction.css", "page.css", "tables.html")
+# Numbers of the figures in the paper.
+IN_THE_PAPER = {"hysteresis": "3", "play": "4", "inverse": "5", "trials": "7", "tool": "8"}
+
+
+@dataclass(frozen=True)
+class PlantPart:
+    """What the page shows of one plant."""
+
+    name: str
+    about: str
+    plates: tuple[Plate, ...]
+    tables: tuple[Table, ...]
+    largest: tuple[tuple[str, str, bool], ...]
+
+
+def write_reproduction_report(
+    result: Reproduction,
+    path: str | os.PathLike[str],
+    *,
+    figures: str | os.PathLike[str] | None = None,
+    logs: Logs | None = None,
+) -> Path:
+    """Write the page of the paper's experiment: one HTML file that needs nothing else.
+
+    The page works offline, on a phone, in print, light and dark, without JavaScript; the picture of the arm moves
+    unless the reader asked for less motion. Names are escaped, and the page forbids scripts and every request.
+
+    Parameters
+    ----------
+    result
+        What the experiment returned. Of ``result.settings`` these keys have a place of their own: ``parameters``
+        (the parameter file's values, nested), ``sources`` (dotted name -> meaning and source), ``changes`` (dotted
+        name -> value), ``versions`` (package -> version), ``command`` (the line to type); others are listed.
+    path
+        File to write, for example ``"report.html"``.
+    figures
+        Folder for every figure as SVG and PNG; made if it does not exist.
+    logs
+        Name of a run -> its log files, relative to the run's folder.
+
+    Returns
+    -------
+    path
+        The page.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written. An earlier file of that name stays as it was.
+    """
+    parts = tuple(_part(result, plant) for plant in result.plants.values())
+    overview = overview_plate(result)
+    page = write_atomically(path, _render(result, overview, parts, logs))
+    if figures is not None:
+        _write_figures(result, overview, parts, make_folder(figures))
+    return page
+
+
+def _part(result: Reproduction, plant: PlantResult) -> PlantPart:
+    joints, trials = joints_of(result), trials_of(result)
+    about = headline_of(result)
+    first, tool_trial = (about[0] if about else 1), ("fast" if "fast" in trials else next(iter(trials), ""))
+    joint = plant.identifications.get(first)
+    behind = tuple(plant.identifications[j] for j in sorted(plant.identifications) if j != first)
+    made = [
+        *((hysteresis_plate(plant, joint), play_plate(joint), inverse_plate(plant, joint)) if joint else ()),
+        other_loops(plant, behind),
+        joint_plate(plant, first, trials, result.compensator),
+        other_trials(plant, [j for j in joints if j != first], trials, result.compensator),
+        tool_plate(plant, tool_trial, result.compensator),
+    ]
+    return PlantPart(
+        plant.plant,
+        about_plant(plant.plant),
+        tuple(plate for plate in made if plate is not None),
+        plant_tables(result, plant),
+        largest_errors(result, plant),
+    )
+
+
+def _write_figures(result: Reproduction, overview: Plate | None, parts: Iterable[PlantPart], folder: Path) -> None:
+    """Names: overview, PLANT-figure-3-hysteresis, rest, ..."""
+    if overview is not None:
+        write_plate(overview, folder, "overview")
+    for part in parts:
+        stem = re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-") or "plant"
+        for plate in part.plates:
+            number = IN_THE_PAPER.get(plate.key)
+            write_plate(plate, folder, f"{stem}-figure-{number}-{plate.key}" if number else f"{stem}-{plate.key}")
+    rest = rest_study(result)
+    for study in (*((rest,) if rest else ()), *harm_studies(result)):
+        write_plate(study.plate, folder, study.plate.key)
+
+
+def _drawn(plate: Plate | None, prefix: str = "") -> tuple[Plate, str, list[tuple[str, Markup]]] | None:
+    """Figure, its number in the paper, titles and pictures; ids begin with the prefix and the figure's name."""
+    if plate is None:
+        return None
+    pictures = [(p.title, Markup(picture_svg(p, f"{prefix}{plate.key}{k}"))) for k, p in enumerate(plate.pictures)]
+    return plate, IN_THE_PAPER.get(plate.key, ""), pictures
+
+
+def _render(result: Reproduction, overview: Plate | None, parts: tuple[PlantPart, ...], logs: Logs | None) -> str:
+    room = files("dehyst.report") / "templates"
+    environment = jinja2.Environment(
+        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
+        autoescape=True,
+        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    moving, rest = scene(result), rest_study(result)
+    return environment.get_template("reproduction.html").render(
+        relation=_relation(result),
+        lead=lead(result),
+        others=others(result),
+        about=headline_of(result),
+        tiles=tiles(result),
+        scene=moving,
+        views=[] if moving is None else [(title, Markup(svg)) for title, svg in moving.views],
+        overview=_drawn(overview),
+        plants=[(part, f"p{k}-", [_drawn(plate, f"p{k}-") for plate in part.plates]) for k, part in enumerate(parts)],
+        rest=rest,
+        rest_drawn=None if rest is None else _drawn(rest.plate),
+        harm=[(study, _drawn(study.plate)) for study in harm_studies(result)],
+        other_studies=other_studies(result),
+        command=command(result),
+        about_tables=about_tables(result, logs),
+        version=__version__,
+        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        light=Markup(variables(dark=False)),
+        dark=Markup(variables(dark=True)),
+        font=Markup(FONT_STACK),
+    )
+
+
+def _relation(result: Reproduction) -> str:
+    seeds = max((len(plant.figures) for plant in result.plants.values()), default=0)
+    joints = ", ".join(map(str, joints_of(result)))
+    return (
+        f"compensator “{short(result.compensator, 40)}” · {count(len(result.plants), 'plant')} · "
+        f"{count(seeds, 'seed')} · joints {joints}"
+    )
