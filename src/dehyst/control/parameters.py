@@ -140,7 +140,7 @@ class JointControllerParameters:
     shear: float = 1e5
     compensator_unit: float = 1e5
     pneumatics: Pneumatics = field(default_factory=Pneumatics)
-    angle_jump: float = 0.02
+    angle_jump: float = 0.05
     pressure_jump: float = 0.3e5
     angle_step: float = 2 * 3.141592653589793 / 2**17
     frozen_samples: int = 400
