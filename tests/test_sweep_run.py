@@ -152,7 +152,8 @@ def test_ctrl_c_stops_at_once_and_keeps_what_was_finished(tmp_path, spec):
     errors = process.communicate(timeout=20)[1]
     assert time.monotonic() - begin < 8.0
     assert errors.count("KeyboardInterrupt") == 1  # of the script; the workers say nothing
-    assert not members(process.pid) and (tmp_path / "a.csv.journal").exists()
+    wait_until(lambda: not members(process.pid), 2.0)
+    assert (tmp_path / "a.csv.journal").exists()
 
 
 @pytest.fixture
@@ -336,7 +337,7 @@ def test_a_script_without_its_guard_is_told_so(tmp_path, spec):
 
 
 def test_an_evaluator_that_cannot_be_sent_is_told_so(spec, tmp_path):
-    with pytest.raises(ParameterError, match="define it in a module"):
+    with pytest.raises(ParameterError, match="module that the workers can import"):
         run_sweep(spec, tmp_path / "a.csv", evaluate=lambda changes, **settings: {}, workers=1)
 
 

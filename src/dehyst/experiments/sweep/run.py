@@ -19,7 +19,16 @@ from dehyst.experiments.sweep.journal import Journal, Outcome, fingerprint, jour
 from dehyst.experiments.sweep.points import Point, expand
 from dehyst.experiments.sweep.spec import SweepSpec
 from dehyst.experiments.sweep.table import table_of
-from dehyst.experiments.sweep.workers import Evaluator, InThisProcess, Task, dask_cluster, local_pool, perform, task_of
+from dehyst.experiments.sweep.workers import (
+    Evaluator,
+    InThisProcess,
+    Task,
+    dask_cluster,
+    local_pool,
+    perform,
+    require_sendable,
+    task_of,
+)
 from dehyst.io.tables import require_table_name, write_table
 
 AHEAD = 2  # runs handed out for each worker: one that it computes, one that waits for it
@@ -125,6 +134,8 @@ def run_sweep(
     count = _workers(workers)
     points = expand(spec)
     run = evaluate if evaluate is not None else _default_evaluator()
+    if dask is None and count > 0:
+        require_sendable(run)
     if target.exists() and not journal_path(target).exists() and not overwrite:
         raise OutputError(
             f"'{target}' exists already and has no journal to go on from; writing there would lose it. Name another "
@@ -211,8 +222,8 @@ def _lost_on_the_way(fault: Exception, journal: Journal) -> Outcome:
     reason = f"{type(fault).__name__}: {' '.join(str(fault).split())[:300]}"
     raise ParameterError(
         f"a run could not be sent to a worker or back ({reason}). {len(journal.done)} finished runs are kept in "
-        f"'{journal.path}'. If it is a cluster, look whether it still answers, then start the same line again; if the "
-        f"function that is run is your own, define it in a module that the workers can import.",
+        f"'{journal.path}'. Look whether the cluster still answers and its workers have the same dehyst, then start "
+        f"the same line again.",
         reason=reason,
     ) from None
 

@@ -6,6 +6,7 @@ import importlib
 import math
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -69,6 +70,23 @@ def task_of(spec: SweepSpec, point: Point, evaluate: Evaluator) -> Task:
         "run_settings": point.run_settings,
     }
     return Task(evaluate, {**spec.keys.foreign, **point.changes}, settings)
+
+
+def require_sendable(evaluate: Evaluator) -> None:
+    """Refuse a function that other processes cannot import.
+
+    Raises
+    ------
+    ParameterError
+        If it is a lambda, a local function, or anything else that has no name in a module.
+    """
+    try:
+        pickle.dumps(evaluate)
+    except Exception as fault:
+        raise ParameterError(
+            f"the function that runs a point cannot be sent to other processes ({type(fault).__name__}: {fault}). "
+            f"Either define it in a module that the workers can import, or run in this process: workers=0."
+        ) from None
 
 
 def perform(task: Task) -> Outcome:
