@@ -76,6 +76,12 @@ def trial_figure(plant: PlantResult, joint: int, trial: str, compensator: str, n
     return spread(_at(f, "joints", joint, "trials", trial, compensator, name) for f in plant.figures.values())
 
 
+def seed_figure(plant: PlantResult, seed: int, joint: int, trial: str, compensator: str, name: str) -> float | None:
+    """Return a joint's figure for one seed, or None."""
+    found = _at(plant.figures, seed, "joints", joint, "trials", trial, compensator, name)
+    return None if found is None else float(found)
+
+
 def trial_ratio(plant: PlantResult, joint: int, trial: str, compensator: str, name: str) -> Spread | None:
     """Return the figure with compensator over the one without, seed by seed."""
     pairs = [

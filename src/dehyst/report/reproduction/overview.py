@@ -98,7 +98,7 @@ def _logarithmic(axes: Axes, values: list[float]) -> None:
     axes.set_xlim(low, high)
     ticks = [m * 10.0**e for e in range(-9, 7) for m in (1, 2, 5)]
     shown = [t for t in ticks if low <= t <= high]
-    if len(shown) > 6:
+    if len(shown) > 7:
         shown = [t for t in shown if np.isclose(np.log10(t) % 1.0, 0.0) or np.isclose(np.log10(t) % 1.0, 1.0)]
     axes.set_xticks(shown, [number(t, 1) for t in shown], color=MUTED.light)
     axes.minorticks_off()

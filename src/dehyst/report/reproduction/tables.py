@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dehyst.experiments.results import PlantResult, Reproduction
+from dehyst.experiments.results import PlantResult, Reproduction, TrialRun
 from dehyst.report.reproduction.numbers import (
     OFF,
     Spread,
@@ -15,6 +15,7 @@ from dehyst.report.reproduction.numbers import (
     joints_of,
     name_and_unit,
     run_of,
+    seed_figure,
     tool_figures,
     trial_figure,
     trial_name,
@@ -124,6 +125,12 @@ def largest_errors(result: Reproduction, plant: PlantResult) -> tuple[tuple[str,
             if off is None or on is None:
                 continue
             place = largest_error(off, on, joint)
-            sizes = [float(np.rad2deg(np.max(np.abs(run.error[:, joint - 1])))) for run in (off, on)]
+            sizes = [_largest(plant, run, joint) for run in (off, on)]
             found.append((f"Joint {joint}, {trial_name(trial)}", in_words(place, *sizes), sizes[1] > sizes[0]))
     return tuple(found)
+
+
+def _largest(plant: PlantResult, run: TrialRun, joint: int) -> float:
+    """Largest error as the tables have it; from the run itself if its seed has no figures. [deg]"""
+    told = seed_figure(plant, run.seed, joint, run.trial, run.compensator, "max_deg")
+    return float(np.rad2deg(np.max(np.abs(run.error[:, joint - 1])))) if told is None else told

@@ -57,10 +57,11 @@ def lead(result: Reproduction) -> str:
         )
     if control:
         left = control[0].mean
-        word = (
-            "leaves it as it is" if abs(left - 1.0) <= UNCHANGED else f"makes it {'larger' if left > 1 else 'smaller'}"
-        )
-        said.append(f"{'on' if ratios else 'On'} the plant without hysteresis it {word} ({100 * left:.0f} %)")
+        way = "as it is" if abs(left - 1.0) <= UNCHANGED else "larger" if left > 1.0 else "smaller"
+        verb = "leaves" if way == "as it is" else "makes"
+        what = "it" if ratios else f"the rms error of joint {joint} in the {trial_name(trial)} trial"
+        who = "on the plant without hysteresis it" if ratios else "On the plant without hysteresis the compensator"
+        said.append(f"{who} {verb} {what} {way} ({100 * left:.0f} %)")
     return f"{'; '.join(said)}."
 
 

@@ -1,0 +1,329 @@
+"""Claims about the page of the paper's experiment: complete in itself, safe, its numbers those of the result."""
+
+from __future__ import annotations
+
+import re
+import time
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dehyst.errors import OutputError, ParameterError
+from dehyst.experiments.results import TRIALS
+from dehyst.report import write_reproduction_report
+from dehyst.report.reproduction.arm import magnification, scene
+from dehyst.report.reproduction.lines import joined
+from dehyst.report.reproduction.numbers import spread, tool_figures, trial_figure, trial_ratio
+from dehyst.report.reproduction.reasons import in_words, largest_error
+from dehyst.report.reproduction.studies import break_even, rest_study
+from dehyst.report.reproduction.words import lead
+from dehyst.report.text import number
+from dehyst.report.thin import Window
+from reproduction_samples import SETTINGS, plant_result, sample_reproduction, studies
+from test_report import HOSTILE_NAMES, read
+
+FIGURES = ["hysteresis", "play", "inverse", "inverse-others", "trials", "trials-others", "tool"]
+
+
+@pytest.fixture(scope="module")
+def result():
+    return sample_reproduction(("maxwell-slip", "none"))
+
+
+@pytest.fixture(scope="module")
+def page(result, tmp_path_factory):
+    logs = {"maxwell-slip, fast, off": ["logs/a.csv", "logs/a.mcap"]}
+    return write_reproduction_report(result, tmp_path_factory.mktemp("reproduction") / "report.html", logs=logs)
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory):
+    """One plant, one seed, one joint: the smallest page with everything."""
+    result = sample_reproduction(("dahl",), (0,), (1,))
+    return result, write_reproduction_report(result, tmp_path_factory.mktemp("one") / "report.html")
+
+
+def sections(page):
+    return [a["id"] for tag, a in read(page).elements if tag == "section" and "id" in a]
+
+
+def test_the_page_is_well_formed_and_every_id_is_unique(page):
+    reader = read(page)
+    assert reader.faults == []
+    ids = [attributes["id"] for _, attributes in reader.elements if "id" in attributes]
+    assert len(ids) > 50 and len(set(ids)) == len(ids)
+
+
+def test_the_page_needs_nothing_else_and_runs_nothing(page):
+    text = page.read_text(encoding="utf-8")
+    assert re.search(r"(https?|ftp|file):|//[\w.]+\.\w|@import", text) is None
+    reader = read(page)
+    for tag, attributes in reader.elements:
+        assert tag not in {"script", "iframe", "object", "embed", "img", "base", "form"}
+        assert not any(name.startswith("on") for name in attributes)
+        for name in ("src", "href", "xlink:href", "data", "action", "srcset"):
+            assert (attributes.get(name) or "#")[0] == "#" or attributes[name] == "data:,"
+    policies = [a["content"] for _, a in reader.elements if a.get("http-equiv") == "Content-Security-Policy"]
+    assert policies == ["default-src 'none'; style-src 'unsafe-inline'; img-src data:"]
+
+
+def test_every_reference_inside_the_page_has_a_target(page):
+    ids = {attributes["id"] for _, attributes in read(page).elements if "id" in attributes}
+    text = page.read_text(encoding="utf-8")
+    wanted = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
+    assert len(wanted) > 20 and wanted <= ids
+
+
+def test_all_figures_of_the_paper_are_there_for_every_plant(page):
+    found = sections(page)
+    assert {f"p{k}-{key}" for k in range(2) for key in FIGURES} <= set(found)
+    assert {"arm", "overview", "rest", "harm", "about"} <= set(found)
+    words = read(page).text
+    assert all(f"Figure {number_} " in words for number_ in (3, 4, 5, 7, 8))
+    pictures = [a for tag, a in read(page).elements if tag == "svg"]
+    assert len(pictures) == 2 + 3 + 2 * 19 + 2 + 3  # arm, overview, plants, rest, harm
+    assert all(a["role"] == "img" and len(a["aria-label"]) > 15 for a in pictures)
+
+
+def test_the_first_plant_is_open_the_others_closed(page):
+    plants = [a for tag, a in read(page).elements if tag == "details" and a.get("class") == "plant"]
+    assert [("open" in a) for a in plants] == [True, False]
+
+
+def test_every_number_of_the_trials_stands_in_the_tables(result, page):
+    text = read(page).text
+    for plant in result.plants.values():
+        for joint in (1, 2, 4):
+            for trial in TRIALS:
+                for name in ("rms_deg", "max_deg"):
+                    seeds = [f["joints"][joint]["trials"][trial] for f in plant.figures.values()]
+                    for compensator in ("off", "paper"):
+                        values = [seed[compensator][name] for seed in seeds]
+                        mean, low, high = np.mean(values), min(values), max(values)
+                        assert f"{number(mean)} ({number(low)}–{number(high)})" in text
+                    ratios = [seed["paper"][name] / seed["off"][name] for seed in seeds]
+                    assert f"{number(np.mean(ratios))} ({number(min(ratios))}–{number(max(ratios))})" in text
+
+
+def test_every_figure_of_the_tool_stands_in_the_tables_with_its_unit(result, page):
+    text = read(page).text
+    for plant in result.plants.values():
+        for trial in TRIALS:
+            for compensator in ("off", "paper"):
+                for name, value in plant.figures[0]["tool"][trial][compensator].items():
+                    values = [f["tool"][trial][compensator][name] for f in plant.figures.values()]
+                    assert number(np.mean(values)) in text, (name, value)
+    assert all(f"{name} [mm]" in text for name in ("AT", "RT", "CR", "CO", "tracking rms", "tracking max"))
+    assert "AV [%]" in text
+
+
+def test_the_headline_says_the_ratio_of_the_first_joint_in_the_slow_trial(one):
+    result, page = one
+    trials = result.plants["dahl"].figures[0]["joints"][1]["trials"]["slow"]
+    share = 100 * trials["paper"]["rms_deg"] / trials["off"]["rms_deg"]
+    text = read(page).text
+    assert f"{share:.0f} % of what it is without" in lead(result)
+    assert lead(result) in text
+    assert f"{number(trials['off']['rms_deg'])}°" in text and f"{number(trials['paper']['rms_deg'])}°" in text
+    assert "seeds)" not in text  # one seed has no spread
+
+
+def test_a_compensator_that_makes_it_worse_is_said_to(result):
+    worse = plant_result("none", seeds=(0,), joints=(1,))
+    for trial in worse.figures[0]["joints"][1]["trials"].values():
+        trial["paper"] = {name: 3.0 * value for name, value in trial["off"].items()}
+    said = lead(replace(result, plants={"none": worse}))
+    assert said.startswith("On the plant without hysteresis the compensator makes the rms error of joint 1 in the slow")
+    assert said.endswith("larger (300 %).")
+
+
+def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
+    plant = plant_result("maxwell-slip", seeds=(0,), joints=(1,))
+    runs = list(plant.runs)
+    k = next(i for i, run in enumerate(runs) if run.trial == "fast" and run.compensator == "paper")
+    q = runs[k].desired[:, 0]
+    turn = int(np.argmin(np.where((runs[k].figure == 1) & (runs[k].cycle == 0), q, np.inf)))  # on the large circle
+    angle, compensation = runs[k].angle.copy(), runs[k].compensation.copy()
+    angle[turn + 2, 0] -= 1.0
+    compensation[turn + 1 :, 0] += 1e6
+    runs[k] = replace(runs[k], angle=angle, compensation=compensation)
+    off = next(run for run in runs if run.trial == "fast" and run.compensator == "off")
+    place = largest_error(off, runs[k], 1)
+    assert place.time == pytest.approx(runs[k].time[turn + 2])
+    assert place.since == pytest.approx(runs[k].time[turn + 2] - runs[k].time[turn])
+    assert place.without == pytest.approx(off.error[turn + 2, 0])
+    assert place.compensation_rate > 3.0 and place.travel < 0.1
+    assert "after a turn the inverse has its largest slope" in in_words(place, 1.0, 57.0)
+    flat = replace(runs[k], compensation=np.zeros_like(compensation))
+    assert "largest slope" not in in_words(largest_error(off, flat, 1), 1.0, 57.0)
+    limited = replace(runs[k], flags=np.full_like(runs[k].flags, 32))
+    assert "valve was limited" in in_words(largest_error(off, limited, 1), 1.0, 57.0)
+    told = plant.figures[0]["joints"][1]["trials"]["fast"]
+    told["paper"]["max_deg"] = 1.5 * told["off"]["max_deg"]
+    result = replace(sample_reproduction(("maxwell-slip",)), plants={"maxwell-slip": replace(plant, runs=tuple(runs))})
+    text = read(write_reproduction_report(result, tmp_path / "r.html")).text
+    assert "larger in 1 of 3 cases" in text and "Joint 1, fast larger with compensator Largest error" in text
+    assert f"Largest error {number(told['paper']['max_deg'])}° with, {number(told['off']['max_deg'])}° without" in text
+    assert "in 1 case: maxwell-slip, joint 1, fast (150 %)" in text  # on the first screen as well
+
+
+def test_the_rest_study_tells_equal_drift_from_unequal():
+    result = sample_reproduction(("dahl",), (0,), (1,))
+    t = np.linspace(0.0, 100.0, 50)
+    columns = {"time_s": t, "integrator_off_Nm": 4.0 - 0.007 * t, "integrator_on_Nm": 0.5 - 0.007 * t}
+    words = " ".join(rest_study(replace(result, studies={"rest": columns})).words)
+    assert "3.50 Nm apart" in words and "−0.00700 Nm/s" in words and "equal to within 1 %" in words
+    columns["integrator_on_Nm"] = 0.5 - 0.001 * t
+    assert "not equal" in " ".join(rest_study(replace(result, studies={"rest": columns})).words)
+
+
+def test_break_even_lies_where_the_straight_line_passes_one():
+    assert break_even(np.array([0.0, 0.5, 1.0]), np.array([2.0, 1.5, 0.5])) == pytest.approx(0.75)
+    assert break_even(np.array([0.0, 1.0]), np.array([0.5, 0.4])) is None
+
+
+def test_a_page_without_studies_and_without_poses_leaves_those_parts_out(tmp_path):
+    plant = plant_result("dahl", seeds=(0,), joints=(1,))
+    still = tuple(replace(run, frames=np.zeros((0, 8, 3)), frame_time=np.zeros(0)) for run in plant.runs)
+    result = replace(
+        sample_reproduction(("dahl",), (0,), (1,)), plants={"dahl": replace(plant, runs=still)}, studies={}, settings={}
+    )
+    page = write_reproduction_report(result, tmp_path / "r.html")
+    assert read(page).faults == []
+    assert not {"arm", "rest", "harm", "studies"} & set(sections(page))
+    assert "overview" in sections(page)
+
+
+def test_a_run_without_compensator_shows_what_there_is(tmp_path):
+    result = sample_reproduction(("dahl",), (0,), (1,), compensators=("off",))
+    page = write_reproduction_report(result, tmp_path / "r.html")
+    reader = read(page)
+    assert reader.faults == [] and "Without compensator, joint 1 is" in reader.text
+    assert "p0-trials" in sections(page) and "p0-tool" in sections(page)
+
+
+def test_an_unknown_study_becomes_a_table_and_a_missing_column_is_named(tmp_path):
+    result = sample_reproduction(("dahl",), (0,), (1,))
+    odd = {"payload <b>": {"mass_kg": np.array([0.0, 1.0]), "ratio_rms": np.array([0.2, 0.3]), "note": ["a", "b<i>"]}}
+    text = read(write_reproduction_report(replace(result, studies=odd), tmp_path / "r.html")).text
+    assert "payload <b>" in text and "b<i>" in text
+    with pytest.raises(ParameterError, match="no column 'pole_1_s'"):
+        write_reproduction_report(replace(result, studies={"high gains": {"ratio_rms": [1.0]}}), tmp_path / "r.html")
+
+
+@pytest.mark.parametrize("first", range(4))
+def test_no_name_can_break_the_page_or_run_in_it(first, tmp_path):
+    a, b, c, d = HOSTILE_NAMES[4 * first : 4 * first + 4]
+    plant = plant_result("dahl", seeds=(0,), joints=(1,))
+    runs = tuple(replace(run, figures=(a, b, c, d)) for run in plant.runs)
+    tool = {t: {k: {f"{a}_mm": 1.0, b: {c: 2.0}} for k in ("off", "paper")} for t in TRIALS}
+    plant = replace(plant, plant=a, runs=runs, figures={0: {**plant.figures[0], "tool": tool}})
+    result = replace(
+        sample_reproduction(("dahl",), (0,), (1,)),
+        plants={a: plant},
+        settings=SETTINGS | {b: c, "changes": {c: d}, "sources": {c: a}, "versions": {d: b}, "command": f"dehyst {a}"},
+        studies={**studies(), "double compensation": {"case": [a, b, c, d], "ratio": np.arange(4.0)}, d: {a: [1.0]}},
+    )
+    figures = tmp_path / "figures" if first == 0 else None
+    page = write_reproduction_report(result, tmp_path / "r.html", logs={a: b, c: [d]}, figures=figures)
+    reader = read(page)
+    assert reader.faults == []
+    assert not [tag for tag, _ in reader.elements if tag in {"script", "img"}]
+    assert not [attributes for _, attributes in reader.elements if any(n.startswith("on") for n in attributes)]
+    for name in (a, b, c, d):
+        if name.isprintable():
+            assert " ".join(name.split()) in reader.text
+    assert all(ElementTree.fromstring(svg.read_bytes()) is not None for svg in (tmp_path / "figures").glob("*.svg"))
+
+
+def test_figures_are_written_as_svg_and_png(one, tmp_path):
+    result, _ = one
+    write_reproduction_report(result, tmp_path / "r.html", figures=tmp_path / "figures")
+    names = {path.name for path in (tmp_path / "figures").iterdir()}
+    wanted = {"dahl-figure-3-hysteresis", "dahl-figure-7-trials", "dahl-figure-8-tool", "overview", "rest", "gains"}
+    assert {f"{name}.{ending}" for name in wanted for ending in ("svg", "png")} <= names
+    for svg in (tmp_path / "figures").glob("*.svg"):
+        ElementTree.fromstring(svg.read_bytes())
+    with pytest.raises(OutputError):
+        write_reproduction_report(result, tmp_path / "no" / "such" / "r.html")
+
+
+def test_the_arm_moves_through_its_poses_and_a_still_picture_lies_beside_it(result):
+    run = next(r for r in result.plants["maxwell-slip"].runs if r.trial == "slow" and r.compensator == "paper")
+    shown = scene(result)
+    assert shown.sides == ("off", "on")
+    for _, svg in shown.views:
+        root = ElementTree.fromstring(svg)
+        still = next(g for g in root if g.get("class") == "still")
+        moving = next(g for g in root if g.get("class") == "moving")
+        assert not list(still.iter("animate"))
+        links = [line for line in moving.iter("polyline") if line.get("class") == "link"]
+        for link in links:
+            values = next(link.iter("animate")).get("values").split(";")
+            assert len(values) == len(run.frames)
+            assert len({len(value.split()) for value in values}) == 1
+        assert {p.get("class") for p in still.iter("path")} == {"wanted", "trace off", "trace on"}
+
+
+def test_the_front_view_shows_y_and_z_true_to_scale(result):
+    run = next(r for r in result.plants["maxwell-slip"].runs if r.trial == "slow" and r.compensator == "paper")
+    root = ElementTree.fromstring(scene(result).views[1][1])
+    link = [line for line in root.iter("polyline") if line.get("class") == "link"][-1]  # ends in the tool
+    values = next(link.iter("animate")).get("values").split(";")
+    drawn = np.array([[float(v) for v in value.split()[-1].split(",")] for value in values])
+    flat = run.frames[:, 7, 1:] * [1, -1]
+    scale = np.ptp(drawn, axis=0) / np.ptp(flat, axis=0)
+    assert scale[0] == pytest.approx(scale[1], rel=0.01)
+    assert np.allclose(drawn - drawn[0], scale[0] * (flat - flat[0]), atol=0.5)
+
+
+def test_the_magnification_is_round_and_keeps_errors_small_against_the_path(result):
+    runs = [r for r in result.plants["maxwell-slip"].runs if r.trial == "slow"]
+    factor = magnification(runs)
+    assert factor in {m * 10.0**e for e in range(4) for m in (1, 2, 5)}
+    tiny = [replace(r, tool=r.tool_desired + 0.01 * (r.tool - r.tool_desired)) for r in runs]
+    assert 40 * factor <= magnification(tiny) <= 250 * factor
+    assert magnification([replace(r, tool=r.tool_desired) for r in runs]) == 1.0
+
+
+def test_the_spread_is_taken_seed_by_seed(result):
+    plant = result.plants["maxwell-slip"]
+    found = trial_ratio(plant, 1, "slow", "paper", "rms_deg")
+    trials = [f["joints"][1]["trials"]["slow"] for f in plant.figures.values()]
+    ratios = [t["paper"]["rms_deg"] / t["off"]["rms_deg"] for t in trials]
+    assert (found.mean, found.low, found.high) == pytest.approx((np.mean(ratios), min(ratios), max(ratios)))
+    assert trial_figure(plant, 3, "slow", "off", "rms_deg") is None and spread([]) is None
+
+
+def test_figures_read_back_from_json_are_the_same(result):
+    import json
+
+    plant = result.plants["maxwell-slip"]
+    again = replace(plant, figures={seed: json.loads(json.dumps(f)) for seed, f in plant.figures.items()})
+    assert trial_figure(again, 1, "fast", "off", "rms_deg") == trial_figure(plant, 1, "fast", "off", "rms_deg")
+    assert tool_figures(again, "fast", "off") == tool_figures(plant, "fast", "off")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_joined_lines_stay_within_a_cell_and_keep_their_extremes(seed):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, 3000)
+    y = np.interp(t, np.sort(rng.random(40)), rng.standard_normal(40)) + 0.2 * np.sin(60 * t)
+    window = Window.around((t, y))
+    kept_t, kept_y = joined(t, y, window)
+    assert kept_t.size < 1000
+    assert {float(y.min()), float(y.max())} <= set(kept_y.tolist())
+    u, v = window.cells(t, y)
+    ku, kv = window.cells(kept_t, kept_y)
+    steep = np.abs(np.gradient(v, u)) < 1.0  # there, the vertical distance is the distance
+    assert np.max(np.abs(np.interp(u, ku, kv) - v)[steep]) < 2.0
+
+
+def test_four_plants_with_long_logs_make_a_page_of_bounded_size_in_bounded_time(tmp_path):
+    result = sample_reproduction()
+    start = time.process_time()
+    page = write_reproduction_report(result, tmp_path / "r.html")
+    assert time.process_time() - start < 20.0  # 4 s on a quiet core
+    assert page.stat().st_size < 6e6
