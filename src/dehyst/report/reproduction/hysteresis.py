@@ -141,7 +141,7 @@ def others_plate(plant: PlantResult, joints: tuple[JointIdentification, ...]) ->
     )
     return Plate(
         "inverse-others",
-        "The same for the joints that carry gravity",
+        "The same for the other joints",
         f"Loops not used in the fit. Error of the inverse model over the hysteresis, rms: {ratios}.",
         tuple(
             Picture(

@@ -68,7 +68,7 @@ def rest_study(result: Reproduction) -> Study | None:
     )
     words = (
         f"Level: {number(levels[0])} Nm without and {number(levels[1])} Nm with compensator, {number(apart)} Nm apart. "
-        "That is the hysteresis which the compensator carries and the integrator therefore need not.",
+        "The difference is the torque that the compensator adds there, and the integrator therefore need not.",
         _drift(*slopes),
     )
     rows = tuple(

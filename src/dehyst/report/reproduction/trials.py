@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -41,12 +41,22 @@ def joint_plate(plant: PlantResult, joint: int, trials: Sequence[str], compensat
     return Plate(
         "trials",
         "Trials: angle, error and integrator",
-        f"Joint {joint}, first cycle of the path; grey bands mark every other figure of it. With the compensator the "
-        "integrator has less to do, and what it cannot follow in time no longer appears as error. Every picture has "
-        "its own scale.",
+        f"Joint {joint}, first cycle of the path; grey bands mark every other figure of it. Every picture has its own "
+        f"scale. {_integrator_words(pairs, joint)}",
         tuple(pictures),
         columns=3,
     )
+
+
+def _integrator_words(pairs: Mapping[str, Sequence[TrialRun | None]], joint: int) -> str:
+    """What the integrator has to do in each trial, over all cycles."""
+    said = []
+    for trial, (off, on) in pairs.items():
+        if off is None or on is None or not (off.integrator[:, joint - 1].any() or on.integrator[:, joint - 1].any()):
+            continue
+        rms = [number(float(np.sqrt(np.mean(run.integrator[:, joint - 1] ** 2)))) for run in (off, on)]
+        said.append(f"{trial_name(trial)} {rms[0]} Nm without, {rms[1]} Nm with compensator")
+    return f"Torque of the integrator, rms: {'; '.join(said)}." if said else ""
 
 
 def _lines(pair: Sequence[TrialRun | None], values: Sequence[Array | None]) -> list[Line]:
@@ -129,7 +139,7 @@ def others_plate(plant: PlantResult, joints: Sequence[int], trials: Sequence[str
     return Plate(
         "trials-others",
         f"The same trials, joints {words}" if len(joints) > 1 else f"The same trials, joint {words}",
-        "Errors of the joints that carry gravity, compensated at the same time; the paper left them open.",
+        "The joints are compensated all at once; the paper left these open.",
         tuple(pictures),
         columns=3,
     )
