@@ -17,7 +17,8 @@ from dehyst.report.reproduction.arm import magnification, scene
 from dehyst.report.reproduction.lines import joined
 from dehyst.report.reproduction.numbers import spread, tool_figures, trial_figure, trial_ratio
 from dehyst.report.reproduction.reasons import in_words, largest_error
-from dehyst.report.reproduction.studies import break_even, rest_study
+from dehyst.report.reproduction.study_harm import break_even
+from dehyst.report.reproduction.study_rest import rest_study
 from dehyst.report.reproduction.words import lead
 from dehyst.report.text import number
 from dehyst.report.thin import Window

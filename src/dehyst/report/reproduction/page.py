@@ -24,7 +24,9 @@ from dehyst.report.reproduction.hysteresis import others_plate as other_loops
 from dehyst.report.reproduction.numbers import joints_of, trials_of
 from dehyst.report.reproduction.overview import overview_plate
 from dehyst.report.reproduction.picture import Plate, picture_svg, write_plate
-from dehyst.report.reproduction.studies import harm_studies, other_studies, rest_study
+from dehyst.report.reproduction.studies import other_studies
+from dehyst.report.reproduction.study_harm import harm_studies
+from dehyst.report.reproduction.study_rest import rest_study
 from dehyst.report.reproduction.tables import largest_errors, plant_tables
 from dehyst.report.reproduction.trials import joint_plate, tool_plate
 from dehyst.report.reproduction.trials import others_plate as other_trials

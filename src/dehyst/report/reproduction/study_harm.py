@@ -1,0 +1,164 @@
+"""Where compensation hurts: another hysteresis than identified, double compensation, a stiff position loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.experiments.results import Reproduction
+from dehyst.report.figures.panel import Axes, label_axes, says
+from dehyst.report.reproduction.picture import Picture, Plate
+from dehyst.report.reproduction.studies import DOUBLE, GAINS, SMALLER, Columns, Study, column, numbers_of, table_of
+from dehyst.report.text import number, short
+from dehyst.report.theme import FIFTH, MUTED, TEST, TRAIN, Token
+from dehyst.report.thin import Window
+
+Array = npt.NDArray[np.float64]
+
+
+def harm_studies(result: Reproduction) -> tuple[Study, ...]:
+    """Return the parts of "Where compensation hurts" that were measured."""
+    makers = {SMALLER: _smaller, DOUBLE: _double, GAINS: _gains}
+    return tuple(make(result.studies[name]) for name, make in makers.items() if name in result.studies)
+
+
+def _ratio_columns(columns: Columns, study: str) -> dict[str, Array]:
+    """Columns that hold errors with compensator over errors without: "rms", "max"."""
+    found = {
+        name.removeprefix("ratio").strip("_") or "rms": v for name, v in columns.items() if name.startswith("ratio")
+    }
+    if not found:
+        column(columns, study, "ratio_rms")
+    return {name: numbers_of(values) for name, values in found.items()}
+
+
+def _curves(across: Array, ratios: Mapping[str, Array], label: str, mark: float | None = None) -> Any:
+    tokens: Sequence[Token] = (TRAIN, FIFTH)
+
+    def draw(axes: Axes) -> None:
+        window = Window.around(
+            *((across, y) for y in ratios.values()), (across[:1], np.array([0.0])), (across[:1], np.array([1.1]))
+        )
+        label_axes(axes, window, label, "error with / without compensator")
+        axes.axhline(1.0, color=MUTED.light, lw=1.1, ls=(0, (5, 3)))
+        if mark is not None:
+            axes.axvline(mark, color=TEST.light, lw=1.1, ls=(0, (1, 1.5)))
+        for (name, y), token in zip(ratios.items(), tokens, strict=False):
+            axes.plot(across, y, color=token.light, marker="o", ms=4.5, lw=1.4, label=name)
+
+    return draw
+
+
+def break_even(across: Array, ratio: Array) -> float | None:
+    """Return where the ratio passes 1, by straight lines between the points; None if it never does.
+
+    Examples
+    --------
+    >>> break_even(np.array([0.0, 0.5, 1.0]), np.array([2.0, 1.5, 0.5]))
+    0.75
+    """
+    above = ratio > 1.0
+    flips = np.flatnonzero(above[1:] != above[:-1])
+    if flips.size == 0:
+        return None
+    k = int(flips[0])
+    return float(across[k] + (1.0 - ratio[k]) / (ratio[k + 1] - ratio[k]) * (across[k + 1] - across[k]))
+
+
+def _smaller(columns: Columns) -> Study:
+    scale = column(columns, SMALLER, "scale")
+    order = np.argsort(scale)
+    scale = scale[order]
+    ratios = {name: y[order] for name, y in _ratio_columns(columns, SMALLER).items()}
+    name, ratio = next(iter(ratios.items()))
+    even = break_even(scale, ratio)
+    best = int(np.argmin(ratio))
+    tried = f"{number(scale[0])} to {number(scale[-1])} times the identified hysteresis"
+    if even is None:
+        side = "smaller" if np.all(ratio <= 1.0) else "larger"
+        text = f"On plants with {tried} the {name} error is {side} with compensator than without."
+    else:
+        side = "less" if ratio[0] > 1.0 else "more"
+        text = (
+            f"Tried: {tried}. Break-even lies at {number(100 * even, 2)} %: a plant that has {side} is better left "
+            f"alone. Most is gained at {number(100 * scale[best])} %, where {number(100 * ratio[best], 2)} % of the "
+            f"{name} error are left."
+        )
+    picture = Picture(
+        "Hysteresis of the plant over the identified one",
+        (_curves(scale, ratios, "scale of the plant's hysteresis [1]", even),),
+        says("Error with over error without compensator, over the plant's hysteresis.", text),
+    )
+    plate = Plate("smaller", "Another hysteresis than identified", "", (picture,))
+    return Study(plate, (text,), table_of("Scale of the hysteresis", columns))
+
+
+def _double(columns: Columns) -> Study:
+    names = next(([str(v) for v in values] for values in columns.values() if _are_words(values)), None)
+    ratios = _ratio_columns(columns, DOUBLE)
+    name, ratio = next(iter(ratios.items()))
+    names = names or [f"case {number(v)}" for v in numbers_of(columns.get("case", np.arange(ratio.size)))]
+    worst, best = int(np.argmax(ratio)), int(np.argmin(ratio))
+    text = (
+        f"Least of the {name} error without compensator is left by “{short(names[best], 60)}”, "
+        f"{number(100 * ratio[best])} %, most by “{short(names[worst], 60)}”, {number(100 * ratio[worst])} %."
+    )
+    if ratio[worst] > 1.0:
+        text += " What is compensated twice is pushed to the other side: more is wrong than without any compensator."
+
+    def draw(axes: Axes) -> None:
+        y = np.arange(ratio.size)[::-1]
+        axes.barh(y, ratio, height=0.5, color=[TEST.light if r > 1.0 else TRAIN.light for r in ratio])
+        axes.axvline(1.0, color=MUTED.light, lw=1.1, ls=(0, (5, 3)))
+        for k, value in enumerate(ratio.tolist()):
+            axes.text(value, y[k], f" {number(value)}", va="center", ha="left", fontsize=9.8)
+            axes.text(0.0, y[k] + 0.42, short(names[k], 50), va="center", ha="left", fontsize=9.8)
+        label_axes(
+            axes,
+            Window(0.0, 1.18 * max(1.0, float(ratio.max())), -0.6, ratio.size - 0.25),
+            "error with / without compensator",
+            "",
+        )
+        axes.set_yticks([])
+        axes.grid(axis="y", visible=False)
+        axes.spines["left"].set_visible(False)
+
+    height = max(1.2, 0.52 * ratio.size)
+    picture = Picture("Who compensates", (draw,), says("Error ratio by case.", text), (height,), left=0.15, legends=0)
+    plate = Plate("double", "Compensated twice", "", (picture,))
+    return Study(plate, (text,), table_of("Double compensation", columns))
+
+
+def _are_words(values: Any) -> bool:
+    return any(isinstance(value, str) for value in values)
+
+
+def _gains(columns: Columns) -> Study:
+    pole = column(columns, GAINS, "pole_1_s")
+    order = np.argsort(pole)
+    ratios = {name: y[order] for name, y in _ratio_columns(columns, GAINS).items()}
+    name, ratio = next(iter(ratios.items()))
+    pole = pole[order]
+    rises = ratio[-1] > ratio[0]
+    text = (
+        f"From λ = {number(pole[0], 2)} to {number(pole[-1], 2)} 1/s the {name} error with compensator goes from "
+        f"{number(100 * ratio[0])} to {number(100 * ratio[-1])} % of that without: "
+        + (
+            "a stiff position loop takes away by itself what a compensator could."
+            if rises
+            else "the compensator is worth more in the stiffer loop here."
+        )
+    )
+    even = break_even(pole, ratio)
+    if even is not None:
+        text += f" Beyond {number(even, 2)} 1/s it is better left off." if rises else ""
+    picture = Picture(
+        "Poles of the position loop",
+        (_curves(pole, ratios, "λ [1/s]", even),),
+        says("Error with over error without compensator, over the poles.", text),
+    )
+    plate = Plate("gains", "A stiff position loop", "", (picture,))
+    return Study(plate, (text,), table_of("Poles of the position loop", columns))
