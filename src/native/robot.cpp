@@ -1,4 +1,186 @@
-// Binding of the closed loop: sensors, controllers, pneumatics, rigid body: no formula.
-#include "arrays.h"
+// The closed loop: sensors -> controllers -> pneumatics -> rigid body, one period after the other, without Python.
+//
+// The rigid body is MuJoCo's, stepped through the address of its own mj_step: nothing of it is linked or included, so
+// that one build serves every version of it.
+#include <cmath>
+#include <memory>
 
-void bind_robot(nb::module_ &m) { (void)m; }
+#include "arrays.h"
+#include "joint_controller.h"
+#include "plant_joint.h"
+
+namespace {
+
+using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Switches = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Vector = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Log = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
+
+constexpr std::size_t kReference = 7; // angle, velocity, acceleration, load, mean pressure, difference, extra
+constexpr std::size_t kColumns = 12;
+
+// Servo of an electric module: it knows its own angle and is far stiffer than any muscle.
+struct Electric {
+    double stiffness = 0, damping = 0, inertia = 0;
+};
+
+struct Axis {
+    PneumaticJoint *plant = nullptr; // null: electric
+    JointController *control = nullptr;
+    Electric electric;
+    nb::object keep_plant, keep_control;
+};
+
+// Reference between two knots: cubic in the angle, linear in everything else.
+void interpolate(const double *a, const double *b, double span, double s, dehyst_joint_reference &r)
+{
+    const double u = 1 - s;
+    const double s2 = s * s;
+    r.angle = (1 + 2 * s) * u * u * a[0] + s * u * u * span * a[1] + s2 * (3 - 2 * s) * b[0] - s2 * u * span * b[1];
+    r.velocity = 6 * s * u * (b[0] - a[0]) / span + u * (1 - 3 * s) * a[1] + s * (3 * s - 2) * b[1];
+    r.acceleration = u * a[2] + s * b[2];
+    r.load = u * a[3] + s * b[3];
+    r.mean_pressure = u * a[4] + s * b[4];
+    r.pressure_difference = u * a[5] + s * b[5];
+    r.extra = u * a[6] + s * b[6];
+}
+
+class ClosedLoop {
+  public:
+    ClosedLoop(std::uintptr_t step, std::uintptr_t model, std::uintptr_t data, const Vector &position,
+               const Vector &velocity, const Vector &force, double period)
+        : step_(reinterpret_cast<Step>(step)), model_(reinterpret_cast<void *>(model)),
+          data_(reinterpret_cast<void *>(data)), position_(position), velocity_(velocity), force_(force),
+          period_(period)
+    {
+        require(step != 0 && model != 0 && data != 0, "no rigid body");
+        require(position.size() == velocity.size() && position.size() == force.size(), "dof arrays differ in length");
+        require(period > 0, "the period must be positive");
+    }
+
+    void add_pneumatic(nb::object plant, nb::object control)
+    {
+        Axis axis;
+        axis.plant = nb::cast<PneumaticJoint *>(plant);
+        axis.control = nb::cast<JointController *>(control);
+        axis.keep_plant = std::move(plant);
+        axis.keep_control = std::move(control);
+        axes_.push_back(std::move(axis));
+    }
+
+    void add_electric(double stiffness, double damping, double inertia)
+    {
+        Axis axis;
+        axis.electric = {stiffness, damping, inertia};
+        axes_.push_back(std::move(axis));
+    }
+
+    // Sensors of every pneumatic joint see the present pose; controllers start from what they see.
+    void reset_controllers()
+    {
+        for (std::size_t j = 0; j < axes_.size(); ++j) {
+            Axis &axis = axes_[j];
+            if (axis.plant == nullptr) continue;
+            plant_reading reading{};
+            plant_joint_sense(&axis.plant->joint, &axis.plant->state, position_.data()[j], period_, &reading);
+            axis.control->start({reading.angle, {reading.pressure[0], reading.pressure[1]}});
+        }
+    }
+
+    // knots (K, n, 7), switches (K, n): valid from their knot on; external torque (n,). Runs (K - 1) intervals of `ticks`.
+    Log run(const Cube &knots, const Switches &switches, const Vector &external, std::size_t ticks, std::size_t every)
+    {
+        const std::size_t n = axes_.size();
+        require(n == position_.size(), "every joint needs a drive");
+        require(knots.shape(0) >= 2 && knots.shape(1) == n && knots.shape(2) == kReference, "knots must be (K, n, 7)");
+        require(switches.shape(0) == knots.shape(0) && switches.shape(1) == n, "switches must be (K, n)");
+        require(external.size() == n && ticks > 0 && every > 0, "external torques (n,), ticks > 0, every > 0");
+        const std::size_t total = (knots.shape(0) - 1) * ticks;
+        const std::size_t rows = (total + every - 1) / every;
+        auto log = std::make_unique<std::vector<double>>(rows * n * kColumns);
+        {
+            nb::gil_scoped_release release;
+            loop(knots.data(), switches.data(), external.data(), n, total, ticks, every, log->data());
+        }
+        for (Axis &axis : axes_)
+            if (axis.plant != nullptr) axis.plant->raise();
+        auto *kept = log.release();
+        nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+        return Log(kept->data(), {rows, n, kColumns}, owner);
+    }
+
+  private:
+    using Step = void (*)(const void *, void *);
+
+    void loop(const double *knots, const uint32_t *switches, const double *external, std::size_t n, std::size_t total,
+              std::size_t ticks, std::size_t every, double *log)
+    {
+        const double span = period_ * static_cast<double>(ticks);
+        std::vector<uint32_t> flags(n, 0);
+        for (std::size_t k = 0; k < total; ++k) {
+            const std::size_t knot = k / ticks;
+            const double s = static_cast<double>(k % ticks) / static_cast<double>(ticks);
+            for (std::size_t j = 0; j < n; ++j) {
+                const double *a = knots + (knot * n + j) * kReference;
+                dehyst_joint_reference reference{};
+                interpolate(a, a + n * kReference, span, s, reference);
+                double *row = k % every == 0 ? log + ((k / every) * n + j) * kColumns : nullptr;
+                force_.data()[j] = external[j] + drive(axes_[j], j, reference, switches[knot * n + j], flags[j], row);
+            }
+            step_(model_, data_);
+        }
+    }
+
+    double drive(Axis &axis, std::size_t j, const dehyst_joint_reference &reference, uint32_t switches,
+                 uint32_t &flags, double *row)
+    {
+        const double q = position_.data()[j], v = velocity_.data()[j];
+        if (axis.plant == nullptr) {
+            const double torque = reference.load + axis.electric.inertia * reference.acceleration +
+                                  axis.electric.damping * (reference.velocity - v) +
+                                  axis.electric.stiffness * (reference.angle - q);
+            if (row != nullptr) {
+                row[0] = reference.angle, row[1] = q, row[2] = q, row[3] = torque;
+                for (std::size_t c = 4; c < kColumns; ++c) row[c] = 0;
+            }
+            return torque;
+        }
+        plant_joint_state &state = axis.plant->state;
+        plant_reading reading{};
+        plant_joint_sense(&axis.plant->joint, &state, q, period_, &reading);
+        const dehyst_joint_sensors sensors = {reading.angle, {reading.pressure[0], reading.pressure[1]}};
+        dehyst_joint_output out{};
+        dehyst_joint_step(&axis.control->joint, &axis.control->state, &sensors, &reference, switches, &out);
+        flags |= out.flags;
+        const double torque = plant_joint_step(&axis.plant->joint, &state, q, v, out.valve, period_);
+        if (row != nullptr) {
+            row[0] = reference.angle, row[1] = q, row[2] = reading.angle, row[3] = torque;
+            row[4] = reading.pressure[0], row[5] = reading.pressure[1];
+            row[6] = out.pressure_difference, row[7] = out.compensation, row[8] = out.integrator;
+            row[9] = out.torque, row[10] = out.load, row[11] = static_cast<double>(flags);
+            flags = 0;
+        }
+        return torque;
+    }
+
+    Step step_;
+    void *model_, *data_;
+    Vector position_, velocity_, force_;
+    double period_;
+    std::vector<Axis> axes_;
+};
+
+}  // namespace
+
+void bind_robot(nb::module_ &m)
+{
+    nb::class_<ClosedLoop>(m, "ClosedLoop", "Sensors, controllers, pneumatics and rigid body, period after period.")
+        .def(nb::init<std::uintptr_t, std::uintptr_t, std::uintptr_t, const Vector &, const Vector &, const Vector &,
+                      double>(),
+             "step"_a, "model"_a, "data"_a, "position"_a, "velocity"_a, "force"_a, "period"_a)
+        .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a)
+        .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
+        .def("reset_controllers", &ClosedLoop::reset_controllers)
+        .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "external"_a, "ticks"_a, "every"_a,
+             "Log (rows, n, 12) of a run along reference knots (K, n, 7) that lie `ticks` periods apart.");
+}

@@ -43,6 +43,12 @@ class Characteristic:
     residual: float
     sweeps: tuple[Array, ...] = ()
 
+    def difference(self, angle: Array, mean: float | Array, torque: float | Array = 0.0) -> Array:
+        """dp = (Q - A p_m - C)/B that holds torque Q [Nm] at `angle` and mean pressure [Pa]. [Pa]"""
+        q = np.clip(angle, self.low, self.high)
+        a, b, c = (np.polynomial.polynomial.polyval(q, k) for k in (self.a, self.b, self.c))
+        return np.asarray((torque - a * mean - c) / b)
+
 
 @dataclass(frozen=True, eq=False)
 class JointIdentification:

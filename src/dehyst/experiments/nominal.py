@@ -1,0 +1,91 @@
+"""What the designer of the controller knows before anything is measured: data sheets, and deliberately wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.control import JointControllerParameters, Pneumatics
+from dehyst.experiments.results import Characteristic
+from dehyst.plant.arm import ALL_JOINTS
+from dehyst.plant.parameters import Robot
+from dehyst.plant.rigid_body import arm_model, joint_inertia
+
+Array = npt.NDArray[np.float64]
+
+# Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
+BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
+BENCH_VOLUME = 1.2566e-3  # of that muscle per length [m^2]; smaller muscles are scaled by their cross section
+DEGREE = 5
+
+
+def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
+    """Characteristic from a published bench map, some 10 to 20 % beside the plant: good enough to plan sweeps with."""
+    joint = robot.joint(number)
+    muscle = robot.muscle(joint.drive)
+    scale = muscle.volume[0] / BENCH_VOLUME
+    a1, a2, a3, a4, a5, a6 = BENCH
+    q = np.linspace(-joint.range, joint.range, 81)
+
+    def slope_and_passive(side: float) -> tuple[Array, Array]:
+        k = joint.contraction + side * joint.radius * q / muscle.length
+        return scale * (a1 * np.exp(a3 * k) + a4 * k + a5), -scale * (a2 * np.exp(a3 * k) + a6)
+
+    (f1, e1), (f2, e2) = slope_and_passive(1.0), slope_and_passive(-1.0)
+    r = joint.radius
+    a, b, c = (np.polynomial.polynomial.polyfit(q, y, DEGREE) for y in (r * (f1 - f2), r * (f1 + f2) / 2, -r * (e1 - e2)))
+    return Characteristic(a, b, c, float(q[0]), float(q[-1]), 0.0)
+
+
+def controller_parameters(robot: Robot, number: int, characteristic: Characteristic) -> JointControllerParameters:
+    """Parameters of a joint's controller: calibrated characteristic, nominal geometry, inertia, valve and air.
+
+    Parameters
+    ----------
+    robot
+        Its [controller] table says by how much inertia and valve are believed to differ from the truth.
+    number
+        Of the joint.
+    characteristic
+        A, B, C of that joint.
+    """
+    joint, control = robot.joint(number), robot.controller
+    muscle, valve = robot.muscle(joint.drive), robot.valve(joint.valve)
+    inertia = joint_inertia(arm_model(robot, moving=ALL_JOINTS))[number - 1]
+    kappa = np.polynomial.Polynomial([joint.contraction, joint.radius / muscle.length])
+    mirrored = np.polynomial.Polynomial([joint.contraction, -joint.radius / muscle.length])
+    volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
+    air = robot.air
+    return JointControllerParameters(
+        period=robot.simulation.period,
+        inertia=float(inertia * (1 + control.inertia_error)),
+        pole=control.pole,
+        observer_pole=control.observer_pole,
+        pressure_gain=control.pressure_gain,
+        windup_gain=control.windup_gain,
+        a=tuple(characteristic.a),
+        b=tuple(characteristic.b),
+        c=tuple(characteristic.c),
+        volume=(tuple(volume(kappa).coef), tuple(volume(mirrored).coef)),
+        angle_low=characteristic.low,
+        angle_high=characteristic.high,
+        pressure_low=control.pressure_low,
+        pressure_high=control.pressure_high,
+        ramp=control.ramp,
+        shear=0.0,
+        compensator_unit=0.0,
+        pneumatics=Pneumatics(
+            supply=air.supply,
+            ambient=air.ambient,
+            gas_temperature=air.gas_constant * air.temperature,
+            polytropic=air.polytropic,
+            reference_density=air.reference_density,
+            conductance=valve.conductance * (1 + control.conductance_error),
+            ratio=valve.ratio,
+            dead_band=valve.dead_band,
+        ),
+        angle_jump=control.angle_jump,
+        pressure_jump=control.pressure_jump,
+        frozen_samples=control.frozen_samples,
+        hold_samples=control.hold_samples,
+    )

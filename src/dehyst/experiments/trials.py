@@ -1,0 +1,178 @@
+"""The three trials on the ISO 9283 path: fast, slow, and slow without integrator."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.control import COMPENSATOR, INTEGRATOR, POSITION, Compensator, JointControllerParameters, along
+from dehyst.evaluation import Timed
+from dehyst.experiments.path import ArmPath
+from dehyst.experiments.quasistatic import home
+from dehyst.experiments.results import Characteristic, TrialRun
+from dehyst.models import HysteresisModel
+from dehyst.plant.arm import Arm, ArmLog, Reference
+from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.parameters import Robot
+from dehyst.plant.rigid_body import frame_positions, tool_positions
+
+Array = npt.NDArray[np.float64]
+
+SETTLE_S = 1.0  # position control holds where the homing ended
+APPROACH_S = 4.0  # from there to the start of the path
+REST_S = 1.0  # and rests
+POSES = 120  # of the animation
+SLOW = ("slow", "slow_no_integrator")
+
+
+@dataclass(frozen=True, eq=False)
+class Equipment:
+    """What a trial needs besides the robot: controllers, compensators, plants.
+
+    Attributes
+    ----------
+    controllers
+        Joint number -> parameters of its controller, compensator's shear and unit included.
+    characteristics
+        Joint number -> calibrated backbone, for the homing.
+    compensators
+        Joint number -> inverse model q_d -> x that runs in the controller.
+    own
+        Joint number -> a compensator of one's own, evaluated along the desired path before the run.
+    mechanisms
+        Joint number -> foreign hysteresis mechanisms.
+    seed
+        Of noise and tolerances.
+    """
+
+    controllers: Mapping[int, JointControllerParameters]
+    characteristics: Mapping[int, Characteristic]
+    compensators: Mapping[int, HysteresisModel]
+    own: Mapping[int, Compensator]
+    mechanisms: Mapping[int, tuple[Mechanism, Mechanism]]
+    seed: int = 0
+
+
+def run_trial(
+    robot: Robot, path: ArmPath, equipment: Equipment, trial: str, compensator: str
+) -> tuple[TrialRun, float]:
+    """Home the arm, bring it to the path, and follow the path with the compensators on or off.
+
+    Parameters
+    ----------
+    robot
+        The arm and its settings.
+    path
+        Joint angles of the tool's path and their timing.
+    equipment
+        Controllers, compensators, plants.
+    trial
+        "fast", "slow" or "slow_no_integrator".
+    compensator
+        "off", or the name under which the compensators of `equipment` are switched on.
+
+    Returns
+    -------
+    run : TrialRun
+    real_time_factor : float
+        Simulated time over wall time, homing included.
+    """
+    arm = Arm(
+        robot,
+        controllers=equipment.controllers,
+        compensators=equipment.compensators,
+        mechanisms=equipment.mechanisms,
+        seed=equipment.seed,
+    )
+    motion = path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
+    cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
+    switches = POSITION
+    switches |= 0 if trial == "slow_no_integrator" else INTEGRATOR
+    switches |= 0 if compensator == "off" else COMPENSATOR
+    begin = time.perf_counter()
+    home(arm, equipment.characteristics)
+    own = equipment.own if compensator != "off" else {}
+    for one in own.values():
+        one.reset(0.0)
+    approach = _approach(arm, path, switches, own)
+    arm.run(approach, every_s=1.0)
+    times = _knots(robot, motion, cycles)
+    reference = _reference(arm, path.state(motion, times), times[1] - times[0], switches, own)
+    every = 0.01 * max(1.0, motion.duration * cycles / 100.0)
+    log = arm.run(reference, every_s=min(every, 0.02))
+    spent = time.perf_counter() - begin
+    homing_s = robot.homing.cycles * robot.homing.period
+    simulated = homing_s + approach.duration + reference.duration
+    return _trial_run(robot, path, motion, log, trial, compensator, equipment.seed), simulated / spent
+
+
+def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
+    """Times of the reference's knots: 4 ms apart on a fast cycle of 20 s, coarser as the motion is slower."""
+    period = robot.simulation.period
+    spacing = period * max(1, round(motion.duration / 5000 / period))
+    return spacing * np.arange(int(np.ceil(cycles * motion.duration / spacing)) + 1)
+
+
+def _reference(
+    arm: Arm,
+    motion: tuple[Array, Array, Array],
+    spacing: float,
+    switches: int,
+    own: Mapping[int, Compensator],
+) -> Reference:
+    """Reference of a motion (K, 7) with the load that the nominal rigid body feels along it."""
+    angle, velocity, acceleration = motion
+    control = arm.robot.controller
+    inertia = (1 + control.inertia_error) * arm.inverse_dynamics(*motion, gravity=False)
+    gravity = (1 + control.gravity_error) * arm.gravity(angle)
+    load = inertia + gravity - acceleration * arm.believed_inertia
+    extra = np.zeros_like(angle)
+    for number, compensator in own.items():
+        index = arm.moving.index(number)
+        extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
+    return Reference.motion(spacing, motion, load, control.mean_pressure, switches, extra)
+
+
+def _approach(arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensator]) -> Reference:
+    """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
+    spacing = 0.01
+    start, end = arm.angles, path.start
+    t = spacing * np.arange(round((SETTLE_S + APPROACH_S + REST_S) / spacing) + 1)
+    u = np.clip((t - SETTLE_S) / APPROACH_S, 0.0, 1.0)
+    rise = u**3 * (10 - 15 * u + 6 * u**2)
+    speed = 30 * u**2 * (1 - u) ** 2 / APPROACH_S
+    rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
+    way = end - start
+    motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
+    return _reference(arm, motion, spacing, switches, own)
+
+
+def _trial_run(
+    robot: Robot, path: ArmPath, motion: Timed, log: ArmLog, trial: str, compensator: str, seed: int
+) -> TrialRun:
+    in_cycle = np.flatnonzero(log.time <= motion.duration)
+    poses = in_cycle[np.linspace(0, in_cycle.size - 1, min(POSES, in_cycle.size)).astype(int)]
+    return TrialRun(
+        trial=trial,
+        compensator=compensator,
+        seed=seed,
+        time=log.time,
+        desired=log.desired,
+        angle=log.angle,
+        integrator=log.integrator,
+        pressure_difference=log.pressure_difference,
+        compensation=log.compensation,
+        pressure=log.pressure,
+        tool_desired=motion.position(log.time),
+        tool=tool_positions(robot, log.angle),
+        figure=motion.figure(log.time),
+        figures=tuple(figure.name for figure in motion.path.figures),
+        cycle=motion.cycle(log.time),
+        flags=log.flags,
+        frames=frame_positions(robot, log.angle[poses]),
+        frame_time=log.time[poses],
+    )

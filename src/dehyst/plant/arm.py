@@ -1,0 +1,253 @@
+"""The simulated arm: rigid body, pneumatic joints and their controllers in one closed loop.
+
+Nothing here is shared with the compensator: the rigid body is MuJoCo's, the pneumatics are plant/'s. What the
+controllers know of the arm they are told through `JointControllerParameters`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.control import JointControllerParameters
+from dehyst.errors import ParameterError, SimulationError
+from dehyst.models import HysteresisModel
+from dehyst.plant.joints import pneumatic_joint_parameters
+from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.parameters import Robot
+from dehyst.plant.rigid_body import arm_model, bias_torque, joint_inertia, mj_step_address, new_data
+
+Array = npt.NDArray[np.float64]
+Switches = npt.NDArray[np.uint32]
+
+ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
+_COLUMNS = 7  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the joints shall do, at knots of equal spacing; between them the loop interpolates.
+
+    Attributes
+    ----------
+    spacing
+        Time between knots, a multiple of the control period. [s]
+    values
+        (K, n, 7): angle [rad], velocity [rad/s], acceleration [rad/s^2], load torque [Nm], mean pressure [Pa],
+        pressure difference [Pa] and extra compensation [Pa] of the n moving joints.
+    switches
+        (K, n) what is switched on from each knot on: see `dehyst.control`.
+    """
+
+    spacing: float
+    values: Array
+    switches: Switches
+
+    @classmethod
+    def pressures(cls, spacing: float, difference: Array, mean: float | Array) -> Reference:
+        """Pressures are applied as they are, without position control; `difference` (K, n) and mean in Pa."""
+        values = np.zeros((*difference.shape, _COLUMNS))
+        values[:, :, 4] = mean
+        values[:, :, 5] = difference
+        return cls(spacing, values, np.zeros(difference.shape, np.uint32))
+
+    @classmethod
+    def motion(
+        cls,
+        spacing: float,
+        motion: tuple[Array, Array, Array],
+        load: Array,
+        mean: float,
+        switches: int,
+        extra: Array | None = None,
+    ) -> Reference:
+        """Position control along angle, velocity and acceleration, each (K, n), with the load torque (K, n)."""
+        values = np.zeros((*load.shape, _COLUMNS))
+        for column, signal in enumerate((*motion, load)):
+            values[:, :, column] = signal
+        values[:, :, 4] = mean
+        if extra is not None:
+            values[:, :, 6] = extra
+        return cls(spacing, values, np.full(load.shape, switches, np.uint32))
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last knot. [s]"""
+        return self.spacing * (self.values.shape[0] - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmLog:
+    """What was logged in one run: rows (T,), the n moving joints (T, n), SI units.
+
+    Attributes
+    ----------
+    time
+        From the start of the run. [s]
+    desired, angle, measured
+        Reference, true angle, encoder. [rad]
+    torque
+        Of the drive. [Nm]
+    pressure
+        (T, n, 2) measured gauge pressures. [Pa]
+    pressure_difference, compensation
+        Desired dp and the compensator's part of it. [Pa]
+    integrator, torque_desired, load
+        Integrator's part, desired torque, observed disturbance. [Nm]
+    flags
+        Flags of the controllers, collected since the row before.
+    """
+
+    time: Array
+    desired: Array
+    angle: Array
+    measured: Array
+    torque: Array
+    pressure: Array
+    pressure_difference: Array
+    compensation: Array
+    integrator: Array
+    torque_desired: Array
+    load: Array
+    flags: npt.NDArray[np.int64]
+
+    @classmethod
+    def unpack(cls, time: Array, log: Array) -> ArmLog:
+        """From the loop's own order of columns, (T, n, 12)."""
+        column = np.moveaxis(log, 2, 0)
+        return cls(
+            time, column[0], column[1], column[2], column[3], log[:, :, 4:6], column[6], column[7], column[8],
+            column[9], column[10], column[11].astype(np.int64),
+        )  # fmt: skip
+
+
+class Arm:
+    """The arm, or some of its joints with the others locked at their zero pose.
+
+    Parameters
+    ----------
+    robot
+        Parameters, from `load_robot`.
+    moving
+        Numbers of the joints that move, increasing.
+    controllers
+        Joint number -> what its controller knows; one for every moving pneumatic joint.
+    compensators
+        Joint number -> inverse model q -> x for the built-in compensator; none where missing.
+    mechanisms
+        Joint number -> two foreign hysteresis mechanisms, one a muscle, instead of the built-in one.
+    seed
+        Of the sensors' noise and the muscles' tolerances: same seed, same bits.
+
+    Raises
+    ------
+    ParameterError
+        If a controller is missing.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        moving: tuple[int, ...] = ALL_JOINTS,
+        controllers: Mapping[int, JointControllerParameters],
+        compensators: Mapping[int, HysteresisModel] | None = None,
+        mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] | None = None,
+        seed: int = 0,
+    ) -> None:
+        self.robot = robot
+        self.moving = moving
+        self.model = arm_model(robot, moving=moving)
+        self.data = new_data(self.model)
+        self._external = np.zeros(len(moving))
+        self._plants: dict[int, _native.PneumaticJoint] = {}
+        self._seed = seed
+        period = robot.simulation.period
+        self._loop = _native.ClosedLoop(
+            mj_step_address(), self.model._address, self.data._address,
+            self.data.qpos, self.data.qvel, self.data.qfrc_applied, period,
+        )  # fmt: skip
+        inertia = joint_inertia(self.model)
+        for index, number in enumerate(moving):
+            if robot.joint(number).drive == "electric":
+                pole = robot.electric_pole
+                self._loop.add_electric(inertia[index] * pole**2, 2 * inertia[index] * pole, inertia[index])
+                continue
+            if number not in controllers:
+                raise ParameterError(
+                    f"joint {number} is pneumatic and has no controller. Pass one: "
+                    f"Arm(robot, controllers={{{number}: controller_parameters(robot, {number}, characteristic)}}).",
+                    joint=number,
+                )
+            plant = _native.PneumaticJoint(pneumatic_joint_parameters(robot, number, seed), seed * 8 + number)
+            for side, mechanism in enumerate((mechanisms or {}).get(number, ())):
+                plant.attach(side, mechanism)
+            model = (compensators or {}).get(number)
+            self._loop.add_pneumatic(
+                plant, _native.JointController(controllers[number].as_dict(), _native_model(model))
+            )
+            self._plants[number] = plant
+        self.reset()
+
+    def reset(self) -> None:
+        """At rest in the zero pose, every muscle at the mean pressure, nothing remembered."""
+        self.data.qpos[:] = 0
+        self.data.qvel[:] = 0
+        self.data.qfrc_applied[:] = 0
+        mean = self.robot.controller.mean_pressure
+        for number, plant in self._plants.items():
+            plant.reset(0.0, mean, mean, self._seed * 8 + number)
+        self._loop.reset_controllers()
+
+    def hang(self, torques: Mapping[int, float]) -> None:
+        """Load joints with constant external torques from now on. [Nm]"""
+        self._external = np.array([torques.get(number, 0.0) for number in self.moving])
+
+    def run(self, reference: Reference, every_s: float) -> ArmLog:
+        """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.
+
+        Raises
+        ------
+        SimulationError
+            If the physics left what it can simulate.
+        """
+        period = self.robot.simulation.period
+        ticks = max(1, round(reference.spacing / period))
+        every = max(1, round(every_s / period))
+        log = self._loop.run(
+            np.ascontiguousarray(reference.values),
+            np.ascontiguousarray(reference.switches),
+            self._external,
+            ticks,
+            every,
+        )
+        if not np.isfinite(log).all() or np.abs(self.data.qpos).max() > 10.0:
+            raise SimulationError(
+                "the simulated arm left the range that it can be simulated in (an angle beyond 10 rad, or no number "
+                "at all). A gain is too high, a path too fast or a parameter out of proportion: change back "
+                "controller.pole_1_s, path.fast_speed_m_s or what was changed last.",
+                angles=self.data.qpos.copy(),
+            )
+        return ArmLog.unpack(np.arange(log.shape[0]) * (every * period), log)
+
+    def gravity(self, angles: Array) -> Array:
+        """Torque that holds the arm still at angles (K, n) against gravity, exactly. [Nm]"""
+        return bias_torque(self.model, angles)
+
+    @property
+    def angles(self) -> Array:
+        """Present angles of the moving joints, (n,). [rad]"""
+        return np.array(self.data.qpos)
+
+
+def _native_model(model: HysteresisModel | None) -> tuple[Array | float, ...] | None:
+    return None if model is None else model.native_parameters()
+
+
+def with_compensator_gain(parameters: JointControllerParameters, shear: float, unit: float) -> JointControllerParameters:
+    """Return the controller with the compensator's shear k [Pa/rad] and the pressure of one unit of its output."""
+    return replace(parameters, shear=shear, compensator_unit=unit)
