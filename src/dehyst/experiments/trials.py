@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.results import Characteristic, TrialRun
 from dehyst.models import HysteresisModel
-from dehyst.plant.arm import Arm, ArmLog, Reference
+from dehyst.plant.arm import ALL_JOINTS, Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import frame_positions, tool_positions
@@ -45,20 +45,31 @@ class Equipment:
         Joint number -> a compensator of one's own, evaluated along the desired path before the run.
     mechanisms
         Joint number -> foreign hysteresis mechanisms.
+    loads
+        Joint number -> constant torque that pulls on it, unknown to the controller. [Nm]
+    history
+        What the arm went through before: `home`, or something that leaves it with an unknown memory.
     seed
         Of noise and tolerances.
     """
 
     controllers: Mapping[int, JointControllerParameters]
     characteristics: Mapping[int, Characteristic]
-    compensators: Mapping[int, HysteresisModel]
-    own: Mapping[int, Compensator]
-    mechanisms: Mapping[int, tuple[Mechanism, Mechanism]]
+    compensators: Mapping[int, HysteresisModel] = field(default_factory=dict)
+    own: Mapping[int, Compensator] = field(default_factory=dict)
+    mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] = field(default_factory=dict)
+    loads: Mapping[int, float] = field(default_factory=dict)
+    history: Callable[[Arm, Mapping[int, Characteristic]], object] = home
     seed: int = 0
 
 
 def run_trial(
-    robot: Robot, path: ArmPath, equipment: Equipment, trial: str, compensator: str
+    robot: Robot,
+    path: ArmPath,
+    equipment: Equipment,
+    trial: str,
+    compensator: str,
+    moving: tuple[int, ...] = ALL_JOINTS,
 ) -> tuple[TrialRun, float]:
     """Home the arm, bring it to the path, and follow the path with the compensators on or off.
 
@@ -74,6 +85,8 @@ def run_trial(
         "fast", "slow" or "slow_no_integrator".
     compensator
         "off", or the name under which the compensators of `equipment` are switched on.
+    moving
+        Joints that move; the others are locked at zero and the tool goes elsewhere.
 
     Returns
     -------
@@ -83,6 +96,7 @@ def run_trial(
     """
     arm = Arm(
         robot,
+        moving=moving,
         controllers=equipment.controllers,
         compensators=equipment.compensators,
         mechanisms=equipment.mechanisms,
@@ -94,7 +108,8 @@ def run_trial(
     switches |= 0 if trial == "slow_no_integrator" else INTEGRATOR
     switches |= 0 if compensator == "off" else COMPENSATOR
     begin = time.perf_counter()
-    home(arm, equipment.characteristics)
+    arm.hang(equipment.loads)
+    equipment.history(arm, equipment.characteristics)
     own = equipment.own if compensator != "off" else {}
     for one in own.values():
         one.reset(0.0)

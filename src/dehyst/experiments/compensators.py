@@ -1,0 +1,100 @@
+"""The compensators that the experiment knows by name, and how they are put into the controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.experiments.loops_run import BAR
+from dehyst.experiments.nominal import controller_parameters
+from dehyst.experiments.results import Characteristic, JointIdentification
+from dehyst.experiments.trials import Equipment
+from dehyst.plant.parameters import Robot
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How a compensator is identified.
+
+    Attributes
+    ----------
+    summary
+        One line for ``--help`` and the report.
+    changes
+        Settings that differ from the robot's file.
+    local
+        The backbone is the polynomial through the loop at the mean pressure, not the calibrated A, B, C.
+    """
+
+    summary: str
+    changes: Mapping[str, object]
+    local: bool = False
+
+
+RECIPES: Mapping[str, Recipe] = MappingProxyType(
+    {
+        "paper": Recipe("the paper's, on the calibrated characteristic A, B, C", {}),
+        "literal": Recipe("the paper read literally: backbone is a polynomial through the loop at 3 bar", {}, local=True),
+        "scaled": Recipe("the paper's with k = 10 bar/rad instead of 1", {"compensator.shear_bar_rad": 10.0}),
+    }
+)
+NAMES = tuple(RECIPES)
+
+
+def recipe(name: str) -> Recipe:
+    """Return the recipe of a compensator.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of that name.
+    """
+    if name not in RECIPES:
+        raise ParameterError(
+            f"no compensator '{name}'. There are: {', '.join(NAMES)}; one of your own goes through Python: "
+            f"run_trial(..., Equipment(own={{1: my_compensator}})).",
+            name=name,
+        )
+    return RECIPES[name]
+
+
+def local_characteristic(robot: Robot, found: Characteristic) -> Characteristic:
+    """Return the characteristic bent to the polynomial dp(q) through the loop at the mean pressure without load.
+
+    It reaches that mean pressure's loop exactly, and swallows part of its hysteresis: the polynomial bends towards the
+    loop's tips. Only C is changed.
+    """
+    mean = robot.controller.mean_pressure
+    unloaded = _unloaded_sweep(found, mean)
+    q, dp, _, torque = unloaded.T
+    degree = robot.calibration.degree
+    value = np.polynomial.polynomial.polyval
+    fitted = np.polynomial.polynomial.polyfit(q, dp, degree)
+    c = torque - value(q, found.a) * mean - value(q, found.b) * value(q, fitted)
+    return replace(found, c=np.polynomial.polynomial.polyfit(q, c, degree + 2))
+
+
+def _unloaded_sweep(found: Characteristic, mean: float) -> Array:
+    """The sweep nearest to the mean pressure and, among those, with the smallest torque."""
+    return min(found.sweeps, key=lambda s: (round(abs(float(s[:, 2].mean()) - mean) / (0.1 * BAR)), np.abs(s[:, 3]).mean()))
+
+
+def equip(
+    robot: Robot,
+    characteristics: Mapping[int, Characteristic],
+    identifications: Mapping[int, JointIdentification],
+    seed: int = 0,
+) -> Equipment:
+    """Put the calibrated characteristics and the inverse models into the joint controllers."""
+    controllers = {n: controller_parameters(robot, n, found) for n, found in characteristics.items()}
+    for n, found in identifications.items():
+        controllers[n] = replace(controllers[n], shear=found.shear * BAR, compensator_unit=BAR)
+    models = {n: found.fit.model.inverse() for n, found in identifications.items()}
+    return Equipment(controllers, characteristics, models, seed=seed)

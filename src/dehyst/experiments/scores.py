@@ -1,0 +1,55 @@
+"""Figures of runs, nested as ``--json`` shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from dehyst.evaluation import iso9283
+from dehyst.experiments.path import ArmPath
+from dehyst.experiments.results import JointIdentification, TrialRun
+
+
+def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
+    """Root mean square and largest error of a joint over a run. [deg]"""
+    error = np.degrees(run.error[:, number - 1])
+    return {"rms_deg": float(np.sqrt(np.mean(error**2))), "max_deg": float(np.abs(error).max())}
+
+
+def plant_figures(
+    identifications: Mapping[int, JointIdentification], runs: Iterable[TrialRun], path: ArmPath, joints: Iterable[int]
+) -> dict[str, Any]:
+    """Everything measured on one plant with one seed.
+
+    Parameters
+    ----------
+    identifications
+        Joint number -> identification.
+    runs
+        Trials, off and on.
+    path
+        Their command path.
+    joints
+        Joints whose errors are listed.
+    """
+    listed: dict[str, Any] = {}
+    for number in joints:
+        found = identifications[number]
+        listed[str(number)] = {
+            "identification": {
+                "nonzero_weights": found.nonzero_weights,
+                "inverse_rms_ratio_unseen": found.inverse_rms_ratio,
+                "calibration_residual_Nm": found.characteristic.residual,
+            },
+            "trials": {},
+        }
+    tool: dict[str, Any] = {}
+    for run in runs:
+        for number in joints:
+            listed[str(number)]["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, number)
+        tool.setdefault(run.trial, {})[run.compensator] = iso9283(
+            path.timing, run.time, run.tool, run.cycle, run.figure
+        )
+    return {"joints": listed, "tool": tool}
