@@ -8,8 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.evaluation import TestCube, Timed, slow_down_to, test_path, timed
+from dehyst.experiments.limits import utilisation
+from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
 from dehyst.plant.kinematics import JointSpline, joint_splines
 from dehyst.plant.parameters import Robot
+from dehyst.plant.rigid_body import arm_model, inverse_dynamics
+
+KNOTS = 1500  # of the motion that is checked against the limits
 
 Array = npt.NDArray[np.float64]
 
@@ -51,5 +56,32 @@ class ArmPath:
 
 
 def plan_path(robot: Robot) -> ArmPath:
-    """Inverse kinematics of the test path and the fastest timing that pressures and valves allow."""
-    ...
+    """Inverse kinematics of the test path, and the fastest timing that pressures and valves allow.
+
+    Parameters
+    ----------
+    robot
+        Its [path] table: cube, speeds, rests.
+
+    Returns
+    -------
+    path : ArmPath
+    """
+    settings = robot.path
+    path = test_path(TestCube(settings.cube, settings.centre), settings.rounding)
+    motion = timed(path, settings.fast_speed, settings.acceleration, settings.jerk, settings.rest)
+    planned = ArmPath(motion, joint_splines(robot, [leg.curve for leg in path.legs]))
+    model = arm_model(robot)
+    plans = {n: nominal_characteristic(robot, n) for n in robot.pneumatic}
+    controllers = {n: controller_parameters(robot, n, plan) for n, plan in plans.items()}
+
+    def use(timing: Timed) -> float:
+        time = np.linspace(0.0, timing.duration, KNOTS)
+        angle, velocity, acceleration = planned.state(timing, time)
+        torque = inverse_dynamics(model, angle, velocity, acceleration)
+        return max(
+            utilisation(robot, plans[n], controllers[n], angle[:, n - 1], torque[:, n - 1], time[1])
+            for n in robot.pneumatic
+        )
+
+    return ArmPath(slow_down_to(motion, use), planned.splines)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+import numpy as np
+
+from dehyst import __version__
 from dehyst.errors import ParameterError
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import NAMES, equip
+from dehyst.experiments.compensators import Recipe, equip, local_characteristic, recipe
 from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.results import (
@@ -24,8 +28,9 @@ from dehyst.experiments.results import (
     TrialRun,
 )
 from dehyst.experiments.scores import plant_figures
-from dehyst.experiments.studies import run_studies
-from dehyst.experiments.trials import run_trial
+from dehyst.experiments.studies import Case as StudyCase
+from dehyst.experiments.studies import study_jobs
+from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.plant.parameters import Robot
 
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
@@ -109,34 +114,164 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     """
     _check(request)
     show = progress or _Silent()
+    chosen = recipe(request.compensator)
+    show.stage("inverse kinematics", 1)
     path = plan_path(robot)
+    show.step()
     cases = {
-        (plant, seed): robot.with_changes({"hysteresis.mechanism": plant})
+        Case(plant, seed): robot.with_changes({**chosen.changes, "hysteresis.mechanism": plant})
         for plant, seed in itertools.product(request.plants, request.seeds)
     }
     with ThreadPoolExecutor(request.workers or os.cpu_count() or 1) as pool:
+        crew = _Crew(pool, show)
+        backbones = _calibrations(crew, cases, chosen)
+        found = _identifications(crew, cases, backbones, request, folder)
+        equipment = {case: equip(r, backbones[case], found[case], case.seed) for case, r in cases.items()}
+        runs = _trials(crew, cases, equipment, path, request)
+        first = next(iter(cases))
+        study = StudyCase(cases[first], path, equipment[first], request.joints[0])
+        studies = crew.do("studies", study_jobs(study)) if request.studies else {}
+    return Reproduction(
+        plants={plant: _plant_result(plant, request, found, runs, path) for plant in request.plants},
+        compensator=request.compensator,
+        settings=_settings(robot, request, chosen.changes),
+        studies=studies,
+    )
 
-        def run(name: str, jobs: Mapping[Key, Callable[[], Value]]) -> dict[Key, Value]:
-            show.stage(name, len(jobs))
-            futures = {pool.submit(job): key for key, job in jobs.items()}
-            found: dict[Key, Value] = {}
-            try:
-                for future in as_completed(futures):
-                    found[futures[future]] = future.result()
-                    show.step()
-            finally:
-                for future in futures:
-                    future.cancel()
-            return {key: found[key] for key in jobs}
 
-        backbones = run("calibration sweeps", {
-            (*case, n): lambda r=r, n=n, case=case: calibrate(r, n, seed=case[1])
-            for case, r in cases.items() for n in r.pneumatic
-        })
-        identified = run("identification", {
-            (*case, n): lambda r=r, n=n, case=case: identify_joint(
-                r, n, backbones[*case, n], _folder(folder, *case), seed=case[1])
-            for case, r in cases.items() for n in request.joints
-        })
-        ...
-    raise NotImplementedError
+@dataclass(frozen=True, order=True)
+class Case:
+    """One plant with one seed."""
+
+    plant: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class _Crew:
+    """Runs independent jobs on threads: the simulation does not hold Python's lock."""
+
+    pool: ThreadPoolExecutor
+    show: Progress
+
+    def do(self, stage: str, jobs: Mapping[Key, Callable[[], Value]]) -> dict[Key, Value]:
+        """Return what the jobs return, in their order; the first fault stops the rest."""
+        self.show.stage(stage, len(jobs))
+        futures = {self.pool.submit(job): key for key, job in jobs.items()}
+        found: dict[Key, Value] = {}
+        try:
+            for future in as_completed(futures):
+                found[futures[future]] = future.result()
+                self.show.step()
+        finally:
+            for future in futures:
+                future.cancel()
+        return {key: found[key] for key in jobs}
+
+
+def _calibrations(
+    crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe
+) -> dict[Case, dict[int, Characteristic]]:
+    jobs = {
+        (case, n): partial(calibrate, robot, n, seed=case.seed)
+        for case, robot in cases.items()
+        for n in robot.pneumatic
+    }
+    found = crew.do("calibration sweeps", jobs)
+    bend = local_characteristic if chosen.local else (lambda _, characteristic: characteristic)
+    return {
+        case: {n: bend(robot, found[case, n]) for n in robot.pneumatic} for case, robot in cases.items()
+    }
+
+
+def _identifications(
+    crew: _Crew,
+    cases: Mapping[Case, Robot],
+    backbones: Mapping[Case, Mapping[int, Characteristic]],
+    request: Request,
+    folder: Path,
+) -> dict[Case, dict[int, JointIdentification]]:
+    jobs = {
+        (case, n): partial(
+            identify_joint, robot, n, backbones[case][n], log_folder(folder, case.plant, case.seed), seed=case.seed
+        )
+        for case, robot in cases.items()
+        for n in request.joints
+    }
+    found = crew.do("identification", jobs)
+    return {case: {n: found[case, n] for n in request.joints} for case in cases}
+
+
+def _trials(
+    crew: _Crew,
+    cases: Mapping[Case, Robot],
+    equipment: Mapping[Case, Equipment],
+    path: ArmPath,
+    request: Request,
+) -> dict[Case, list[tuple[TrialRun, float]]]:
+    names = ("off", request.compensator)
+    jobs = {
+        (case, trial, name): partial(run_trial, robot, path, equipment[case], trial, name)
+        for case, robot in cases.items()
+        for trial in request.trials
+        for name in names
+    }
+    found = crew.do("trials", jobs)
+    return {case: [found[case, t, name] for t in request.trials for name in names] for case in cases}
+
+
+def _plant_result(
+    plant: str,
+    request: Request,
+    found: Mapping[Case, Mapping[int, JointIdentification]],
+    runs: Mapping[Case, list[tuple[TrialRun, float]]],
+    path: ArmPath,
+) -> PlantResult:
+    cases = {seed: Case(plant, seed) for seed in request.seeds}
+    first = cases[request.seeds[0]]
+    return PlantResult(
+        plant=plant,
+        identifications=found[first],
+        runs=tuple(run for run, _ in runs[first]),
+        figures={
+            seed: plant_figures(found[case], [run for run, _ in runs[case]], path, request.joints)
+            for seed, case in cases.items()
+        },
+        real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
+    )
+
+
+def log_folder(folder: Path, plant: str, seed: int) -> Path:
+    """Where the logs of a plant and seed go; made if it is not there."""
+    place = folder / plant / f"seed{seed}"
+    place.mkdir(parents=True, exist_ok=True)
+    return place
+
+
+def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> dict[str, Any]:
+    return {
+        "robot": robot.with_changes(changes).values,
+        "fingerprint": robot.fingerprint,
+        "plants": list(request.plants),
+        "joints": list(request.joints),
+        "compensator": request.compensator,
+        "seeds": list(request.seeds),
+        "trials": list(request.trials),
+        "version": __version__,
+    }
+
+
+def _check(request: Request) -> None:
+    for what, values, known in (
+        ("plant", request.plants, PLANTS),
+        ("joint", request.joints, COMPENSATED),
+        ("trial", request.trials, TRIALS),
+    ):
+        unknown = [value for value in values if value not in known]
+        if unknown or not values:
+            raise ParameterError(
+                f"no {what} {unknown[0] if unknown else 'was named'}. There are: {', '.join(map(str, known))}.",
+                unknown=unknown,
+            )
+    if not request.seeds or any(seed < 0 for seed in request.seeds):
+        raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0; pass at least one.")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -126,9 +127,14 @@ def _table(name: str, values: Sequence[float], ratios: Sequence[tuple[float, flo
     return {name: np.array(values), "ratio_rms": rms, "ratio_max": largest}
 
 
-STUDIES = {
+STUDIES: Mapping[str, Callable[[Case], Table]] = {
     "rest": rest,
     "smaller hysteresis": smaller_hysteresis,
     "double compensation": double_compensation,
     "high gains": high_gains,
 }
+
+
+def study_jobs(case: Case) -> dict[str, Callable[[], Table]]:
+    """The studies as jobs, by name."""
+    return {name: partial(study, case) for name, study in STUDIES.items()}

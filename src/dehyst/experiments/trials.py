@@ -18,7 +18,7 @@ from dehyst.models import HysteresisModel
 from dehyst.plant.arm import ALL_JOINTS, Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
-from dehyst.plant.rigid_body import frame_positions, tool_positions
+from dehyst.plant.rigid_body import arm_model, joint_positions, tool_positions
 
 Array = npt.NDArray[np.float64]
 
@@ -141,15 +141,12 @@ def _reference(
 ) -> Reference:
     """Reference of a motion (K, 7) with the load that the nominal rigid body feels along it."""
     angle, velocity, acceleration = motion
-    control = arm.robot.controller
-    inertia = (1 + control.inertia_error) * arm.inverse_dynamics(*motion, gravity=False)
-    gravity = (1 + control.gravity_error) * arm.gravity(angle)
-    load = inertia + gravity - acceleration * arm.believed_inertia
+    load = arm.feedforward(angle, velocity, acceleration)
     extra = np.zeros_like(angle)
     for number, compensator in own.items():
         index = arm.moving.index(number)
         extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
-    return Reference.motion(spacing, motion, load, control.mean_pressure, switches, extra)
+    return Reference.motion(spacing, motion, load, arm.robot.controller.mean_pressure, switches, extra)
 
 
 def _approach(arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensator]) -> Reference:

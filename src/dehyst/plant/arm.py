@@ -7,7 +7,7 @@ controllers know of the arm they are told through `JointControllerParameters`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -19,12 +19,19 @@ from dehyst.models import HysteresisModel
 from dehyst.plant.joints import pneumatic_joint_parameters
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
-from dehyst.plant.rigid_body import arm_model, bias_torque, joint_inertia, mj_step_address, new_data
+from dehyst.plant.rigid_body import (
+    ALL_JOINTS,
+    arm_model,
+    bias_torque,
+    inverse_dynamics,
+    joint_inertia,
+    mj_step_address,
+    new_data,
+)
 
 Array = npt.NDArray[np.float64]
 Switches = npt.NDArray[np.uint32]
 
-ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
 _COLUMNS = 7  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra
 
 
@@ -166,6 +173,7 @@ class Arm:
         self._external = np.zeros(len(moving))
         self._plants: dict[int, _native.PneumaticJoint] = {}
         self._seed = seed
+        self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
         period = robot.simulation.period
         self._loop = _native.ClosedLoop(
             mj_step_address(), self.model._address, self.data._address,
@@ -238,6 +246,18 @@ class Arm:
         """Torque that holds the arm still at angles (K, n) against gravity, exactly. [Nm]"""
         return bias_torque(self.model, angles)
 
+    def feedforward(self, angles: Array, velocities: Array, accelerations: Array) -> Array:
+        """Load torque (K, n) for `Reference.motion`: what the nominal rigid body asks for beyond the joint's own inertia.
+
+        Inertia and weight are wrong by the shares that the [controller] table names; the controllers add the inertia
+        torque of their own joint themselves. [Nm]
+        """
+        control = self.robot.controller
+        weight = self.gravity(angles)
+        motion = inverse_dynamics(self.model, angles, velocities, accelerations) - weight
+        own = accelerations * self._believed
+        return (1 + control.inertia_error) * motion + (1 + control.gravity_error) * weight - own
+
     @property
     def angles(self) -> Array:
         """Present angles of the moving joints, (n,). [rad]"""
@@ -246,8 +266,3 @@ class Arm:
 
 def _native_model(model: HysteresisModel | None) -> tuple[Array | float, ...] | None:
     return None if model is None else model.native_parameters()
-
-
-def with_compensator_gain(parameters: JointControllerParameters, shear: float, unit: float) -> JointControllerParameters:
-    """Return the controller with the compensator's shear k [Pa/rad] and the pressure of one unit of its output."""
-    return replace(parameters, shear=shear, compensator_unit=unit)
