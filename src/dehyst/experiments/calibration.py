@@ -57,7 +57,7 @@ def calibrate(
     )
     settings = robot.calibration
     half = settings.range_share * robot.joint(number).range
-    _, sweep = triangle_sweep(settings.sweep, SPACING)
+    sweep = triangle_sweep(-1.0, 1.0, settings.sweep, SPACING).value
     approach = int(APPROACH * settings.sweep / SPACING)
     blend = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, approach))
     sweeps = []
@@ -90,9 +90,8 @@ def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
     """
     q, dp, mean, torque = np.concatenate(sweeps).T
     power = q[:, None] ** np.arange(degree + 1)
-    scale = np.array([10.0, 1e5, 1.0])  # torques of 10 Nm, pressures of 1 bar
-    even = power[:, : degree + 1 : 1]
-    regressors = np.hstack([even * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power])
+    scale = (10.0, 1e5)  # torques of 10 Nm, pressures of 1 bar: columns of one size
+    regressors = np.hstack([power * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power])
     found, *_ = np.linalg.lstsq(regressors, dp / scale[1], rcond=None)
     m = degree + 1
     low, high = float(q.min()), float(q.max())

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.evaluation import decaying_loops, validation_loops
+from dehyst.evaluation import decaying_loops, unseen_loops
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import SPACING, excite, home, known_torque
 from dehyst.experiments.results import Characteristic, JointIdentification
@@ -17,14 +17,11 @@ from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
-from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
 BAR = 1e5
 INPUT, OUTPUT, TIME = "sheared_bar", "angle_rad", "time_s"
-
-Identifier = Callable[[Recording], Fit]
 
 
 def identify_joint(
@@ -68,9 +65,9 @@ def identify_joint(
         mechanisms={number: mechanisms} if mechanisms else None,
         seed=seed,
     )
-    settings, shear = robot.identification, robot.compensator.shear
+    settings, shear = robot.identification, robot.compensator.shear / BAR
     reach = settings.range_share * robot.joint(number).range
-    _, loops = decaying_loops(settings.amplitudes, settings.loop, settings.hold, SPACING)
+    loops = decaying_loops(settings.amplitudes, settings.loop, settings.hold, SPACING).value
     home(arm, {number: characteristic})
     log = _loops(arm, characteristic, reach * np.concatenate([loops, settings.second_share * loops]), shear)
     file = write_csv(folder / f"identification_joint{number}.csv", log)
@@ -78,7 +75,7 @@ def identify_joint(
     compensator = robot.compensator
     fit = identify(recording, family="pi", n=compensator.operators, eps=compensator.eps)
     home(arm, {number: characteristic})
-    _, others = validation_loops(settings.loop, settings.hold, SPACING)
+    others = unseen_loops(1.0, settings.loop / 2, settings.hold, SPACING).value
     unseen = _loops(arm, characteristic, reach * others, shear)
     write_csv(folder / f"unseen_joint{number}.csv", unseen)
     return _tested(number, characteristic, log, fit, shear, unseen)

@@ -180,11 +180,11 @@ def _trial_run(
         compensation=log.compensation,
         pressure=log.pressure,
         tool_desired=motion.position(log.time),
-        tool=tool_positions(robot, log.angle),
+        tool=tool_positions(model, angle),
         figure=motion.figure(log.time),
         figures=tuple(figure.name for figure in motion.path.figures),
         cycle=motion.cycle(log.time),
         flags=log.flags,
-        frames=frame_positions(robot, log.angle[poses]),
+        frames=joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
     )

@@ -6,7 +6,7 @@ controllers know of the arm they are told through `JointControllerParameters`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import HysteresisModel
 from dehyst.plant.joints import pneumatic_joint_parameters
-from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.mechanisms import Mechanism, foreign
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import (
     ALL_JOINTS,
@@ -191,9 +191,7 @@ class Arm:
                     f"Arm(robot, controllers={{{number}: controller_parameters(robot, {number}, characteristic)}}).",
                     joint=number,
                 )
-            plant = _native.PneumaticJoint(pneumatic_joint_parameters(robot, number, seed), seed * 8 + number)
-            for side, mechanism in enumerate((mechanisms or {}).get(number, ())):
-                plant.attach(side, mechanism)
+            plant = _plant(robot, number, seed, (mechanisms or {}).get(number, ()))
             model = (compensators or {}).get(number)
             self._loop.add_pneumatic(
                 plant, _native.JointController(controllers[number].as_dict(), _native_model(model))
@@ -208,7 +206,7 @@ class Arm:
         self.data.qfrc_applied[:] = 0
         mean = self.robot.controller.mean_pressure
         for number, plant in self._plants.items():
-            plant.reset(0.0, mean, mean, self._seed * 8 + number)
+            plant.reset(0.0, mean, mean, _noise_seed(self._seed, number))
         self._loop.reset_controllers()
 
     def hang(self, torques: Mapping[int, float]) -> None:
@@ -262,6 +260,20 @@ class Arm:
     def angles(self) -> Array:
         """Present angles of the moving joints, (n,). [rad]"""
         return np.array(self.data.qpos)
+
+
+def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _native.PneumaticJoint:
+    parameters = pneumatic_joint_parameters(robot, number, seed)
+    for side in range(len(own)):
+        parameters["muscle"][side]["hysteresis"] = foreign()
+    plant = _native.PneumaticJoint(parameters, _noise_seed(seed, number))
+    for side, mechanism in enumerate(own):
+        plant.attach(side, mechanism)
+    return plant
+
+
+def _noise_seed(seed: int, number: int) -> int:
+    return seed * 8 + number
 
 
 def _native_model(model: HysteresisModel | None) -> tuple[Array | float, ...] | None:

@@ -1,0 +1,57 @@
+"""Logs of the trial runs on disk: a CSV and an MCAP file a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.experiments.loops_run import BAR
+from dehyst.experiments.results import Reproduction, TrialRun
+from dehyst.io import write_csv, write_mcap
+
+Array = npt.NDArray[np.float64]
+
+
+def trial_columns(run: TrialRun) -> Mapping[str, Array]:
+    """Columns of a run's log, with their units: what a rig would have logged, and the tool."""
+    columns = {"time_s": run.time}
+    for number in range(1, run.desired.shape[1] + 1):
+        i = number - 1
+        columns[f"joint{number}_desired_deg"] = np.degrees(run.desired[:, i])
+        columns[f"joint{number}_angle_deg"] = np.degrees(run.angle[:, i])
+        if not run.pressure[:, i].any():
+            continue  # electric
+        columns[f"joint{number}_pressure_1_bar"] = run.pressure[:, i, 0] / BAR
+        columns[f"joint{number}_pressure_2_bar"] = run.pressure[:, i, 1] / BAR
+        columns[f"joint{number}_pressure_difference_desired_bar"] = run.pressure_difference[:, i] / BAR
+        columns[f"joint{number}_compensation_bar"] = run.compensation[:, i] / BAR
+        columns[f"joint{number}_integrator_Nm"] = run.integrator[:, i]
+    for axis, name in enumerate("xyz"):
+        columns[f"tool_desired_{name}_m"] = run.tool_desired[:, axis]
+        columns[f"tool_{name}_m"] = run.tool[:, axis]
+    columns["figure"] = run.figure.astype(np.float64)
+    columns["cycle"] = run.cycle.astype(np.float64)
+    return columns
+
+
+def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
+    """Write a run's log; the file's name tells trial and compensator.
+
+    Parameters
+    ----------
+    run
+        The run.
+    folder
+        Where to.
+    mcap
+        Whether an MCAP file is written too; needs the extra ``ros``.
+    """
+    columns = trial_columns(run)
+    stem = folder / f"{run.trial}_{run.compensator}"
+    written = [write_csv(stem.with_suffix(".csv"), columns)]
+    if mcap:
+        written.append(write_mcap(stem.with_suffix(".mcap"), columns))
+    return written

@@ -1,0 +1,126 @@
+"""One point of a sweep: a robot with changed parameters, calibrated, identified and tried."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.experiments.calibration import calibrate
+from dehyst.experiments.compensators import equip, local_characteristic, recipe
+from dehyst.experiments.loops_run import identify_joint
+from dehyst.experiments.nominal import controller_parameters
+from dehyst.experiments.path import ArmPath, plan_path
+from dehyst.experiments.quasistatic import SPACING, excite, home
+from dehyst.experiments.results import Characteristic, JointIdentification
+from dehyst.experiments.scores import joint_figures
+from dehyst.experiments.trials import Equipment, run_trial
+from dehyst.plant.arm import ALL_JOINTS, Arm
+from dehyst.plant.parameters import Robot, load_robot
+
+RUN_SETTINGS = ("load_Nm", "initial_state", "identified_on")
+# What a calibration or an identification does not depend on, so that a sweep over it repeats neither.
+_LATER = ("controller.pole_1_s", "controller.windup_gain_1_s", "path")
+
+
+def evaluate_point(
+    changes: Mapping[str, object],
+    *,
+    experiment: str = "joint",
+    joint: int = 1,
+    seed: int = 0,
+    trials: Sequence[str] = ("slow",),
+    compensators: Sequence[str] = ("off", "paper"),
+    run_settings: Mapping[str, object] | None = None,
+) -> dict[str, float]:
+    """Run one point: calibrate, identify, and follow the path with each compensator.
+
+    Parameters
+    ----------
+    changes
+        Dotted keys of the parameter file -> values.
+    experiment
+        "joint": one joint alone, the others locked; "arm": the whole arm, with joints 1, 2 and 4 compensated.
+    joint
+        The joint whose errors are returned, and which moves in "joint".
+    seed
+        Of noise and tolerances.
+    trials, compensators
+        What is run.
+    run_settings
+        ``load_Nm``: constant torque on the joint during the trials, unknown to the controller; ``initial_state``:
+        "homed", or "unknown" (no homing before the trials, and a random history); ``identified_on``: "here", or
+        "default" (calibrated and identified on the robot without `changes` of the plant).
+
+    Returns
+    -------
+    figures : dict
+        ``"slow/paper/rms_deg"``, ``"slow/paper/max_deg"``, ... and ``"slow/paper/ratio_rms"``, ``ratio_max`` where "off"
+        is run too; ``"nonzero_weights"``, ``"inverse_rms_ratio_unseen"``.
+
+    Raises
+    ------
+    ParameterError
+        If a key, name or setting does not exist.
+    """
+    settings = _run_settings(run_settings or {})
+    if experiment not in ("joint", "arm"):
+        raise ParameterError(f"experiment '{experiment}' does not exist; there are: joint, arm.")
+    robot = load_robot(changes=changes)
+    path = _path(_key(robot, ("path", "joint", "base", "payload", "controller")))
+    compensated = (joint,) if experiment == "joint" else (1, 2, 4)
+    figures: dict[str, float] = {}
+    for name in compensators:
+        equipment, found = _prepared(robot, changes, settings["identified_on"], name, experiment, compensated, seed)
+        equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]])
+        moving = (joint,) if experiment == "joint" else ALL_JOINTS
+        for trial in trials:
+            run, _ = run_trial(robot, path, equipment, trial, name, moving)
+            figures |= {f"{trial}/{name}/{key}": value for key, value in joint_figures(run, joint).items()}
+        if name != "off":
+            figures["nonzero_weights"] = float(found[joint].nonzero_weights)
+            figures["inverse_rms_ratio_unseen"] = found[joint].inverse_rms_ratio
+    return figures | _ratios(figures, trials, compensators)
+
+
+def _ratios(figures: Mapping[str, float], trials: Sequence[str], compensators: Sequence[str]) -> dict[str, float]:
+    if "off" not in compensators:
+        return {}
+    return {
+        f"{t}/{c}/ratio_{k}": figures[f"{t}/{c}/{k}_deg"] / figures[f"{t}/off/{k}_deg"]
+        for t in trials
+        for c in compensators
+        if c != "off"
+        for k in ("rms", "max")
+    }
+
+
+def _run_settings(given: Mapping[str, object]) -> dict[str, Any]:
+    settings: dict[str, Any] = {"load_Nm": 0.0, "initial_state": "homed", "identified_on": "here", **given}
+    unknown = sorted(set(settings) - set(RUN_SETTINGS))
+    words = {"initial_state": tuple(_HISTORIES), "identified_on": ("here", "default")}
+    if unknown:
+        raise ParameterError(f"no run setting '{unknown[0]}'; there are: {', '.join(RUN_SETTINGS)}.")
+    for key, allowed in words.items():
+        if settings[key] not in allowed:
+            raise ParameterError(f"{key} = '{settings[key]}' is not one of {', '.join(allowed)}.")
+    return settings
+
+
+def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
+    """Strokes of random size, ending somewhere near zero: what a joint did before it was asked."""
+    draw = np.random.default_rng(1000 + arm.seed)
+    tips = np.concatenate([[0.0], draw.uniform(-0.8, 0.8, 5), [0.0]])
+    stroke = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, round(2.0 / SPACING)))
+    shape = np.concatenate([a + stroke * (b - a) for a, b in zip(tips[:-1], tips[1:], strict=True)])
+    share = np.array([arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving])
+    excite(arm, shape[:, None] * share, characteristics, arm.robot.controller.mean_pressure, every_s=1.0)
+
+
+_HISTORIES = {"homed": home, "unknown": _unknown_history}
