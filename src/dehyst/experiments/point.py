@@ -15,17 +15,18 @@ from dehyst.errors import ParameterError
 from dehyst.experiments.calibration import calibrate
 from dehyst.experiments.compensators import equip, local_characteristic, recipe
 from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.quasistatic import SPACING, excite, home
-from dehyst.experiments.results import Characteristic, JointIdentification
+from dehyst.experiments.results import COMPENSATED, Characteristic, JointIdentification
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.plant.arm import ALL_JOINTS, Arm
 from dehyst.plant.parameters import Robot, load_robot
 
 RUN_SETTINGS = ("load_Nm", "initial_state", "identified_on")
-# What a calibration or an identification does not depend on, so that a sweep over it repeats neither.
+# Tables and keys that say what is done with the robot, not what it is made of.
+_NOT_PLANT = ("controller", "compensator", "homing", "calibration", "identification", "path")
+# What neither a calibration nor an identification depends on: a sweep over it repeats neither.
 _LATER = ("controller.pole_1_s", "controller.windup_gain_1_s", "path")
 
 
@@ -73,11 +74,11 @@ def evaluate_point(
     if experiment not in ("joint", "arm"):
         raise ParameterError(f"experiment '{experiment}' does not exist; there are: joint, arm.")
     robot = load_robot(changes=changes)
-    path = _path(_key(robot, ("path", "joint", "base", "payload", "controller")))
-    compensated = (joint,) if experiment == "joint" else (1, 2, 4)
+    path = _path(load_robot(changes=_without(changes, ("hysteresis", "tolerance", "controller.pole_1_s"))))
     figures: dict[str, float] = {}
     for name in compensators:
-        equipment, found = _prepared(robot, changes, settings["identified_on"], name, experiment, compensated, seed)
+        known = changes if settings["identified_on"] == "here" else _without_plant(changes)
+        equipment, found = _prepared(robot, known, name, joint, experiment, seed)
         equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]])
         moving = (joint,) if experiment == "joint" else ALL_JOINTS
         for trial in trials:
@@ -87,6 +88,50 @@ def evaluate_point(
             figures["nonzero_weights"] = float(found[joint].nonzero_weights)
             figures["inverse_rms_ratio_unseen"] = found[joint].inverse_rms_ratio
     return figures | _ratios(figures, trials, compensators)
+
+
+def _prepared(
+    robot: Robot, known: Mapping[str, object], name: str, joint: int, experiment: str, seed: int
+) -> tuple[Equipment, dict[int, JointIdentification]]:
+    """Calibrate and identify on the robot that is known, and equip the one that is run."""
+    chosen = recipe("paper" if name == "off" else name)
+    base = load_robot(changes={**_without(known, _LATER), **chosen.changes})
+    moving = (joint,) if experiment == "joint" else robot.pneumatic
+    compensated = (joint,) if experiment == "joint" else COMPENSATED
+    backbones = {n: _backbone(base, n, seed, chosen.local) for n in moving}
+    found = {n: _identified(base, n, seed, chosen.local) for n in compensated}
+    return equip(robot.with_changes(chosen.changes), backbones, found, seed), found
+
+
+@lru_cache(maxsize=64)
+def _backbone(robot: Robot, number: int, seed: int, local: bool) -> Characteristic:
+    found = calibrate(robot, number, seed=seed)
+    return local_characteristic(robot, found) if local else found
+
+
+@lru_cache(maxsize=64)
+def _identified(robot: Robot, number: int, seed: int, local: bool) -> JointIdentification:
+    with tempfile.TemporaryDirectory() as folder:
+        return identify_joint(robot, number, _backbone(robot, number, seed, local), Path(folder), seed=seed)
+
+
+@lru_cache(maxsize=16)
+def _path(robot: Robot) -> ArmPath:
+    return plan_path(robot)
+
+
+def _without(changes: Mapping[str, object], tables: Sequence[str]) -> dict[str, object]:
+    """Changes outside of some tables or keys."""
+    return {key: value for key, value in changes.items() if not any(f"{key}.".startswith(f"{t}.") for t in tables)}
+
+
+def _without_plant(changes: Mapping[str, object]) -> dict[str, object]:
+    """Changes of what is done with the robot; which mechanism its muscles have is kept."""
+    return {
+        key: value
+        for key, value in changes.items()
+        if key == "hysteresis.mechanism" or key.split(".")[0] in _NOT_PLANT
+    }
 
 
 def _ratios(figures: Mapping[str, float], trials: Sequence[str], compensators: Sequence[str]) -> dict[str, float]:

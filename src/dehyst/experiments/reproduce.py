@@ -20,6 +20,7 @@ from dehyst.experiments.compensators import Recipe, equip, local_characteristic,
 from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.results import (
+    COMPENSATED,
     TRIALS,
     Characteristic,
     JointIdentification,
@@ -34,7 +35,6 @@ from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.plant.parameters import Robot
 
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
-COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")

@@ -17,6 +17,7 @@ from dehyst.identification import Fit
 Array = npt.NDArray[np.float64]
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
+COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
 
 
 @dataclass(frozen=True, eq=False)
