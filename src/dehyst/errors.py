@@ -47,6 +47,10 @@ class ExcitationError(DehystError, ValueError):
     """The input did not move in a way that determines the model."""
 
 
+class SimulationError(DehystError, RuntimeError):
+    """The simulated robot left the range that it can be simulated in."""
+
+
 class IdentificationError(DehystError, RuntimeError):
     """The optimisation did not reach its optimality conditions."""
 

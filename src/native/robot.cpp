@@ -83,7 +83,7 @@ class ClosedLoop {
             if (axis.plant == nullptr) continue;
             plant_reading reading{};
             plant_joint_sense(&axis.plant->joint, &axis.plant->state, position_.data()[j], period_, &reading);
-            axis.control->start({reading.angle, {reading.pressure[0], reading.pressure[1]}});
+            axis.control->reset(reading.angle, reading.pressure[0], reading.pressure[1]);
         }
     }
 

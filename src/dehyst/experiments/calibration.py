@@ -57,7 +57,7 @@ def calibrate(
     )
     settings = robot.calibration
     half = settings.range_share * robot.joint(number).range
-    sweep = triangle_sweep(-1.0, 1.0, settings.sweep, SPACING).value
+    sweep = triangle_sweep(settings.sweep, SPACING).value
     approach = int(APPROACH * settings.sweep / SPACING)
     blend = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, approach))
     sweeps = []

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.evaluation import decaying_loops, unseen_loops
+from dehyst.evaluation import decaying_loops, validation_loops
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import SPACING, excite, home, known_torque
 from dehyst.experiments.results import Characteristic, JointIdentification
@@ -75,7 +75,7 @@ def identify_joint(
     compensator = robot.compensator
     fit = identify(recording, family="pi", n=compensator.operators, eps=compensator.eps)
     home(arm, {number: characteristic})
-    others = unseen_loops(1.0, settings.loop / 2, settings.hold, SPACING).value
+    others = validation_loops(settings.loop, settings.hold, SPACING).value
     unseen = _loops(arm, characteristic, reach * others, shear)
     write_csv(folder / f"unseen_joint{number}.csv", unseen)
     return _tested(number, characteristic, log, fit, shear, unseen)

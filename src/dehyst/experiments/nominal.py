@@ -17,6 +17,7 @@ Array = npt.NDArray[np.float64]
 BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
 BENCH_VOLUME = 1.2566e-3  # of that muscle per length [m^2]; smaller muscles are scaled by their cross section
 DEGREE = 5
+BAR = 1e5
 
 
 def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
@@ -73,7 +74,7 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
         pressure_high=control.pressure_high,
         ramp=control.ramp,
         shear=0.0,
-        compensator_unit=0.0,
+        compensator_unit=BAR,
         pneumatics=Pneumatics(
             supply=air.supply,
             ambient=air.ambient,
@@ -85,6 +86,7 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
             dead_band=valve.dead_band,
         ),
         angle_jump=control.angle_jump,
+        angle_step=2 * np.pi / 2**robot.sensors.encoder_bits,
         pressure_jump=control.pressure_jump,
         frozen_samples=control.frozen_samples,
         hold_samples=control.hold_samples,

@@ -70,7 +70,7 @@ def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
     """Decaying cycles of all pneumatic joints at once: afterwards the memory of every muscle is known to be spent."""
     robot = arm.robot
     homing = robot.homing
-    cycle = decaying_cycles(1.0, homing.decay, homing.cycles, homing.period, SPACING).value
+    cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     share = np.array(
         [homing.range_share * robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
     )

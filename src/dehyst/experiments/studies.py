@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import COMPENSATOR, INTEGRATOR, POSITION, InverseCompensator
+from dehyst.control import SWITCHES, InverseCompensator
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.results import TrialRun
@@ -17,6 +17,8 @@ from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.plant.arm import Arm, Reference
 from dehyst.plant.parameters import Robot
+
+POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
 
 Array = npt.NDArray[np.float64]
 Table = Mapping[str, Array | Sequence[str]]

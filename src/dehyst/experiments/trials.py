@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import COMPENSATOR, INTEGRATOR, POSITION, Compensator, JointControllerParameters, along
+from dehyst.control import SWITCHES, Compensator, JointControllerParameters, along
 from dehyst.evaluation import Timed
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
@@ -19,6 +19,8 @@ from dehyst.plant.arm import ALL_JOINTS, Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import arm_model, joint_positions, tool_positions
+
+POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
 
 Array = npt.NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -172,7 +173,7 @@ class Arm:
         self.data = new_data(self.model)
         self._external = np.zeros(len(moving))
         self._plants: dict[int, _native.PneumaticJoint] = {}
-        self._seed = seed
+        self.seed = seed
         self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
         period = robot.simulation.period
         self._loop = _native.ClosedLoop(
@@ -206,7 +207,7 @@ class Arm:
         self.data.qfrc_applied[:] = 0
         mean = self.robot.controller.mean_pressure
         for number, plant in self._plants.items():
-            plant.reset(0.0, mean, mean, _noise_seed(self._seed, number))
+            plant.reset(0.0, mean, mean, _noise_seed(self.seed, number))
         self._loop.reset_controllers()
 
     def hang(self, torques: Mapping[int, float]) -> None:
@@ -276,5 +277,5 @@ def _noise_seed(seed: int, number: int) -> int:
     return seed * 8 + number
 
 
-def _native_model(model: HysteresisModel | None) -> tuple[Array | float, ...] | None:
-    return None if model is None else model.native_parameters()
+def _native_model(model: HysteresisModel | None) -> Any:
+    return None if model is None else model.stepper().parameters
