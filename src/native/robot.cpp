@@ -16,7 +16,8 @@ using Switches = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::devi
 using Vector = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Log = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 
-constexpr std::size_t kReference = 7; // angle, velocity, acceleration, load, mean pressure, difference, extra
+// angle, velocity, acceleration, load, mean pressure, pressure difference, extra, torque hung on the joint
+constexpr std::size_t kReference = 8;
 constexpr std::size_t kColumns = 12;
 
 // Servo of an electric module: it knows its own angle and is far stiffer than any muscle.
@@ -87,20 +88,20 @@ class ClosedLoop {
         }
     }
 
-    // knots (K, n, 7), switches (K, n): valid from their knot on; external torque (n,). Runs (K - 1) intervals of `ticks`.
-    Log run(const Cube &knots, const Switches &switches, const Vector &external, std::size_t ticks, std::size_t every)
+    // knots (K, n, 8), switches (K, n): valid from their knot on. Runs (K - 1) intervals of `ticks` periods.
+    Log run(const Cube &knots, const Switches &switches, std::size_t ticks, std::size_t every)
     {
         const std::size_t n = axes_.size();
         require(n == position_.size(), "every joint needs a drive");
-        require(knots.shape(0) >= 2 && knots.shape(1) == n && knots.shape(2) == kReference, "knots must be (K, n, 7)");
+        require(knots.shape(0) >= 2 && knots.shape(1) == n && knots.shape(2) == kReference, "knots must be (K, n, 8)");
         require(switches.shape(0) == knots.shape(0) && switches.shape(1) == n, "switches must be (K, n)");
-        require(external.size() == n && ticks > 0 && every > 0, "external torques (n,), ticks > 0, every > 0");
+        require(ticks > 0 && every > 0, "ticks and every must be positive");
         const std::size_t total = (knots.shape(0) - 1) * ticks;
         const std::size_t rows = (total + every - 1) / every;
         auto log = std::make_unique<std::vector<double>>(rows * n * kColumns);
         {
             nb::gil_scoped_release release;
-            loop(knots.data(), switches.data(), external.data(), n, total, ticks, every, log->data());
+            loop(knots.data(), switches.data(), n, total, ticks, every, log->data());
         }
         for (Axis &axis : axes_)
             if (axis.plant != nullptr) axis.plant->raise();
@@ -112,8 +113,8 @@ class ClosedLoop {
   private:
     using Step = void (*)(const void *, void *);
 
-    void loop(const double *knots, const uint32_t *switches, const double *external, std::size_t n, std::size_t total,
-              std::size_t ticks, std::size_t every, double *log)
+    void loop(const double *knots, const uint32_t *switches, std::size_t n, std::size_t total, std::size_t ticks,
+              std::size_t every, double *log)
     {
         const double span = period_ * static_cast<double>(ticks);
         std::vector<uint32_t> flags(n, 0);
@@ -123,9 +124,11 @@ class ClosedLoop {
             for (std::size_t j = 0; j < n; ++j) {
                 const double *a = knots + (knot * n + j) * kReference;
                 dehyst_joint_reference reference{};
-                interpolate(a, a + n * kReference, span, s, reference);
+                const double *b = a + n * kReference;
+                interpolate(a, b, span, s, reference);
                 double *row = k % every == 0 ? log + ((k / every) * n + j) * kColumns : nullptr;
-                force_.data()[j] = external[j] + drive(axes_[j], j, reference, switches[knot * n + j], flags[j], row);
+                const double hung = (1 - s) * a[7] + s * b[7];
+                force_.data()[j] = hung + drive(axes_[j], j, reference, switches[knot * n + j], flags[j], row);
             }
             step_(model_, data_);
         }
@@ -181,6 +184,6 @@ void bind_robot(nb::module_ &m)
         .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a)
         .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
         .def("reset_controllers", &ClosedLoop::reset_controllers)
-        .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "external"_a, "ticks"_a, "every"_a,
-             "Log (rows, n, 12) of a run along reference knots (K, n, 7) that lie `ticks` periods apart.");
+        .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "ticks"_a, "every"_a,
+             "Log (rows, n, 12) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
 }

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.evaluation import triangle_sweep
-from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.experiments.nominal import controller_parameters, nominal_characteristic, nominal_forces
 from dehyst.experiments.quasistatic import SPACING, excite, known_torque
 from dehyst.experiments.results import Characteristic
-from dehyst.plant.arm import Arm
+from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
 
 Array = npt.NDArray[np.float64]
 
-APPROACH = 0.3  # share of a sweep's time in which the joint is brought to its beginning
+APPROACH_S = 5.0  # pressures and the hung weight are brought to the beginning of a sweep
+SLACK = 0.1  # share of the force at zero and mean pressure below which a muscle may be slack
 LOG_S = 0.05
+TORQUE_DEGREE = 2  # of 1/B: three loads do not tell more
+LARGEST_STRETCH = 2.0
 
 
 def calibrate(
@@ -48,6 +53,7 @@ def calibrate(
     characteristic : Characteristic
     """
     plan = nominal_characteristic(robot, number)
+    unit = float(plan.b[0])  # torque that a pressure difference gives at zero [Nm/Pa]
     arm = Arm(
         robot,
         moving=(number,),
@@ -56,25 +62,53 @@ def calibrate(
         seed=seed,
     )
     settings = robot.calibration
-    half = settings.range_share * robot.joint(number).range
+    unit = float(plan.b[0])  # torque that a pressure difference gives at zero [Nm/Pa]
     sweep = triangle_sweep(settings.sweep, SPACING).value
-    approach = int(APPROACH * settings.sweep / SPACING)
-    blend = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, approach))
+    half = settings.range_share * robot.joint(number).range
+    before = (half * float(sweep[-1]), robot.controller.mean_pressure, 0.0)
+    half = half * _stretch(arm, plan, half * sweep)
     sweeps = []
-    last = 0.0
-    for mean in settings.mean_pressures:
-        for load in settings.loads:
-            hung = {number: load}
-            target = np.concatenate([last + blend * (half * sweep[0] - last), half * sweep])
-            log = excite(arm, target[:, None], {number: plan}, mean, LOG_S, hung)
-            last = float(target[-1])
-            kept = log.time >= approach * SPACING
-            q = log.measured[kept, 0]
-            dp = log.pressure[kept, 0, 0] - log.pressure[kept, 0, 1]
-            mean_measured = log.pressure[kept, 0].mean(axis=1)
-            torque = known_torque(arm, q[:, None], hung)[:, 0]
-            sweeps.append(np.stack([q, dp, mean_measured, torque], axis=1))
+    for mean, load in itertools.product(settings.mean_pressures, settings.loads):
+        after = (half * sweep[0], mean, load * unit)
+        approach = [_blend(x, y, APPROACH_S) for x, y in zip(before, after, strict=True)]
+        target, means, hung = (
+            np.concatenate([way, level])[:, None]
+            for way, level in zip(
+                approach, (half * sweep, np.full(sweep.size, mean), np.full(sweep.size, load * unit)), strict=True
+            )
+        )
+        log = excite(arm, target, {number: plan}, LOG_S, means, hung)
+        sweeps.append(_usable(robot, number, arm, log, load * unit))
+        before = (float(target[-1, 0]), mean, load * unit)
     return fit_characteristic(sweeps, settings.degree)
+
+
+def _blend(start: float, end: float, duration: float) -> Array:
+    """A smooth way between two values at knots of `SPACING`."""
+    u = np.linspace(0.0, 1.0, round(duration / SPACING), endpoint=False)
+    return np.asarray(start + (end - start) * u**3 * (10 - 15 * u + 6 * u**2))
+
+
+def _stretch(arm: Arm, plan: Characteristic, targets: Array) -> float:
+    """How much further the plan must reach for the joint to get where it shall: one trial sweep tells."""
+    begin = _blend(0.0, float(targets[0]), APPROACH_S)
+    log = excite(arm, np.concatenate([begin, targets])[:, None], {arm.moving[0]: plan}, LOG_S)
+    reached = float(np.ptp(log.measured[log.time > APPROACH_S]))
+    return float(np.clip(np.ptp(targets) / max(reached, 1e-6), 1 / LARGEST_STRETCH, LARGEST_STRETCH))
+
+
+def _usable(robot: Robot, number: int, arm: Arm, log: ArmLog, hung: float) -> Array:
+    """Rows (T, 4) of a sweep: q, dp, p_m, Q; without the approach and without samples where a muscle may be slack.
+
+    A slack muscle is outside of Q = A p_m + B dp + C. Which sample is, the data sheet tells.
+    """
+    q, pressure = log.measured[:, 0], log.pressure[:, 0]
+    tight = nominal_forces(robot, number, q, pressure).min(axis=1) > SLACK * nominal_forces(
+        robot, number, np.zeros(1), np.full((1, 2), robot.controller.mean_pressure)
+    ).mean()
+    kept = (log.time >= APPROACH_S) & tight
+    torque = known_torque(arm, q[:, None], hung)[:, 0]
+    return np.stack([q, pressure[:, 0] - pressure[:, 1], pressure.mean(axis=1), torque], axis=1)[kept]
 
 
 def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
@@ -89,14 +123,17 @@ def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
     (35.0, -60.0, -4.0)
     """
     q, dp, mean, torque = np.concatenate(sweeps).T
+    k, m = TORQUE_DEGREE + 1, degree + 1
     power = q[:, None] ** np.arange(degree + 1)
     scale = (10.0, 1e5)  # torques of 10 Nm, pressures of 1 bar: columns of one size
-    regressors = np.hstack([power * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power])
+    regressors = np.hstack(
+        [power[:, :k] * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power]
+    )
     found, *_ = np.linalg.lstsq(regressors, dp / scale[1], rcond=None)
-    m = degree + 1
     low, high = float(q.min()), float(q.max())
     grid = np.linspace(low, high, 201)
-    beta, alpha, gamma = (np.polynomial.polynomial.polyval(grid, found[i * m : (i + 1) * m]) for i in range(3))
+    parts = np.split(found, [k, k + m])
+    beta, alpha, gamma = (np.polynomial.polynomial.polyval(grid, part) for part in parts)
     beta = beta * scale[1] / scale[0]  # [Pa/Nm]
     a, b, c = (
         np.polynomial.polynomial.polyfit(grid, y, degree)

@@ -84,8 +84,7 @@ def identify_joint(
 def _loops(arm: Arm, characteristic: Characteristic, targets: Array, shear: float) -> Mapping[str, Array]:
     """Run targets (K,) on the only joint of an arm; columns of the log as they are written."""
     robot = arm.robot
-    mean = robot.controller.mean_pressure
-    log = excite(arm, targets[:, None], {arm.moving[0]: characteristic}, mean, robot.identification.sample)
+    log = excite(arm, targets[:, None], {arm.moving[0]: characteristic}, robot.identification.sample)
     return _columns(arm, log, characteristic, shear)
 
 

@@ -23,19 +23,26 @@ BAR = 1e5
 def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
     """Characteristic from a published bench map, some 10 to 20 % beside the plant: good enough to plan sweeps with."""
     joint = robot.joint(number)
-    muscle = robot.muscle(joint.drive)
-    scale = muscle.volume[0] / BENCH_VOLUME
-    a1, a2, a3, a4, a5, a6 = BENCH
     q = np.linspace(-joint.range, joint.range, 81)
-
-    def slope_and_passive(side: float) -> tuple[Array, Array]:
-        k = joint.contraction + side * joint.radius * q / muscle.length
-        return scale * (a1 * np.exp(a3 * k) + a4 * k + a5), -scale * (a2 * np.exp(a3 * k) + a6)
-
-    (f1, e1), (f2, e2) = slope_and_passive(1.0), slope_and_passive(-1.0)
     r = joint.radius
-    a, b, c = (np.polynomial.polynomial.polyfit(q, y, DEGREE) for y in (r * (f1 - f2), r * (f1 + f2) / 2, -r * (e1 - e2)))
+    passive = nominal_forces(robot, number, q, np.zeros((q.size, 2)))
+    slope = (nominal_forces(robot, number, q, np.full((q.size, 2), BAR)) - passive) / BAR
+    a, b, c = (
+        np.polynomial.polynomial.polyfit(q, y, DEGREE)
+        for y in (r * (slope[:, 0] - slope[:, 1]), r * slope.sum(axis=1) / 2, r * (passive[:, 0] - passive[:, 1]))
+    )
     return Characteristic(a, b, c, float(q[0]), float(q[-1]), 0.0)
+
+
+def nominal_forces(robot: Robot, number: int, angle: Array, pressure: Array) -> Array:
+    """Forces (T, 2) of a joint's muscles at angles (T,) and gauge pressures (T, 2) by the same bench map. [N]"""
+    joint = robot.joint(number)
+    muscle = robot.muscle(joint.drive)
+    a1, a2, a3, a4, a5, a6 = BENCH
+    turn = joint.radius / muscle.length * angle
+    k = joint.contraction + np.stack([turn, -turn], axis=1)
+    scale = muscle.volume[0] / BENCH_VOLUME
+    return np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
 
 
 def controller_parameters(robot: Robot, number: int, characteristic: Characteristic) -> JointControllerParameters:

@@ -165,7 +165,7 @@ def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) ->
     stroke = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, round(2.0 / SPACING)))
     shape = np.concatenate([a + stroke * (b - a) for a, b in zip(tips[:-1], tips[1:], strict=True)])
     share = np.array([arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving])
-    excite(arm, shape[:, None] * share, characteristics, arm.robot.controller.mean_pressure, every_s=1.0)
+    excite(arm, shape[:, None] * share, characteristics, every_s=1.0)
 
 
 _HISTORIES = {"homed": home, "unknown": _unknown_history}

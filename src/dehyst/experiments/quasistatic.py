@@ -11,6 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.control import FLAGS
+from dehyst.errors import SimulationError
 from dehyst.evaluation import decaying_cycles
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.arm import Arm, ArmLog, Reference
@@ -21,58 +23,71 @@ Array = npt.NDArray[np.float64]
 SPACING = 0.01  # of the knots of a pressure reference [s]
 
 
-def known_torque(arm: Arm, angles: Array, loads: Mapping[int, float] | None = None) -> Array:
-    """Torque (K, n) that the drives must give at rest: nominal gravity less the loads that were hung on. [Nm]"""
-    hung = np.array([(loads or {}).get(number, 0.0) for number in arm.moving])
+def known_torque(arm: Arm, angles: Array, hung: Array | float = 0.0) -> Array:
+    """Torque (K, n) that the drives must give at rest: nominal gravity less what is hung on the joints. [Nm]"""
     return np.asarray(arm.gravity(angles) * (1 + arm.robot.controller.gravity_error) - hung)
 
 
-def difference_along(
-    arm: Arm,
-    targets: Array,
-    characteristics: Mapping[int, Characteristic],
-    mean: float,
-    loads: Mapping[int, float] | None = None,
-) -> Array:
-    """Pressure differences (K, n) that would bring the joints to the targets (K, n) if nothing had hysteresis. [Pa]"""
-    torque = known_torque(arm, targets, loads)
-    limit = pressure_room(arm.robot, mean)
-    columns = [
-        characteristics[number].difference(targets[:, i], mean, torque[:, i])
-        if number in characteristics
-        else np.zeros(targets.shape[0])
-        for i, number in enumerate(arm.moving)
-    ]
-    return np.clip(np.stack(columns, axis=1), -limit, limit)
-
-
-def pressure_room(robot: Robot, mean: float) -> float:
+def pressure_room(robot: Robot, mean: Array | float) -> Array:
     """Largest |dp| that keeps both muscles within their limits at this mean pressure. [Pa]"""
     control = robot.controller
-    return 2.0 * min(mean - control.pressure_low, control.pressure_high - mean)
+    return np.asarray(2.0 * np.minimum(mean - control.pressure_low, control.pressure_high - mean))
 
 
 def excite(
     arm: Arm,
     targets: Array,
     characteristics: Mapping[int, Characteristic],
-    mean: float,
     every_s: float,
-    loads: Mapping[int, float] | None = None,
+    mean: Array | None = None,
+    hung: Array | None = None,
 ) -> ArmLog:
-    """Run pressure differences that belong to target angles (K, n) at knots of `SPACING`."""
-    arm.hang(loads or {})
-    difference = difference_along(arm, targets, characteristics, mean, loads)
-    return arm.run(Reference.pressures(SPACING, difference, mean), every_s)
+    """Run the pressure differences that belong to target angles.
+
+    Parameters
+    ----------
+    arm
+        Where it is.
+    targets
+        (K, n) angles at knots of `SPACING`. [rad]
+    characteristics
+        Joint number -> what turns an angle into a pressure difference; other joints stand still.
+    every_s
+        Of the log. [s]
+    mean
+        (K, n) mean pressures; None: the controller's. [Pa]
+    hung
+        (K, n) known torques on the joints; None: none. [Nm]
+
+    Raises
+    ------
+    SimulationError
+        If a controller failed safe on the way: the log would be of a joint that is switched off.
+    """
+    mean = np.full(targets.shape, arm.robot.controller.mean_pressure) if mean is None else mean
+    hung = np.zeros(targets.shape) if hung is None else hung
+    torque = known_torque(arm, targets, hung)
+    difference = np.zeros(targets.shape)
+    for i, number in enumerate(arm.moving):
+        if number in characteristics:
+            wanted = characteristics[number].difference(targets[:, i], mean[:, i], torque[:, i])
+            room = pressure_room(arm.robot, mean[:, i])
+            difference[:, i] = np.clip(wanted, -room, room)
+    log = arm.run(Reference.pressures(SPACING, difference, mean, hung), every_s)
+    failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
+    if failed.size:
+        raise SimulationError(
+            f"the controller of joint {arm.moving[failed[0]]} failed safe during a pressure run: a sensor reading was not "
+            f"credible (flags {int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or pressure_jump_bar, or "
+            f"run slower.",
+            joint=arm.moving[failed[0]],
+        )
+    return log
 
 
 def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
     """Decaying cycles of all pneumatic joints at once: afterwards the memory of every muscle is known to be spent."""
-    robot = arm.robot
-    homing = robot.homing
+    homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
-    share = np.array(
-        [homing.range_share * robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
-    )
-    mean = robot.controller.mean_pressure
-    return excite(arm, cycle[:, None] * share, characteristics, mean, every_s=0.05)
+    share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
+    return excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -110,21 +111,24 @@ def run_trial(
     switches |= 0 if trial == "slow_no_integrator" else INTEGRATOR
     switches |= 0 if compensator == "off" else COMPENSATOR
     begin = time.perf_counter()
-    arm.hang(equipment.loads)
     equipment.history(arm, equipment.characteristics)
     own = equipment.own if compensator != "off" else {}
     for one in own.values():
         one.reset(0.0)
-    approach = _approach(arm, path, switches, own)
+    hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
+    approach = _approach(arm, path, switches, own, hung)
     arm.run(approach, every_s=1.0)
     times = _knots(robot, motion, cycles)
-    reference = _reference(arm, path.state(motion, times), times[1] - times[0], switches, own)
+    columns = [number - 1 for number in moving]
+    along_path = tuple(signal[:, columns] for signal in path.motion(motion, times))
+    reference = _reference(arm, along_path, times[1] - times[0], switches, own, hung)
     every = 0.01 * max(1.0, motion.duration * cycles / 100.0)
     log = arm.run(reference, every_s=min(every, 0.02))
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + reference.duration
-    return _trial_run(robot, path, motion, log, trial, compensator, equipment.seed), simulated / spent
+    run = _trial_run(arm, motion, log, trial, compensator)
+    return run, simulated / spent
 
 
 def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
@@ -140,6 +144,7 @@ def _reference(
     spacing: float,
     switches: int,
     own: Mapping[int, Compensator],
+    hung: Array,
 ) -> Reference:
     """Reference of a motion (K, 7) with the load that the nominal rigid body feels along it."""
     angle, velocity, acceleration = motion
@@ -148,13 +153,15 @@ def _reference(
     for number, compensator in own.items():
         index = arm.moving.index(number)
         extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
-    return Reference.motion(spacing, motion, load, arm.robot.controller.mean_pressure, switches, extra)
+    return Reference.motion(spacing, motion, load, arm.robot.controller.mean_pressure, switches, extra, hung)
 
 
-def _approach(arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensator]) -> Reference:
+def _approach(
+    arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensator], hung: Array
+) -> Reference:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01
-    start, end = arm.angles, path.start
+    start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
     t = spacing * np.arange(round((SETTLE_S + APPROACH_S + REST_S) / spacing) + 1)
     u = np.clip((t - SETTLE_S) / APPROACH_S, 0.0, 1.0)
     rise = u**3 * (10 - 15 * u + 6 * u**2)
@@ -162,31 +169,39 @@ def _approach(arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensa
     rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
     way = end - start
     motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
-    return _reference(arm, motion, spacing, switches, own)
+    return _reference(arm, motion, spacing, switches, own, rise[:, None] * hung)
 
 
-def _trial_run(
-    robot: Robot, path: ArmPath, motion: Timed, log: ArmLog, trial: str, compensator: str, seed: int
-) -> TrialRun:
+def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: str) -> TrialRun:
+    """Columns of seven joints from those that moved; locked ones stand at zero."""
+    columns = [number - 1 for number in arm.moving]
+
+    def seven(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        full = np.zeros((values.shape[0], 7, *values.shape[2:]), values.dtype)
+        full[:, columns] = values
+        return full
+
+    angle = seven(log.angle)
+    model = arm_model(arm.robot)
     in_cycle = np.flatnonzero(log.time <= motion.duration)
     poses = in_cycle[np.linspace(0, in_cycle.size - 1, min(POSES, in_cycle.size)).astype(int)]
     return TrialRun(
         trial=trial,
         compensator=compensator,
-        seed=seed,
+        seed=arm.seed,
         time=log.time,
-        desired=log.desired,
-        angle=log.angle,
-        integrator=log.integrator,
-        pressure_difference=log.pressure_difference,
-        compensation=log.compensation,
-        pressure=log.pressure,
+        desired=seven(log.desired),
+        angle=angle,
+        integrator=seven(log.integrator),
+        pressure_difference=seven(log.pressure_difference),
+        compensation=seven(log.compensation),
+        pressure=seven(log.pressure),
         tool_desired=motion.position(log.time),
         tool=tool_positions(model, angle),
         figure=motion.figure(log.time),
         figures=tuple(figure.name for figure in motion.path.figures),
         cycle=motion.cycle(log.time),
-        flags=log.flags,
+        flags=seven(log.flags),
         frames=joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
     )

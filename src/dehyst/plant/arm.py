@@ -33,7 +33,7 @@ from dehyst.plant.rigid_body import (
 Array = npt.NDArray[np.float64]
 Switches = npt.NDArray[np.uint32]
 
-_COLUMNS = 7  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra
+_COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,9 @@ class Reference:
     spacing
         Time between knots, a multiple of the control period. [s]
     values
-        (K, n, 7): angle [rad], velocity [rad/s], acceleration [rad/s^2], load torque [Nm], mean pressure [Pa],
-        pressure difference [Pa] and extra compensation [Pa] of the n moving joints.
+        (K, n, 8): angle [rad], velocity [rad/s], acceleration [rad/s^2], load torque that the controller knows [Nm],
+        mean pressure [Pa], pressure difference [Pa], extra compensation [Pa] and torque that is hung on the joint [Nm],
+        of the n moving joints.
     switches
         (K, n) what is switched on from each knot on: see `dehyst.control`.
     """
@@ -56,11 +57,12 @@ class Reference:
     switches: Switches
 
     @classmethod
-    def pressures(cls, spacing: float, difference: Array, mean: float | Array) -> Reference:
-        """Pressures are applied as they are, without position control; `difference` (K, n) and mean in Pa."""
+    def pressures(cls, spacing: float, difference: Array, mean: Array, hung: Array) -> Reference:
+        """Pressures are applied as they are, without position control; difference, mean [Pa] and torque, (K, n)."""
         values = np.zeros((*difference.shape, _COLUMNS))
         values[:, :, 4] = mean
         values[:, :, 5] = difference
+        values[:, :, 7] = hung
         return cls(spacing, values, np.zeros(difference.shape, np.uint32))
 
     @classmethod
@@ -71,15 +73,16 @@ class Reference:
         load: Array,
         mean: float,
         switches: int,
-        extra: Array | None = None,
+        extra: Array | float = 0.0,
+        hung: Array | float = 0.0,
     ) -> Reference:
         """Position control along angle, velocity and acceleration, each (K, n), with the load torque (K, n)."""
         values = np.zeros((*load.shape, _COLUMNS))
         for column, signal in enumerate((*motion, load)):
             values[:, :, column] = signal
         values[:, :, 4] = mean
-        if extra is not None:
-            values[:, :, 6] = extra
+        values[:, :, 6] = extra
+        values[:, :, 7] = hung
         return cls(spacing, values, np.full(load.shape, switches, np.uint32))
 
     @property
@@ -171,7 +174,6 @@ class Arm:
         self.moving = moving
         self.model = arm_model(robot, moving=moving)
         self.data = new_data(self.model)
-        self._external = np.zeros(len(moving))
         self._plants: dict[int, _native.PneumaticJoint] = {}
         self.seed = seed
         self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
@@ -210,10 +212,6 @@ class Arm:
             plant.reset(0.0, mean, mean, _noise_seed(self.seed, number))
         self._loop.reset_controllers()
 
-    def hang(self, torques: Mapping[int, float]) -> None:
-        """Load joints with constant external torques from now on. [Nm]"""
-        self._external = np.array([torques.get(number, 0.0) for number in self.moving])
-
     def run(self, reference: Reference, every_s: float) -> ArmLog:
         """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.
 
@@ -228,7 +226,6 @@ class Arm:
         log = self._loop.run(
             np.ascontiguousarray(reference.values),
             np.ascontiguousarray(reference.switches),
-            self._external,
             ticks,
             every,
         )

@@ -217,7 +217,7 @@ class Calibration:
     """Quasi-static sweeps for the polynomials A, B, C."""
 
     mean_pressures: Annotated[Numbers, Key("bar", 0.2, 10.0, 2)]
-    loads: Annotated[Numbers, Key("Nm", -1000.0, 1000.0)]
+    loads: Annotated[Numbers, Key("bar", -6.0, 6.0)]
     sweep: Annotated[float, Key("s", 0.1, 1e4)]
     range_share: Annotated[float, Key("", 0.05, 1.0)]
     degree: Annotated[int, Key("", 1, 15)]
