@@ -117,35 +117,36 @@ class ClosedLoop {
               std::size_t every, double *log)
     {
         const double span = period_ * static_cast<double>(ticks);
-        std::vector<uint32_t> flags(n, 0);
         for (std::size_t k = 0; k < total; ++k) {
             const std::size_t knot = k / ticks;
             const double s = static_cast<double>(k % ticks) / static_cast<double>(ticks);
+            const std::size_t first = k / every * every;
+            const double share = 1.0 / static_cast<double>((first + every < total ? first + every : total) - first);
             for (std::size_t j = 0; j < n; ++j) {
                 const double *a = knots + (knot * n + j) * kReference;
-                dehyst_joint_reference reference{};
                 const double *b = a + n * kReference;
+                dehyst_joint_reference reference{};
                 interpolate(a, b, span, s, reference);
-                double *row = k % every == 0 ? log + ((k / every) * n + j) * kColumns : nullptr;
+                double *row = log + (first / every * n + j) * kColumns;
                 const double hung = (1 - s) * a[7] + s * b[7];
-                force_.data()[j] = hung + drive(axes_[j], j, reference, switches[knot * n + j], flags[j], row);
+                force_.data()[j] = hung + drive(axes_[j], j, reference, switches[knot * n + j], k == first, share, row);
             }
             step_(model_, data_);
         }
     }
 
-    double drive(Axis &axis, std::size_t j, const dehyst_joint_reference &reference, uint32_t switches,
-                 uint32_t &flags, double *row)
+    // A row of the log holds what was at its first period, but sensors as their mean and flags as their union over all
+    // its periods: a logger that neither aliases noise nor misses an event.
+    double drive(Axis &axis, std::size_t j, const dehyst_joint_reference &reference, uint32_t switches, bool first,
+                 double share, double *row)
     {
         const double q = position_.data()[j], v = velocity_.data()[j];
         if (axis.plant == nullptr) {
             const double torque = reference.load + axis.electric.inertia * reference.acceleration +
                                   axis.electric.damping * (reference.velocity - v) +
                                   axis.electric.stiffness * (reference.angle - q);
-            if (row != nullptr) {
-                row[0] = reference.angle, row[1] = q, row[2] = q, row[3] = torque;
-                for (std::size_t c = 4; c < kColumns; ++c) row[c] = 0;
-            }
+            if (first) row[0] = reference.angle, row[1] = q, row[3] = torque;
+            row[2] += share * q;
             return torque;
         }
         plant_joint_state &state = axis.plant->state;
@@ -154,15 +155,16 @@ class ClosedLoop {
         const dehyst_joint_sensors sensors = {reading.angle, {reading.pressure[0], reading.pressure[1]}};
         dehyst_joint_output out{};
         dehyst_joint_step(&axis.control->joint, &axis.control->state, &sensors, &reference, switches, &out);
-        flags |= out.flags;
         const double torque = plant_joint_step(&axis.plant->joint, &state, q, v, out.valve, period_);
-        if (row != nullptr) {
-            row[0] = reference.angle, row[1] = q, row[2] = reading.angle, row[3] = torque;
-            row[4] = reading.pressure[0], row[5] = reading.pressure[1];
+        if (first) {
+            row[0] = reference.angle, row[1] = q, row[3] = torque;
             row[6] = out.pressure_difference, row[7] = out.compensation, row[8] = out.integrator;
-            row[9] = out.torque, row[10] = out.load, row[11] = static_cast<double>(flags);
-            flags = 0;
+            row[9] = out.torque, row[10] = out.load;
         }
+        row[2] += share * reading.angle;
+        row[4] += share * reading.pressure[0];
+        row[5] += share * reading.pressure[1];
+        row[11] = static_cast<double>(static_cast<uint32_t>(row[11]) | out.flags);
         return torque;
     }
 

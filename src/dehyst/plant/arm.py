@@ -99,12 +99,14 @@ class ArmLog:
     ----------
     time
         From the start of the run. [s]
-    desired, angle, measured
-        Reference, true angle, encoder. [rad]
+    desired, angle
+        Reference and true angle at the time of the row. [rad]
+    measured
+        Encoder, mean over the row's interval. [rad]
     torque
         Of the drive. [Nm]
     pressure
-        (T, n, 2) measured gauge pressures. [Pa]
+        (T, n, 2) measured gauge pressures, mean over the row's interval. [Pa]
     pressure_difference, compensation
         Desired dp and the compensator's part of it. [Pa]
     integrator, torque_desired, load
