@@ -40,7 +40,7 @@ class Excitation(NamedTuple):
 def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, period: float) -> Excitation:
     """Return loops of decaying amplitude with holds at both tips: the identification run.
 
-    0, +A_1, -A_1, +A_2, -A_2, ..., 0 in half-cosine strokes of T = loop_s/2 - hold_s (the first and the last, half as
+    0, +A_1, -A_1, +A_2, -A_2, ..., 0 in smooth strokes of T = loop_s/2 - hold_s (the first and the last, half as
     long, take half of it). The peak rate is pi A_1/T. Each smaller loop lies in the larger one, so a hysteresis with
     return-point memory shows the loops of all amplitudes, and ends in the state that a homing leaves.
 
@@ -81,13 +81,13 @@ def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, pe
     tips = np.concatenate(([0.0], np.column_stack([a, -a]).ravel(), [0.0]))
     durations = np.full(tips.size - 1, stroke)
     durations[[0, -1]] = 0.5 * stroke
-    return _strokes(tips, durations, hold_s, period, _half_cosine)
+    return _strokes(tips, durations, hold_s, period, _smooth_stroke)
 
 
 def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) -> Excitation:
     """Return cycles of amplitude 1 that decay geometrically to zero: homing leaves a hysteresis in a known state.
 
-    Tips 1, -d^(1/2), d, -d^(3/2), ... in half-cosine strokes of cycle_s/2, the first and the last of cycle_s/4, then
+    Tips 1, -d^(1/2), d, -d^(3/2), ... in smooth strokes of cycle_s/2, the first and the last of cycle_s/4, then
     zero. The peak rate is pi/(cycle_s/2).
 
     Parameters
@@ -118,7 +118,7 @@ def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) ->
     tips = np.concatenate(([0.0], (-1.0) ** k * decay ** (0.5 * k), [0.0]))
     durations = np.full(tips.size - 1, 0.5 * cycle_s)
     durations[[0, -1]] = 0.25 * cycle_s
-    return _strokes(tips, durations, 0.0, period, _half_cosine)
+    return _strokes(tips, durations, 0.0, period, _smooth_stroke)
 
 
 def triangle_sweep(
@@ -170,7 +170,7 @@ def triangle_sweep(
 def validation_loops(loop_s: float, hold_s: float, period: float, tips: Sequence[float] = UNSEEN_TIPS) -> Excitation:
     """Return loops that a fit on `decaying_loops` has not seen: biased, nested, of other amplitudes, all within +-1.
 
-    From zero through the tips and back to zero in half-cosine strokes. A stroke from -1 to 1 takes loop_s/2 - hold_s,
+    From zero through the tips and back to zero in smooth strokes. A stroke from -1 to 1 takes loop_s/2 - hold_s,
     as in `decaying_loops`, a shorter one proportionally less: the peak rate is pi/(loop_s/2 - hold_s) in every one.
 
     Parameters
@@ -198,7 +198,7 @@ def validation_loops(loop_s: float, hold_s: float, period: float, tips: Sequence
         raise ParameterError(
             f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
         )
-    return _strokes(points, 0.5 * distance * _stroke_time(loop_s, hold_s), hold_s, period, _half_cosine)
+    return _strokes(points, np.full(distance.size, _stroke_time(loop_s, hold_s)), hold_s, period, _smooth_stroke)
 
 
 def _stroke_time(loop_s: float, hold_s: float) -> float:
@@ -211,8 +211,13 @@ def _stroke_time(loop_s: float, hold_s: float) -> float:
     return stroke
 
 
-def _half_cosine(u: Array) -> Array:
-    return np.asarray(0.5 * (1.0 - np.cos(np.pi * u)))
+def _smooth_stroke(u: Array) -> Array:
+    """Return a way from 0 to 1 over u in 0..1 whose speed, acceleration and jerk begin and end at zero.
+
+    A joint of compliant muscles is lightly damped: the step of acceleration at the ends of a smooth makes it ring
+    through the hold that follows, and the log shows the ringing's hysteresis, not the loop's.
+    """
+    return np.asarray(u**4 * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u))))
 
 
 def _rounded_ramp(u: Array, share: float) -> Array:
