@@ -2,7 +2,7 @@
 
 from dehyst.evaluation.cornering import CorneringFigures, cornering_deviation
 from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
-from dehyst.evaluation.excitation import Excitation, decaying_cycles, decaying_loops, triangle_sweep, validation_loops
+from dehyst.evaluation.excitation import UNSEEN_TIPS, Excitation, decaying_cycles, loops, triangle_sweep
 from dehyst.evaluation.metrics import (
     ErrorSummary,
     VelocityFigures,
@@ -21,6 +21,7 @@ from dehyst.evaluation.timing import Motion, Timed, timed
 
 __all__ = [
     "TRANSFER",
+    "UNSEEN_TIPS",
     "CorneringFigures",
     "ErrorSummary",
     "Excitation",
@@ -34,11 +35,11 @@ __all__ = [
     "circle",
     "cornering_deviation",
     "decaying_cycles",
-    "decaying_loops",
     "error_summary",
     "iso9283",
     "joint_errors",
     "line",
+    "loops",
     "path_accuracy",
     "path_repeatability",
     "path_velocity",
@@ -49,5 +50,4 @@ __all__ = [
     "timed",
     "tracking_error",
     "triangle_sweep",
-    "validation_loops",
 ]

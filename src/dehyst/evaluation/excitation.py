@@ -17,8 +17,8 @@ from dehyst.errors import ParameterError
 
 Array = npt.NDArray[np.float64]
 
-# Shares of the range, none of which an identification by `decaying_loops` visits as a tip: biased minor loops
-# within minor loops, a wiped-out loop, and one long stroke back, all inside +-1.
+# Shares of the range for loops that test a fit, none of them a tip of the identification: biased minor loops within
+# minor loops, a wiped-out loop, and one long stroke back, all inside +-1.
 UNSEEN_TIPS = (0.86, -0.38, 0.54, 0.13, 0.7, -0.67, -0.16, -0.5, 0.27, 0.05, 0.4, -0.82, 0.64, -0.55)
 
 
@@ -37,19 +37,18 @@ class Excitation(NamedTuple):
     value: Array
 
 
-def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, period: float) -> Excitation:
-    """Return loops of decaying amplitude with holds at both tips: the identification run.
+def loops(tips: Sequence[float], loop_s: float, hold_s: float, period: float) -> Excitation:
+    """Return smooth strokes from zero through tips and back to zero, with a hold at every tip.
 
-    0, +A_1, -A_1, +A_2, -A_2, ..., 0 in smooth strokes of T = loop_s/2 - hold_s (the first and the last, half as
-    long, take half of it). The peak rate is pi A_1/T. Each smaller loop lies in the larger one, so a hysteresis with
-    return-point memory shows the loops of all amplitudes, and ends in the state that a homing leaves.
+    A stroke takes T = loop_s/2 - hold_s however long its way is, the first and the last included: short ways are slow
+    ways, so that a lightly damped joint stays quasi-static on all of them. The peak rate is 35/16 of way over T.
 
     Parameters
     ----------
-    amplitudes
-        A_1 > A_2 > ... > 0. [any unit]
+    tips
+        Within -1..1, each unlike the one before it: shares of a range.
     loop_s
-        Time of one loop, holds included. [s]
+        Time of two strokes with their holds. [s]
     hold_s
         Time at rest at each tip. [s]
     period
@@ -58,37 +57,35 @@ def decaying_loops(amplitudes: Sequence[float], loop_s: float, hold_s: float, pe
     Returns
     -------
     Excitation
-        Of duration ``loop_s len(amplitudes)``; it starts and ends at zero.
+        Of which time is (T,) [s] and value is (T,) within -1..1.
 
     Raises
     ------
     ParameterError
-        If the amplitudes do not decay, or no time is left for the strokes.
+        If a tip is outside -1..1 or equal to the one before, or if no time is left for strokes.
 
     Examples
     --------
-    >>> time, value = decaying_loops([1.0, 0.5], loop_s=4.0, hold_s=1.0, period=0.5)
-    >>> float(time[-1]), value.round(3).tolist()[:8]
-    (8.0, [0.0, 1.0, 1.0, 1.0, 0.0, -1.0, -1.0, -1.0])
+    >>> time, value = loops([1.0, -0.5], loop_s=8.0, hold_s=2.0, period=1.0)
+    >>> value.tolist()
+    [0.0, 0.5, 1.0, 1.0, 1.0, 0.25, -0.5, -0.5, -0.5, -0.25, 0.0]
     """
-    a = np.asarray(amplitudes, dtype=np.float64)
-    if a.ndim != 1 or a.size == 0 or not np.isfinite(a).all() or a[-1] <= 0 or (np.diff(a) >= 0).any():
+    points = np.concatenate(([0.0], np.asarray(tips, dtype=np.float64).ravel(), [0.0]))
+    if points.size == 2 or not (np.abs(points) <= 1).all():
+        raise ParameterError(f"tips {tips!r} are not shares of the range; pass numbers within -1..1.")
+    if (np.diff(points) == 0).any():
         raise ParameterError(
-            f"amplitudes {amplitudes!r} do not decay: a loop that is not inside the one before it wipes out its "
-            f"memory. Pass positive, strictly decreasing numbers, such as [1.0, 0.5, 0.2]."
+            f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
         )
     stroke = _stroke_time(loop_s, hold_s)
-    tips = np.concatenate(([0.0], np.column_stack([a, -a]).ravel(), [0.0]))
-    durations = np.full(tips.size - 1, stroke)
-    durations[[0, -1]] = 0.5 * stroke
-    return _strokes(tips, durations, hold_s, period, _smooth_stroke)
+    return _strokes(points, np.full(points.size - 1, stroke), hold_s, period, _smooth_stroke)
 
 
 def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) -> Excitation:
     """Return cycles of amplitude 1 that decay geometrically to zero: homing leaves a hysteresis in a known state.
 
     Tips 1, -d^(1/2), d, -d^(3/2), ... in smooth strokes of cycle_s/2, the first and the last of cycle_s/4, then
-    zero. The peak rate is pi/(cycle_s/2).
+    zero. The peak rate is (35/16) 2/(cycle_s/2).
 
     Parameters
     ----------
@@ -165,40 +162,6 @@ def triangle_sweep(
         way = 0.5 * sweep_s * abs(start - low) / (high - low)
         tips, durations = [start, *tips, start], [way, *durations, way]
     return _strokes(np.array(tips), np.array(durations), 0.0, period, lambda u: _rounded_ramp(u, rounding))
-
-
-def validation_loops(loop_s: float, hold_s: float, period: float, tips: Sequence[float] = UNSEEN_TIPS) -> Excitation:
-    """Return loops that a fit on `decaying_loops` has not seen: biased, nested, of other amplitudes, all within +-1.
-
-    From zero through the tips and back to zero in smooth strokes. A stroke from -1 to 1 takes loop_s/2 - hold_s,
-    as in `decaying_loops`, a shorter one proportionally less: the peak rate is pi/(loop_s/2 - hold_s) in every one.
-
-    Parameters
-    ----------
-    loop_s
-        Time of a loop between -1 and 1, holds included. [s]
-    hold_s
-        Time at rest at each tip. [s]
-    period
-        Of the samples. [s]
-    tips
-        Within -1..1, each unlike the one before it.
-
-    Examples
-    --------
-    >>> time, value = validation_loops(loop_s=8.0, hold_s=0.0, period=0.5, tips=[0.5, -0.5])
-    >>> value.round(3).tolist()
-    [0.0, 0.25, 0.5, 0.354, 0.0, -0.354, -0.5, -0.25, 0.0]
-    """
-    points = np.concatenate(([0.0], np.asarray(tips, dtype=np.float64).ravel(), [0.0]))
-    if points.size == 2 or not (np.abs(points) <= 1).all():
-        raise ParameterError(f"tips {tips!r} are not shares of the range; pass numbers within -1..1.")
-    distance = np.abs(np.diff(points))
-    if (distance == 0).any():
-        raise ParameterError(
-            f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
-        )
-    return _strokes(points, np.full(distance.size, _stroke_time(loop_s, hold_s)), hold_s, period, _smooth_stroke)
 
 
 def _stroke_time(loop_s: float, hold_s: float) -> float:

@@ -1,4 +1,4 @@
-"""Identification of a joint's hysteresis: decaying loops, sheared, fitted by the one existing code path."""
+"""Identification of a joint's hysteresis: nested loops, sheared, fitted by the one existing code path."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.evaluation import decaying_loops, validation_loops
+from dehyst.evaluation import UNSEEN_TIPS, loops
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import SPACING, excite, home, known_torque
 from dehyst.experiments.results import Characteristic, JointIdentification
@@ -33,7 +33,7 @@ def identify_joint(
     seed: int = 0,
     mechanisms: tuple[Mechanism, Mechanism] | None = None,
 ) -> JointIdentification:
-    """Run decaying loops on a joint alone, write their log, and identify the paper's model from the written file.
+    """Run nested loops on a joint alone, write their log, and identify the paper's model from the written file.
 
     The input of the model is the loop arranged around the diagonal, x = dp - dp_nom(q) + k q, its output q; dp_nom is
     the calibrated characteristic at the known load. ``dehyst identify LOG --input sheared_bar --output angle_rad
@@ -67,15 +67,15 @@ def identify_joint(
     )
     settings, shear = robot.identification, robot.compensator.shear / BAR
     reach = settings.range_share * robot.joint(number).range
-    loops = decaying_loops(settings.amplitudes, settings.loop, settings.hold, SPACING).value
+    seen = loops(settings.tips, settings.loop, settings.hold, SPACING).value
     home(arm, {number: characteristic})
-    log = _loops(arm, characteristic, reach * np.concatenate([loops, settings.second_share * loops]), shear)
+    log = _loops(arm, characteristic, reach * np.concatenate([seen, settings.second_share * seen]), shear)
     file = write_csv(folder / f"identification_joint{number}.csv", log)
     recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
     compensator = robot.compensator
     fit = identify(recording, family="pi", n=compensator.operators, eps=compensator.eps)
     home(arm, {number: characteristic})
-    others = validation_loops(settings.loop, settings.hold, SPACING).value
+    others = loops(UNSEEN_TIPS, settings.loop, settings.hold, SPACING).value
     unseen = _loops(arm, characteristic, reach * others, shear)
     write_csv(folder / f"unseen_joint{number}.csv", unseen)
     return _tested(number, characteristic, log, fit, shear, unseen)
@@ -118,5 +118,6 @@ def _tested(
     hysteresis = unseen["pressure_difference_bar"] - unseen["nominal_difference_bar"]
     inverse = fit.model.inverse().simulate(q) - shear * q
     ratio = float(np.sqrt(np.mean((hysteresis - inverse) ** 2) / np.mean(hysteresis**2)))
+    unexplained = float(np.std(hysteresis - inverse) / np.std(hysteresis))
     tested = {TIME: unseen[TIME], OUTPUT: q, "hysteresis_bar": hysteresis, "inverse_bar": inverse}
-    return JointIdentification(number, characteristic, log, fit, shear, tested, ratio)
+    return JointIdentification(number, characteristic, log, fit, shear, tested, ratio, unexplained)

@@ -17,6 +17,7 @@ Array = npt.NDArray[np.float64]
 BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
 BENCH_VOLUME = 1.2566e-3  # of that muscle per length [m^2]; smaller muscles are scaled by their cross section
 DEGREE = 5
+OBSERVER_RATIO = 8.0  # an observer is this much faster than the loop that it serves
 BAR = 1e5
 
 
@@ -67,8 +68,8 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
     return JointControllerParameters(
         period=robot.simulation.period,
         inertia=float(inertia * (1 + control.inertia_error)),
-        pole=control.pole,
-        observer_pole=control.observer_pole,
+        pole=joint.pole or control.pole,
+        observer_pole=max(control.observer_pole, OBSERVER_RATIO * (joint.pole or control.pole)),
         pressure_gain=control.pressure_gain,
         windup_gain=control.windup_gain,
         a=tuple(characteristic.a),

@@ -21,6 +21,7 @@ from dehyst.plant.parameters import Robot
 Array = npt.NDArray[np.float64]
 
 SPACING = 0.01  # of the knots of a pressure reference [s]
+QUIET_S = 2.0  # after homing, for what still rings
 
 
 def known_torque(arm: Arm, angles: Array, hung: Array | float = 0.0) -> Array:
@@ -89,5 +90,6 @@ def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
     """Decaying cycles of all pneumatic joints at once: afterwards the memory of every muscle is known to be spent."""
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
+    cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
     share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
     return excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05)

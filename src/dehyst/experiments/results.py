@@ -17,6 +17,7 @@ from dehyst.identification import Fit
 Array = npt.NDArray[np.float64]
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
+ACCEPTABLE = 0.5  # unexplained share: 0.1 to 0.4 where there is hysteresis of 0.1 to 1 times the usual, 0.6 to 0.8 without
 COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
 
 
@@ -74,6 +75,8 @@ class JointIdentification:
         (H^-1[q] - k q, what the inverse model says it is).
     inverse_rms_ratio
         rms(hysteresis - inverse)/rms(hysteresis) over the unseen loops.
+    unexplained
+        The same without the means: std(hysteresis - inverse)/std(hysteresis).
     """
 
     joint: int
@@ -83,6 +86,16 @@ class JointIdentification:
     shear: float
     unseen: Mapping[str, Array]
     inverse_rms_ratio: float
+    unexplained: float
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the compensator may be switched on: `ACCEPTABLE` of the hysteresis, at most, is left unexplained.
+
+        A joint without hysteresis has loops too, of creep and viscosity; a rate-independent model of them explains
+        little of other loops, and what it would add at every reversal is worse than nothing.
+        """
+        return self.unexplained <= ACCEPTABLE
 
     @property
     def nonzero_weights(self) -> int:

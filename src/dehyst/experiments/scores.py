@@ -41,6 +41,8 @@ def plant_figures(
             "identification": {
                 "nonzero_weights": found.nonzero_weights,
                 "inverse_rms_ratio_unseen": found.inverse_rms_ratio,
+                "unexplained_unseen": found.unexplained,
+                "accepted": found.accepted,
                 "calibration_residual_Nm": found.characteristic.residual,
             },
             "trials": {},

@@ -14,7 +14,7 @@ from dehyst.control import SWITCHES, Compensator, JointControllerParameters, alo
 from dehyst.evaluation import Timed
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
-from dehyst.experiments.results import Characteristic, TrialRun
+from dehyst.experiments.results import COMPENSATED, Characteristic, TrialRun
 from dehyst.models import HysteresisModel
 from dehyst.plant.arm import ALL_JOINTS, Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import Mechanism
@@ -107,9 +107,7 @@ def run_trial(
     )
     motion = path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
     cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
-    switches = POSITION
-    switches |= 0 if trial == "slow_no_integrator" else INTEGRATOR
-    switches |= 0 if compensator == "off" else COMPENSATOR
+    switches = _switches(moving, trial, compensator)
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
     own = equipment.own if compensator != "off" else {}
@@ -131,6 +129,16 @@ def run_trial(
     return run, simulated / spent
 
 
+def _switches(moving: tuple[int, ...], trial: str, compensator: str) -> npt.NDArray[np.uint32]:
+    """What is on in each joint. The wrist keeps its integrator: the trial without it is about the large joints."""
+    switches = np.full(len(moving), POSITION | INTEGRATOR, np.uint32)
+    if trial == "slow_no_integrator":
+        switches[[number in COMPENSATED for number in moving]] = POSITION
+    if compensator != "off":
+        switches |= np.uint32(COMPENSATOR)
+    return switches
+
+
 def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
     """Times of the reference's knots: 4 ms apart on a fast cycle of 20 s, coarser as the motion is slower."""
     period = robot.simulation.period
@@ -142,7 +150,7 @@ def _reference(
     arm: Arm,
     motion: tuple[Array, Array, Array],
     spacing: float,
-    switches: int,
+    switches: npt.NDArray[np.uint32],
     own: Mapping[int, Compensator],
     hung: Array,
 ) -> Reference:
@@ -157,7 +165,7 @@ def _reference(
 
 
 def _approach(
-    arm: Arm, path: ArmPath, switches: int, own: Mapping[int, Compensator], hung: Array
+    arm: Arm, path: ArmPath, switches: npt.NDArray[np.uint32], own: Mapping[int, Compensator], hung: Array
 ) -> Reference:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01

@@ -72,7 +72,7 @@ class Reference:
         motion: tuple[Array, Array, Array],
         load: Array,
         mean: float,
-        switches: int,
+        switches: int | Switches,
         extra: Array | float = 0.0,
         hung: Array | float = 0.0,
     ) -> Reference:
@@ -83,7 +83,7 @@ class Reference:
         values[:, :, 4] = mean
         values[:, :, 6] = extra
         values[:, :, 7] = hung
-        return cls(spacing, values, np.full(load.shape, switches, np.uint32))
+        return cls(spacing, values, np.broadcast_to(np.asarray(switches, np.uint32), load.shape))
 
     @property
     def duration(self) -> float:

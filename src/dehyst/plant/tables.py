@@ -130,7 +130,10 @@ class Base:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero."""
+    """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero.
+
+    ``pole``, if given, replaces that of the [controller] table for this joint.
+    """
 
     drive: Annotated[str, Key()]
     axis: Annotated[str, Key(choices=("yaw", "pitch", "roll"))]
@@ -143,6 +146,7 @@ class Joint:
     valve: Annotated[str | None, Key()]
     radius: Annotated[float | None, Key("m", 0.002, 1.0)]
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
+    pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
 
     @property
     def pneumatic(self) -> bool:
@@ -225,15 +229,15 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Identification:
-    """Decaying loops of the angle for the hysteresis model.
+    """Loops of the angle for the hysteresis model.
 
-    ``amplitudes`` are shares of ``range_share`` of the joint's range; the loops come twice, the second time
-    ``second_share`` as large.
+    ``tips`` are shares of ``range_share`` of the joint's range, at which the strokes turn; the loops come twice, the
+    second time ``second_share`` as large.
     """
 
     range_share: Annotated[float, Key("", 0.01, 1.0)]
     second_share: Annotated[float, Key("", 0.0, 1.0)]
-    amplitudes: Annotated[Numbers, Key("", 0.001, 1.0)]
+    tips: Annotated[Numbers, Key("", -1.0, 1.0)]
     loop: Annotated[float, Key("s", 0.01, 1e4)]
     hold: Annotated[float, Key("s", 0.0, 1e4)]
     sample: Annotated[float, Key("s", 1e-4, 10.0)]
