@@ -51,7 +51,7 @@ def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
         for key, value in table.items():
             yield from dotted(value, f"{prefix}{key}.") if isinstance(value, dict) else [f"{prefix}{key}"]
 
-    optional = re.compile(r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)")
+    optional = re.compile(r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|joint\.[1-5]\.pole_1_s")
     assert {key for key in set(known_keys(values)) ^ set(dotted(values)) if not optional.fullmatch(key)} == set()
 
 
@@ -67,7 +67,7 @@ def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
         (lambda r: r.valve("mpye").frequency, 628.3185307179587),
         (lambda r: r.compensator.shear, 1e5),
         (lambda r: r.controller.pole, 6.0),
-        (lambda r: r.calibration.mean_pressures[1], 2.5e5),
+        (lambda r: r.calibration.mean_pressures[1], 3e5),
     ],
 )
 def test_values_arrive_in_si(value, si):

@@ -160,6 +160,36 @@ def example(
 
 
 @app.command()
+def reproduce(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="One plant, one seed, shorter trials, no studies: less than 20 s.")
+    ] = False,
+    plant: Annotated[
+        str | None,
+        typer.Option("--plant", help="all, maxwell-slip, preisach, dahl or none; several as preisach,none."),
+    ] = None,
+    joint: Annotated[str, typer.Option("--joint", help="Joint that is compensated: 1, 2, 4 or all.")] = "all",
+    compensator: Annotated[str, typer.Option("--compensator", help="paper, literal or scaled.")] = "paper",
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Run this seed only; without it 0, 1 and 2, with --quick 0.")
+    ] = None,
+    cycles: Annotated[
+        int | None, typer.Option("--cycles", help="Cycles of the path in every trial; 10 fast and 1 slow without it.")
+    ] = None,
+    robot: Annotated[
+        Path | None, typer.Option("--robot", help="Parameter file of the arm, .toml; the packaged arm without it.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", help="Folder for report, figures and logs.")] = Path("reproduction"),
+    json: Annotated[Path | None, typer.Option("--json", help="Write every figure to this JSON file too.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Run the paper's experiment on the simulated arm and write its report."""
+    from dehyst.app.reproduce import ReproduceRequest, run_reproduce
+
+    run_reproduce(ReproduceRequest(quick, plant, joint, compensator, seed, cycles, robot, out, json, overwrite))
+
+
+@app.command()
 def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary; see examples/sensitivity.toml.")],
     out: Annotated[

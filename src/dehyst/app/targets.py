@@ -10,6 +10,7 @@ from dehyst.errors import OutputError
 MODEL = '"format": "dehyst-model"'
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
+REPRODUCTION = '"format": "dehyst-reproduction"'
 _BEGINNING = 2000
 
 
@@ -40,7 +41,12 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         return
     if content is not None and _beginning(path, len(content.encode()) + 1) == content:
         return
-    kinds = {MODEL: "no dehyst model", PAGE: "no report of dehyst", SWEEP: "no picture of a sweep"}
+    kinds = {
+        MODEL: "no dehyst model",
+        PAGE: "no report of dehyst",
+        SWEEP: "no picture of a sweep",
+        REPRODUCTION: "no result of dehyst reproduce",
+    }
     kind = "" if own is None else f" and is {kinds[own]}"
     raise OutputError(
         f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",

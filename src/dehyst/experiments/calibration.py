@@ -103,12 +103,14 @@ def _usable(robot: Robot, number: int, arm: Arm, log: ArmLog, hung: float) -> Ar
     A slack muscle is outside of Q = A p_m + B dp + C. Which sample is, the data sheet tells.
     """
     q, pressure = log.measured[:, 0], log.pressure[:, 0]
-    tight = nominal_forces(robot, number, q, pressure).min(axis=1) > SLACK * nominal_forces(
-        robot, number, np.zeros(1), np.full((1, 2), robot.controller.mean_pressure)
-    ).mean()
+    tight = (
+        nominal_forces(robot, number, q, pressure).min(axis=1)
+        > SLACK * nominal_forces(robot, number, np.zeros(1), np.full((1, 2), robot.controller.mean_pressure)).mean()
+    )
     kept = (log.time >= APPROACH_S) & tight
     torque = known_torque(arm, q[:, None], hung)[:, 0]
-    return np.stack([q, pressure[:, 0] - pressure[:, 1], pressure.mean(axis=1), torque], axis=1)[kept]
+    rows = np.stack([q, pressure[:, 0] - pressure[:, 1], pressure.mean(axis=1), torque], axis=1)
+    return np.asarray(rows[kept])
 
 
 def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
@@ -117,7 +119,8 @@ def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
     Examples
     --------
     >>> q, dp, load = (x.ravel() for x in np.meshgrid(np.linspace(-0.6, 0.6, 25), [0.0], [-20.0, 0.0, 20.0]))
-    >>> sweeps = [np.stack([q, (load + 60e-5 * q * p + 4 * q) / 35e-5, np.full(q.size, p), load], 1) for p in (2e5, 3e5)]
+    >>> law = [(p, (load + 60e-5 * q * p + 4 * q) / 35e-5) for p in (2e5, 3e5)]
+    >>> sweeps = [np.stack([q, dp, np.full(q.size, p), load], axis=1) for p, dp in law]
     >>> found = fit_characteristic(sweeps, 3)
     >>> round(float(found.b[0]) * 1e5, 3), round(float(found.a[1]) * 1e5, 3), round(float(found.c[1]), 3)
     (35.0, -60.0, -4.0)
@@ -126,9 +129,7 @@ def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
     k, m = TORQUE_DEGREE + 1, degree + 1
     power = q[:, None] ** np.arange(degree + 1)
     scale = (10.0, 1e5)  # torques of 10 Nm, pressures of 1 bar: columns of one size
-    regressors = np.hstack(
-        [power[:, :k] * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power]
-    )
+    regressors = np.hstack([power[:, :k] * (torque / scale[0])[:, None], -power * (mean / scale[1])[:, None], -power])
     found, *_ = np.linalg.lstsq(regressors, dp / scale[1], rcond=None)
     low, high = float(q.min()), float(q.max())
     grid = np.linspace(low, high, 201)
@@ -136,8 +137,7 @@ def fit_characteristic(sweeps: list[Array], degree: int) -> Characteristic:
     beta, alpha, gamma = (np.polynomial.polynomial.polyval(grid, part) for part in parts)
     beta = beta * scale[1] / scale[0]  # [Pa/Nm]
     a, b, c = (
-        np.polynomial.polynomial.polyfit(grid, y, degree)
-        for y in (alpha / beta, 1 / beta, gamma * scale[1] / beta)
+        np.polynomial.polynomial.polyfit(grid, y, degree) for y in (alpha / beta, 1 / beta, gamma * scale[1] / beta)
     )
     value = np.polynomial.polynomial.polyval
     residual = torque - value(q, a) * mean - value(q, b) * dp - value(q, c)

@@ -42,7 +42,7 @@ class Recipe:
 RECIPES: Mapping[str, Recipe] = MappingProxyType(
     {
         "paper": Recipe("the paper's, on the calibrated characteristic A, B, C", {}),
-        "literal": Recipe("the paper read literally: backbone is a polynomial through the loop at 3 bar", {}, local=True),
+        "literal": Recipe("the paper read literally, on a polynomial through the loop at 3 bar", {}, local=True),
         "scaled": Recipe("the paper's with k = 10 bar/rad instead of 1", {"compensator.shear_bar_rad": 10.0}),
     }
 )
@@ -84,7 +84,11 @@ def local_characteristic(robot: Robot, found: Characteristic) -> Characteristic:
 
 def _unloaded_sweep(found: Characteristic, mean: float) -> Array:
     """The sweep nearest to the mean pressure and, among those, with the smallest torque."""
-    return min(found.sweeps, key=lambda s: (round(abs(float(s[:, 2].mean()) - mean) / (0.1 * BAR)), np.abs(s[:, 3]).mean()))
+
+    def distance(sweep: Array) -> tuple[int, float]:
+        return round(abs(float(sweep[:, 2].mean()) - mean) / (0.1 * BAR)), float(np.abs(sweep[:, 3]).mean())
+
+    return min(found.sweeps, key=distance)
 
 
 def pruned_inverse(found: JointIdentification) -> HysteresisModel:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.experiments.loops_run import BAR
-from dehyst.experiments.results import Reproduction, TrialRun
+from dehyst.experiments.results import TrialRun
 from dehyst.io import write_csv, write_mcap
 
 Array = npt.NDArray[np.float64]
@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 def trial_columns(run: TrialRun) -> Mapping[str, Array]:
     """Columns of a run's log, with their units: what a rig would have logged, and the tool."""
-    columns = {"time_s": run.time}
+    columns: dict[str, Array] = {}
     for number in range(1, run.desired.shape[1] + 1):
         i = number - 1
         columns[f"joint{number}_desired_deg"] = np.degrees(run.desired[:, i])
@@ -37,6 +37,15 @@ def trial_columns(run: TrialRun) -> Mapping[str, Array]:
     return columns
 
 
+def _channels(run: TrialRun, columns: Mapping[str, Array]) -> dict[str, tuple[Array, Mapping[str, Array]]]:
+    """One topic a joint, one for the tool, one for the place on the path; fields without the topic's name."""
+    channels: dict[str, dict[str, Array]] = {}
+    for name, values in columns.items():
+        topic, _, field = name.partition("_") if name.startswith(("joint", "tool")) else ("path", "", name)
+        channels.setdefault(topic, {})[field] = values
+    return {topic: (run.time, fields) for topic, fields in channels.items()}
+
+
 def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
     """Write a run's log; the file's name tells trial and compensator.
 
@@ -51,7 +60,7 @@ def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
     """
     columns = trial_columns(run)
     stem = folder / f"{run.trial}_{run.compensator}"
-    written = [write_csv(stem.with_suffix(".csv"), columns)]
+    written = [write_csv(stem.with_suffix(".csv"), {"time_s": run.time, **columns})]
     if mcap:
-        written.append(write_mcap(stem.with_suffix(".mcap"), columns))
+        written.append(write_mcap(stem.with_suffix(".mcap"), _channels(run, columns)))
     return written

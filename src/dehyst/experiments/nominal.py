@@ -7,9 +7,8 @@ import numpy.typing as npt
 
 from dehyst.control import JointControllerParameters, Pneumatics
 from dehyst.experiments.results import Characteristic
-from dehyst.plant.arm import ALL_JOINTS
 from dehyst.plant.parameters import Robot
-from dehyst.plant.rigid_body import arm_model, joint_inertia
+from dehyst.plant.rigid_body import ALL_JOINTS, arm_model, joint_inertia
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +24,7 @@ def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
     """Characteristic from a published bench map, some 10 to 20 % beside the plant: good enough to plan sweeps with."""
     joint = robot.joint(number)
     q = np.linspace(-joint.range, joint.range, 81)
-    r = joint.radius
+    r = joint.lever
     passive = nominal_forces(robot, number, q, np.zeros((q.size, 2)))
     slope = (nominal_forces(robot, number, q, np.full((q.size, 2), BAR)) - passive) / BAR
     a, b, c = (
@@ -40,8 +39,8 @@ def nominal_forces(robot: Robot, number: int, angle: Array, pressure: Array) -> 
     joint = robot.joint(number)
     muscle = robot.muscle(joint.drive)
     a1, a2, a3, a4, a5, a6 = BENCH
-    turn = joint.radius / muscle.length * angle
-    k = joint.contraction + np.stack([turn, -turn], axis=1)
+    turn = joint.lever / muscle.length * angle
+    k = joint.middle + np.stack([turn, -turn], axis=1)
     scale = muscle.volume[0] / BENCH_VOLUME
     return np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
 
@@ -61,8 +60,8 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
     joint, control = robot.joint(number), robot.controller
     muscle, valve = robot.muscle(joint.drive), robot.valve(joint.valve)
     inertia = joint_inertia(arm_model(robot, moving=ALL_JOINTS))[number - 1]
-    kappa = np.polynomial.Polynomial([joint.contraction, joint.radius / muscle.length])
-    mirrored = np.polynomial.Polynomial([joint.contraction, -joint.radius / muscle.length])
+    kappa = np.polynomial.Polynomial([joint.middle, joint.lever / muscle.length])
+    mirrored = np.polynomial.Polynomial([joint.middle, -joint.lever / muscle.length])
     volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
     air = robot.air
     return JointControllerParameters(

@@ -37,7 +37,7 @@ class ArmPath:
     @property
     def start(self) -> Array:
         """Angles where a cycle begins, (7,). [rad]"""
-        return self.joints.angles(0.0)[0]
+        return np.asarray(self.joints.angles(0.0)[0])
 
     def motion(self, timing: Timed, time: Array) -> tuple[Array, Array, Array]:
         """Angles, velocities and accelerations (T, 7) at times (T,) of a motion along this path."""

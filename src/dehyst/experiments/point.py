@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -20,8 +21,9 @@ from dehyst.experiments.quasistatic import SPACING, excite, home
 from dehyst.experiments.results import COMPENSATED, Characteristic, JointIdentification
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
-from dehyst.plant.arm import ALL_JOINTS, Arm
+from dehyst.plant.arm import Arm
 from dehyst.plant.parameters import Robot, load_robot
+from dehyst.plant.rigid_body import ALL_JOINTS
 
 RUN_SETTINGS = ("load_Nm", "initial_state", "identified_on")
 # Tables and keys that say what is done with the robot, not what it is made of.
@@ -62,8 +64,8 @@ def evaluate_point(
     Returns
     -------
     figures : dict
-        ``"slow/paper/rms_deg"``, ``"slow/paper/max_deg"``, ... and ``"slow/paper/ratio_rms"``, ``ratio_max`` where "off"
-        is run too; ``"nonzero_weights"``, ``"inverse_rms_ratio_unseen"``.
+        ``"slow/paper/rms_deg"``, ``"slow/paper/max_deg"``, ... and ``"slow/paper/ratio_rms"``, ``ratio_max`` where
+        "off" is run too; ``"nonzero_weights"``, ``"inverse_rms_ratio_unseen"``.
 
     Raises
     ------
@@ -79,7 +81,9 @@ def evaluate_point(
     for name in compensators:
         known = changes if settings["identified_on"] == "here" else _without_plant(changes)
         equipment, found = _prepared(robot, known, name, joint, experiment, seed)
-        equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]])
+        equipment = replace(
+            equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]]
+        )
         moving = (joint,) if experiment == "joint" else ALL_JOINTS
         for trial in trials:
             run, _ = run_trial(robot, path, equipment, trial, name, moving)
@@ -128,9 +132,7 @@ def _without(changes: Mapping[str, object], tables: Sequence[str]) -> dict[str, 
 def _without_plant(changes: Mapping[str, object]) -> dict[str, object]:
     """Changes of what is done with the robot; which mechanism its muscles have is kept."""
     return {
-        key: value
-        for key, value in changes.items()
-        if key == "hysteresis.mechanism" or key.split(".")[0] in _NOT_PLANT
+        key: value for key, value in changes.items() if key == "hysteresis.mechanism" or key.split(".")[0] in _NOT_PLANT
     }
 
 
@@ -163,7 +165,7 @@ def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) ->
     draw = np.random.default_rng(1000 + arm.seed)
     tips = np.concatenate([[0.0], draw.uniform(-0.8, 0.8, 5), [0.0]])
     stroke = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, round(2.0 / SPACING)))
-    shape = np.concatenate([a + stroke * (b - a) for a, b in zip(tips[:-1], tips[1:], strict=True)])
+    shape = np.concatenate([a + stroke * (b - a) for a, b in itertools.pairwise(tips)])
     share = np.array([arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving])
     excite(arm, shape[:, None] * share, characteristics, every_s=1.0)
 

@@ -78,9 +78,9 @@ def excite(
     failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
     if failed.size:
         raise SimulationError(
-            f"the controller of joint {arm.moving[failed[0]]} failed safe during a pressure run: a sensor reading was not "
-            f"credible (flags {int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or pressure_jump_bar, or "
-            f"run slower.",
+            f"the controller of joint {arm.moving[failed[0]]} failed safe during a pressure run: a sensor reading was "
+            f"not credible (flags {int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or "
+            f"pressure_jump_bar, or run slower.",
             joint=arm.moving[failed[0]],
         )
     return log

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from dehyst import __version__
 from dehyst.errors import ParameterError
+from dehyst.evaluation import Timed
 from dehyst.experiments.calibration import calibrate
 from dehyst.experiments.compensators import Recipe, equip, local_characteristic, recipe
 from dehyst.experiments.loops_run import identify_joint
@@ -30,10 +32,12 @@ from dehyst.experiments.results import (
 )
 from dehyst.experiments.scores import plant_figures
 from dehyst.experiments.studies import Case as StudyCase
-from dehyst.experiments.studies import study_jobs
-from dehyst.experiments.trials import Equipment, run_trial
+from dehyst.experiments.studies import study_jobs, study_tables
+from dehyst.experiments.trials import Equipment, run_trial, trial_motion
 from dehyst.plant.parameters import Robot
+from dehyst.plant.provenance import changes_from_packaged, sources
 
+ENGINES = ("mujoco", "mink", "numpy", "scipy")
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
 
 Key = TypeVar("Key")
@@ -130,9 +134,10 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
         runs = _trials(crew, cases, equipment, path, request)
         first = next(iter(cases))
         study = StudyCase(cases[first], path, equipment[first], request.joints[0])
-        studies = crew.do("studies", study_jobs(study)) if request.studies else {}
+        studies = study_tables(crew.do("studies", study_jobs(study))) if request.studies else {}
+    motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
     return Reproduction(
-        plants={plant: _plant_result(plant, request, found, runs, path) for plant in request.plants},
+        plants={plant: _plant_result(plant, request, found, runs, motions) for plant in request.plants},
         compensator=request.compensator,
         settings=_settings(robot, request, chosen.changes),
         studies=studies,
@@ -169,9 +174,7 @@ class _Crew:
         return {key: found[key] for key in jobs}
 
 
-def _calibrations(
-    crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe
-) -> dict[Case, dict[int, Characteristic]]:
+def _calibrations(crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe) -> dict[Case, dict[int, Characteristic]]:
     jobs = {
         (case, n): partial(calibrate, robot, n, seed=case.seed)
         for case, robot in cases.items()
@@ -179,9 +182,7 @@ def _calibrations(
     }
     found = crew.do("calibration sweeps", jobs)
     bend = local_characteristic if chosen.local else (lambda _, characteristic: characteristic)
-    return {
-        case: {n: bend(robot, found[case, n]) for n in robot.pneumatic} for case, robot in cases.items()
-    }
+    return {case: {n: bend(robot, found[case, n]) for n in robot.pneumatic} for case, robot in cases.items()}
 
 
 def _identifications(
@@ -225,7 +226,7 @@ def _plant_result(
     request: Request,
     found: Mapping[Case, Mapping[int, JointIdentification]],
     runs: Mapping[Case, list[tuple[TrialRun, float]]],
-    path: ArmPath,
+    motions: Mapping[str, Timed],
 ) -> PlantResult:
     cases = {seed: Case(plant, seed) for seed in request.seeds}
     first = cases[request.seeds[0]]
@@ -234,7 +235,7 @@ def _plant_result(
         identifications=found[first],
         runs=tuple(run for run, _ in runs[first]),
         figures={
-            seed: plant_figures(found[case], [run for run, _ in runs[case]], path, request.joints)
+            seed: plant_figures(found[case], [run for run, _ in runs[case]], motions, request.joints)
             for seed, case in cases.items()
         },
         real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
@@ -249,15 +250,18 @@ def log_folder(folder: Path, plant: str, seed: int) -> Path:
 
 
 def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> dict[str, Any]:
+    used = robot.with_changes(changes)
     return {
-        "robot": robot.with_changes(changes).values,
-        "fingerprint": robot.fingerprint,
+        "parameters": used.values,
+        "sources": sources(),
+        "changes": changes_from_packaged(used),
+        "versions": {"dehyst": __version__} | {name: version(name) for name in ENGINES},
+        "fingerprint": used.fingerprint,
         "plants": list(request.plants),
         "joints": list(request.joints),
         "compensator": request.compensator,
         "seeds": list(request.seeds),
         "trials": list(request.trials),
-        "version": __version__,
     }
 
 

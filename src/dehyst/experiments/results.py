@@ -17,7 +17,8 @@ from dehyst.identification import Fit
 Array = npt.NDArray[np.float64]
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
-ACCEPTABLE = 0.5  # unexplained share: 0.1 to 0.4 where there is hysteresis of 0.1 to 1 times the usual, 0.6 to 0.8 without
+# Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.
+ACCEPTABLE = 0.5
 COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
 
 

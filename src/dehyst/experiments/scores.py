@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.evaluation import iso9283
-from dehyst.experiments.path import ArmPath
+from dehyst.evaluation import Timed, iso9283
 from dehyst.experiments.results import JointIdentification, TrialRun
 
 
@@ -19,7 +18,10 @@ def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
 
 
 def plant_figures(
-    identifications: Mapping[int, JointIdentification], runs: Iterable[TrialRun], path: ArmPath, joints: Iterable[int]
+    identifications: Mapping[int, JointIdentification],
+    runs: Iterable[TrialRun],
+    motions: Mapping[str, Timed],
+    joints: Iterable[int],
 ) -> dict[str, Any]:
     """Everything measured on one plant with one seed.
 
@@ -29,8 +31,8 @@ def plant_figures(
         Joint number -> identification.
     runs
         Trials, off and on.
-    path
-        Their command path.
+    motions
+        Trial -> its command motion.
     joints
         Joints whose errors are listed.
     """
@@ -52,6 +54,6 @@ def plant_figures(
         for number in joints:
             listed[str(number)]["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, number)
         tool.setdefault(run.trial, {})[run.compensator] = iso9283(
-            path.timing, run.time, run.tool, run.cycle, run.figure
+            motions[run.trial], run.time, run.tool, run.cycle, run.figure
         )
     return {"joints": listed, "tool": tool}

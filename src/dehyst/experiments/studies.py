@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,6 @@ import numpy.typing as npt
 from dehyst.control import SWITCHES, InverseCompensator
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
-from dehyst.experiments.results import TrialRun
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.plant.arm import Arm, Reference
@@ -26,7 +26,8 @@ Table = Mapping[str, Array | Sequence[str]]
 SCALES = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5)  # true hysteresis over the identified one
 POLES = (4.0, 6.0, 8.0, 12.0, 16.0)  # lambda [1/s]
 REST_ANGLE = np.radians(12.0)
-REST_S = 60.0
+REST_S = 120.0
+SETTLE_S = 6.0  # for the position loop to end its transient
 STROKE_S = 2.0
 
 
@@ -39,16 +40,18 @@ class Case:
     equipment: Equipment
     number: int = 1
 
-    def ratio(self, robot: Robot, equipment: Equipment, on: str = "paper") -> tuple[float, float]:
-        """rms and largest error of the slow trial with the compensator over those without."""
-        off, with_it = (
-            joint_figures(self.run(robot, equipment, name), self.number) for name in ("off", on)
-        )
-        return with_it["rms_deg"] / off["rms_deg"], with_it["max_deg"] / off["max_deg"]
 
-    def run(self, robot: Robot, equipment: Equipment, compensator: str) -> TrialRun:
-        """One slow trial of the joint alone."""
-        return run_trial(robot, self.path, equipment, "slow", compensator, moving=(self.number,))[0]
+Job = Callable[[], Any]
+Key = tuple[str, float | str]
+
+
+def ratio(case: Case, robot: Robot, equipment: Equipment) -> tuple[float, float]:
+    """rms and largest error of the slow trial with the compensator over those without."""
+    off, on = (
+        joint_figures(run_trial(robot, case.path, equipment, "slow", name, moving=(case.number,))[0], case.number)
+        for name in ("off", "on")
+    )
+    return on["rms_deg"] / off["rms_deg"], on["max_deg"] / off["max_deg"]
 
 
 def rest(case: Case) -> Table:
@@ -68,13 +71,13 @@ def rest(case: Case) -> Table:
         )
         home(arm, case.equipment.characteristics)
         spacing = 0.01
-        t = spacing * np.arange(round((2 * STROKE_S + 1 + REST_S) / spacing) + 1)
+        t = np.asarray(spacing * np.arange(round((2 * STROKE_S + SETTLE_S + REST_S) / spacing) + 1))
         angle, velocity, acceleration = _there_and_part_back(t, arm.angles[0])
         load = arm.gravity(angle) * (1 + case.robot.controller.gravity_error)
         switches = POSITION | INTEGRATOR | switch
         mean = case.robot.controller.mean_pressure
         log = arm.run(Reference.motion(spacing, (angle, velocity, acceleration), load, mean, switches), every_s=0.1)
-        held = log.time >= 2 * STROKE_S + 1
+        held = log.time >= 2 * STROKE_S + SETTLE_S
         series["time_s"] = log.time[held] - log.time[held][0]
         series[f"integrator_{name}_Nm"] = log.integrator[held, 0]
     return series
@@ -92,51 +95,61 @@ def _there_and_part_back(t: Array, start: float) -> tuple[Array, Array, Array]:
     return angle[:, None], velocity[:, None], acceleration[:, None]
 
 
-def smaller_hysteresis(case: Case) -> Table:
-    """The plant's hysteresis is smaller or larger than the one that was identified."""
-    ratios = [
-        case.ratio(case.robot.with_changes({"hysteresis.scale": s * case.robot.hysteresis.scale}), case.equipment)
-        for s in SCALES
-    ]
-    return _table("scale", SCALES, ratios)
+def smaller_hysteresis(case: Case, scale: float) -> tuple[float, float]:
+    """The plant's hysteresis is `scale` times the one that was identified."""
+    return ratio(
+        case, case.robot.with_changes({"hysteresis.scale": scale * case.robot.hysteresis.scale}), case.equipment
+    )
 
 
-def double_compensation(case: Case) -> Table:
-    """The hysteresis is compensated twice: by the controller and once more by something that does not know of it."""
+def double_compensation(case: Case, times: str) -> tuple[float, float]:
+    """The hysteresis is compensated once, or once more by something that does not know of the first."""
     n = case.number
-    model = case.equipment.compensators[n]
     controller = case.equipment.controllers[n]
+    model = case.equipment.compensators.get(n)
+    if times == "once" or model is None:
+        return ratio(case, case.robot, case.equipment)
     again = InverseCompensator(model, shear=controller.shear, unit=controller.compensator_unit)
-    twice = replace(case.equipment, own={n: again})
+    return ratio(case, case.robot, replace(case.equipment, own={n: again}))
+
+
+def high_gains(case: Case, pole: float) -> tuple[float, float]:
+    """The position loop is faster or slower: what is left for a compensator."""
+    robot = case.robot.with_changes({"controller.pole_1_s": pole})
+    controllers = {n: replace(c, pole=pole) for n, c in case.equipment.controllers.items()}
+    return ratio(case, robot, replace(case.equipment, controllers=controllers))
+
+
+def study_jobs(case: Case) -> dict[Key, Job]:
+    """Every point of every study as a job of its own."""
     return {
-        "case": ["off", "once", "twice"],
-        "ratio_rms": np.array([1.0, case.ratio(case.robot, case.equipment)[0], case.ratio(case.robot, twice)[0]]),
+        ("rest", ""): partial(rest, case),
+        **{("smaller hysteresis", s): partial(smaller_hysteresis, case, s) for s in SCALES},
+        **{("double compensation", times): partial(double_compensation, case, times) for times in ("once", "twice")},
+        **{("high gains", pole): partial(high_gains, case, pole) for pole in POLES},
     }
 
 
-def high_gains(case: Case) -> Table:
-    """The position loop is faster or slower: what is left for a compensator."""
-    ratios = []
-    for pole in POLES:
-        robot = case.robot.with_changes({"controller.pole_1_s": pole})
-        controllers = {n: replace(c, pole=pole) for n, c in case.equipment.controllers.items()}
-        ratios.append(case.ratio(robot, replace(case.equipment, controllers=controllers)))
-    return _table("pole_1_s", POLES, ratios)
+def study_tables(found: Mapping[Key, Any]) -> dict[str, Table]:
+    """The tables of the report from what the jobs returned."""
 
+    def column(study: str, part: int) -> Array:
+        return np.array([value[part] for (name, _), value in found.items() if name == study])
 
-def _table(name: str, values: Sequence[float], ratios: Sequence[tuple[float, float]]) -> Table:
-    rms, largest = np.array(ratios).T
-    return {name: np.array(values), "ratio_rms": rms, "ratio_max": largest}
-
-
-STUDIES: Mapping[str, Callable[[Case], Table]] = {
-    "rest": rest,
-    "smaller hysteresis": smaller_hysteresis,
-    "double compensation": double_compensation,
-    "high gains": high_gains,
-}
-
-
-def study_jobs(case: Case) -> dict[str, Callable[[], Table]]:
-    """The studies as jobs, by name."""
-    return {name: partial(study, case) for name, study in STUDIES.items()}
+    return {
+        "rest": found["rest", ""],
+        "smaller hysteresis": {
+            "scale": np.array(SCALES),
+            "ratio_rms": column("smaller hysteresis", 0),
+            "ratio_max": column("smaller hysteresis", 1),
+        },
+        "double compensation": {
+            "case": ["off", "once", "twice"],
+            "ratio_rms": np.concatenate([[1.0], column("double compensation", 0)]),
+        },
+        "high gains": {
+            "pole_1_s": np.array(POLES),
+            "ratio_rms": column("high gains", 0),
+            "ratio_max": column("high gains", 1),
+        },
+    }

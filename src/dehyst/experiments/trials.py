@@ -16,10 +16,10 @@ from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.results import COMPENSATED, Characteristic, TrialRun
 from dehyst.models import HysteresisModel
-from dehyst.plant.arm import ALL_JOINTS, Arm, ArmLog, Reference
+from dehyst.plant.arm import Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot
-from dehyst.plant.rigid_body import arm_model, joint_positions, tool_positions
+from dehyst.plant.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
 
@@ -105,7 +105,7 @@ def run_trial(
         mechanisms=equipment.mechanisms,
         seed=equipment.seed,
     )
-    motion = path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
+    motion = trial_motion(robot, path, trial)
     cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
     switches = _switches(moving, trial, compensator)
     begin = time.perf_counter()
@@ -117,9 +117,10 @@ def run_trial(
     approach = _approach(arm, path, switches, own, hung)
     arm.run(approach, every_s=1.0)
     times = _knots(robot, motion, cycles)
-    columns = [number - 1 for number in moving]
-    along_path = tuple(signal[:, columns] for signal in path.motion(motion, times))
-    reference = _reference(arm, along_path, times[1] - times[0], switches, own, hung)
+    angle, velocity, acceleration = _of(moving, path.motion(motion, times))
+    once = times[times <= motion.duration]
+    load = _repeated(times, motion.duration, once, arm.feedforward(*_of(moving, path.motion(motion, once))))
+    reference = _reference(arm, (angle, velocity, acceleration), load, times[1] - times[0], switches, own, hung)
     every = 0.01 * max(1.0, motion.duration * cycles / 100.0)
     log = arm.run(reference, every_s=min(every, 0.02))
     spent = time.perf_counter() - begin
@@ -127,6 +128,11 @@ def run_trial(
     simulated = homing_s + approach.duration + reference.duration
     run = _trial_run(arm, motion, log, trial, compensator)
     return run, simulated / spent
+
+
+def trial_motion(robot: Robot, path: ArmPath, trial: str) -> Timed:
+    """The command motion of a trial: the path's own, or `slow_factor` times as long."""
+    return path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
 
 
 def _switches(moving: tuple[int, ...], trial: str, compensator: str) -> npt.NDArray[np.uint32]:
@@ -143,20 +149,33 @@ def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
     """Times of the reference's knots: 4 ms apart on a fast cycle of 20 s, coarser as the motion is slower."""
     period = robot.simulation.period
     spacing = period * max(1, round(motion.duration / 5000 / period))
-    return spacing * np.arange(int(np.ceil(cycles * motion.duration / spacing)) + 1)
+    return np.asarray(spacing * np.arange(int(np.ceil(cycles * motion.duration / spacing)) + 1))
+
+
+def _of(moving: tuple[int, ...], motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """Columns of the moving joints."""
+    columns = [number - 1 for number in moving]
+    angle, velocity, acceleration = motion
+    return angle[:, columns], velocity[:, columns], acceleration[:, columns]
+
+
+def _repeated(times: Array, duration: float, once: Array, values: Array) -> Array:
+    """Values (K, n) of one cycle at the times of all: inverse dynamics costs more than everything else here."""
+    phase = np.mod(times, duration)
+    return np.stack([np.interp(phase, once, column, period=duration) for column in values.T], axis=1)
 
 
 def _reference(
     arm: Arm,
     motion: tuple[Array, Array, Array],
+    load: Array,
     spacing: float,
     switches: npt.NDArray[np.uint32],
     own: Mapping[int, Compensator],
     hung: Array,
 ) -> Reference:
     """Reference of a motion (K, 7) with the load that the nominal rigid body feels along it."""
-    angle, velocity, acceleration = motion
-    load = arm.feedforward(angle, velocity, acceleration)
+    angle, velocity, _ = motion
     extra = np.zeros_like(angle)
     for number, compensator in own.items():
         index = arm.moving.index(number)
@@ -177,7 +196,7 @@ def _approach(
     rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
     way = end - start
     motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
-    return _reference(arm, motion, spacing, switches, own, rise[:, None] * hung)
+    return _reference(arm, motion, arm.feedforward(*motion), spacing, switches, own, rise[:, None] * hung)
 
 
 def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: str) -> TrialRun:

@@ -2,6 +2,7 @@
 
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
 from dehyst.io.logs import Signal, list_runs, read_log, read_signal
+from dehyst.io.mcap_log import write_mcap
 from dehyst.io.write import format_csv, write_csv
 
 __all__ = [
@@ -15,4 +16,5 @@ __all__ = [
     "read_log",
     "read_signal",
     "write_csv",
+    "write_mcap",
 ]

@@ -1,5 +1,7 @@
 """The simulated arm: parameters, physics of its joints and of its links, kinematics."""
 
+from dehyst.plant.arm import Arm, ArmLog, Reference
+from dehyst.plant.mechanisms import Mechanism
 from dehyst.plant.parameters import Robot, load_robot
 
-__all__ = ["Robot", "load_robot"]
+__all__ = ["Arm", "ArmLog", "Mechanism", "Reference", "Robot", "load_robot"]

@@ -88,7 +88,7 @@ class Reference:
     @property
     def duration(self) -> float:
         """From the first to the last knot. [s]"""
-        return self.spacing * (self.values.shape[0] - 1)
+        return float(self.spacing * (self.values.shape[0] - 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ class Arm:
     ) -> None:
         self.robot = robot
         self.moving = moving
-        self.model = arm_model(robot, moving=moving)
+        self.model = arm_model(robot, moving=moving, fused=True)
         self.data = new_data(self.model)
         self._plants: dict[int, _native.PneumaticJoint] = {}
         self.seed = seed
@@ -238,14 +238,14 @@ class Arm:
                 "controller.pole_1_s, path.fast_speed_m_s or what was changed last.",
                 angles=self.data.qpos.copy(),
             )
-        return ArmLog.unpack(np.arange(log.shape[0]) * (every * period), log)
+        return ArmLog.unpack(np.asarray(np.arange(log.shape[0]) * (every * period)), log)
 
     def gravity(self, angles: Array) -> Array:
         """Torque that holds the arm still at angles (K, n) against gravity, exactly. [Nm]"""
         return bias_torque(self.model, angles)
 
     def feedforward(self, angles: Array, velocities: Array, accelerations: Array) -> Array:
-        """Load torque (K, n) for `Reference.motion`: what the nominal rigid body asks for beyond the joint's own inertia.
+        """Load torque (K, n) for `Reference.motion`: the nominal rigid body's without the joint's own inertia torque.
 
         Inertia and weight are wrong by the shares that the [controller] table names; the controllers add the inertia
         torque of their own joint themselves. [Nm]
@@ -254,7 +254,7 @@ class Arm:
         weight = self.gravity(angles)
         motion = inverse_dynamics(self.model, angles, velocities, accelerations) - weight
         own = accelerations * self._believed
-        return (1 + control.inertia_error) * motion + (1 + control.gravity_error) * weight - own
+        return np.asarray((1 + control.inertia_error) * motion + (1 + control.gravity_error) * weight - own)
 
     @property
     def angles(self) -> Array:

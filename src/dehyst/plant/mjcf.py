@@ -11,7 +11,9 @@ AXES = {"roll": (1, 0, 0), "pitch": (0, 1, 0), "yaw": (0, 0, 1)}
 POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
 
 
-def arm_mjcf(robot: Robot, moving: set[int], payload: float, scale: float, locked: Mapping[int, float]) -> str:
+def arm_mjcf(
+    robot: Robot, moving: set[int], payload: float, scale: float, locked: Mapping[int, float], fused: bool = False
+) -> str:
     """Return the arm as XML.
 
     Parameters
@@ -26,12 +28,14 @@ def arm_mjcf(robot: Robot, moving: set[int], payload: float, scale: float, locke
         Factor of all masses.
     locked
         Angles of the other joints. [rad]
+    fused
+        Links that cannot move become one with what they hang on: the same physics in half the time.
     """
     body = _tool(robot.joint(7).link_length, payload * scale)
     for number in sorted(robot.joints, reverse=True):
         body = _link(robot, number, number in moving, scale, locked.get(number, 0.0), body)
     return (
-        f'<mujoco model="arm"><compiler angle="radian" autolimits="true"/>'
+        f'<mujoco model="arm"><compiler angle="radian" autolimits="true" fusestatic="{str(fused).lower()}"/>'
         f'<option timestep="{robot.simulation.period!r}" integrator="implicitfast" gravity="0 0 -9.81">'
         f'<flag contact="disable" constraint="disable"/></option>'
         f"<worldbody>{body}</worldbody></mujoco>"

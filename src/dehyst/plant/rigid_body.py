@@ -46,6 +46,7 @@ def arm_model(
     payload: float | None = None,
     mass_error: float = 0.0,
     locked: Mapping[int, float] | None = None,
+    fused: bool = False,
 ) -> MjModel:
     """Build the arm as a MuJoCo model.
 
@@ -61,6 +62,9 @@ def arm_model(
         All masses and inertias are multiplied by 1 + mass_error; see `nominal_model`.
     locked
         Joint number -> angle of a joint that does not move [rad]; zero where missing.
+    fused
+        Make links that cannot move one with what they hang on: the same physics in half the time, but then there is
+        no body for them, and `joint_positions` cannot ask where they are.
 
     Returns
     -------
@@ -98,7 +102,7 @@ def arm_model(
     mass = robot.payload.mass if payload is None else payload
     if not (math.isfinite(mass) and 0.0 <= mass <= 1000.0):
         raise ParameterError(f"payload = {mass} kg is no mass. It must be 0 .. 1000 kg.", payload=mass)
-    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held))
+    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held, fused))
 
 
 def nominal_model(robot: Robot, moving: Sequence[int] = ALL_JOINTS) -> MjModel:

@@ -6,6 +6,7 @@ ends are in that unit too. A field that may be None may be left out of the file.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -147,6 +148,16 @@ class Joint:
     radius: Annotated[float | None, Key("m", 0.002, 1.0)]
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
+
+    @property
+    def lever(self) -> float:
+        """Radius of the pulley; nan for an electric joint. [m]"""
+        return math.nan if self.radius is None else self.radius
+
+    @property
+    def middle(self) -> float:
+        """Contraction of both muscles at zero; nan for an electric joint."""
+        return math.nan if self.contraction is None else self.contraction
 
     @property
     def pneumatic(self) -> bool:

@@ -1,0 +1,191 @@
+"""dehyst reproduce: the paper's experiment, its report, logs and figures."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing
+from dehyst.app.terminal import terminal
+from dehyst.errors import ParameterError
+from dehyst.experiments.logs import write_trial
+from dehyst.experiments.reproduce import PLANTS, Request, log_folder, reproduce
+from dehyst.experiments.results import COMPENSATED, Reproduction
+from dehyst.experiments.summary import as_json, mean_figures
+from dehyst.files import write_atomically
+from dehyst.plant.parameters import Robot, load_robot
+from dehyst.report import write_reproduction_report
+
+QUICK = {
+    "calibration.mean_pressures_bar": [2.2, 3.8],
+    "calibration.loads_bar": [-0.8, 0.8],
+    "calibration.sweep_s": 14.0,
+    "identification.loop_s": 12.0,
+    "homing.cycles": 6,
+    "path.cycles_fast": 2,
+    "path.slow_factor": 5.0,
+}
+"""What ``--quick`` changes: less of everything, nothing of the plant."""
+
+
+@dataclass(frozen=True)
+class ReproduceRequest:
+    """The command line of ``dehyst reproduce``."""
+
+    quick: bool = False
+    plant: str | None = None
+    joint: str = "all"
+    compensator: str = "paper"
+    seed: int | None = None
+    cycles: int | None = None
+    robot: Path | None = None
+    out: Path = Path("reproduction")
+    json: Path | None = None
+    overwrite: bool = False
+
+
+def run_reproduce(request: ReproduceRequest) -> None:
+    """Run, write everything, print what came out."""
+    page = request.out / "report.html"
+    refuse_existing(page, request.overwrite, own=PAGE)
+    if request.json is not None:
+        refuse_existing(request.json, request.overwrite, own=REPRODUCTION)
+    robot, experiment = _robot(request), _experiment(request)
+    with _shown_progress() as progress:
+        result = reproduce(robot, experiment, request.out / "logs", progress)
+        result = replace(result, settings={**result.settings, "command": _line(request)})
+        progress.stage("logs and report", len(result.plants) + 1)
+        logs: dict[str, list[str]] = {}
+        for plant in result.plants.values():
+            logs |= _write_logs(plant.plant, result, request.out)
+            progress.step()
+        write_reproduction_report(result, page, figures=request.out / "figures", logs=logs)
+        progress.step()
+    figures = as_json(result)
+    for path in filter(None, (request.out / "figures.json", request.json)):
+        write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
+    _print(result)
+    sys.stderr.write(f"\nOpen {page} in a browser; figures, logs and figures.json lie beside it.\n")
+
+
+def _robot(request: ReproduceRequest) -> Robot:
+    changes: dict[str, object] = dict(QUICK) if request.quick else {}
+    if request.cycles is not None:
+        changes |= {"path.cycles_fast": request.cycles, "path.cycles_slow": request.cycles}
+    return load_robot(request.robot, changes)
+
+
+def _experiment(request: ReproduceRequest) -> Request:
+    default = ("preisach",) if request.quick else PLANTS
+    plants = default if request.plant is None else PLANTS if request.plant == "all" else tuple(request.plant.split(","))
+    joints = COMPENSATED if request.joint == "all" else tuple(_number(word) for word in request.joint.split(","))
+    first = request.seed or 0
+    seeds = (first,) if request.quick or request.seed is not None else (0, 1, 2)
+    return Request(plants, joints, request.compensator, seeds, studies=not request.quick)
+
+
+def _number(word: str) -> int:
+    try:
+        return int(word)
+    except ValueError:
+        raise ParameterError(f"--joint '{word}' is not a joint. Type 1, 2, 4 or all; several as 1,2.") from None
+
+
+def _line(request: ReproduceRequest) -> str:
+    words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
+    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot"):
+        value = getattr(request, option)
+        words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
+    return shlex.join([*words, "--out", str(request.out)])
+
+
+def _write_logs(plant: str, result: Reproduction, out: Path) -> Mapping[str, list[str]]:
+    """Logs of a plant's runs, and where the identification already wrote its own."""
+    found = result.plants[plant]
+    seed = next(iter(found.figures))
+    folder = log_folder(out / "logs", plant, seed)
+    mcap = find_spec("rosbags") is not None
+    logs = {
+        f"{plant}, {run.trial}, {run.compensator}": [
+            str(file.relative_to(out)) for file in write_trial(run, folder, mcap)
+        ]
+        for run in found.runs
+    }
+    for number in found.identifications:
+        for kind in ("identification", "unseen"):
+            file = folder / f"{kind}_joint{number}.csv"
+            logs[f"{plant}, {kind}, joint {number}"] = [str(file.relative_to(out))]
+    return logs
+
+
+class _Bar:
+    """A bar a stage."""
+
+    def __init__(self, bars: Progress) -> None:
+        self._bars = bars
+        self._task: Any = None
+
+    def stage(self, name: str, total: int) -> None:
+        self._task = self._bars.add_task(name, total=total)
+
+    def step(self) -> None:
+        self._bars.advance(self._task)
+
+
+class _Lines:
+    """A line a stage, where there is no terminal to draw on."""
+
+    def stage(self, name: str, total: int) -> None:
+        sys.stderr.write(f"{name} ({total})\n")
+        sys.stderr.flush()
+
+    def step(self) -> None:
+        """Nothing between the lines."""
+
+
+@contextmanager
+def _shown_progress() -> Iterator[_Bar | _Lines]:
+    if not sys.stderr.isatty():
+        yield _Lines()
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=terminal(stderr=True)) as bars:
+        yield _Bar(bars)
+
+
+def _print(result: Reproduction) -> None:
+    """One table: rms error off and on, and their ratio, of every plant, joint and trial."""
+    on = result.compensator
+    table = Table(title=f"rms error in degrees without and with the compensator '{on}'", title_justify="left")
+    for name in ("plant", "joint", "trial", "off", on, "ratio", "largest: ratio"):
+        table.add_column(name, justify="left" if name in ("plant", "trial") else "right")
+    for plant, found in result.plants.items():
+        for joint, values in mean_figures(found)["joints"].items():
+            for trial, run in values["trials"].items():
+                off, with_it = run["off"], run[on]
+                table.add_row(
+                    plant, joint, trial, f"{off['rms_deg']:.3f}", f"{with_it['rms_deg']:.3f}",
+                    _share(with_it["rms_deg"], off["rms_deg"]), _share(with_it["max_deg"], off["max_deg"]),
+                )  # fmt: skip
+    terminal().print(table)
+    for plant, found in result.plants.items():
+        left_off = [str(n) for n, one in found.identifications.items() if not one.accepted]
+        if left_off:
+            terminal().print(
+                f"{plant}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
+                f"that it was not fitted to, so there is nothing to compensate."
+            )
+
+
+def _share(value: float, of: float) -> str:
+    return f"{value / of:.2f}" if of > 0 else ""
