@@ -179,14 +179,31 @@ def reproduce(
     robot: Annotated[
         Path | None, typer.Option("--robot", help="Parameter file of the arm, .toml; the packaged arm without it.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", help="Folder for report, figures and logs.")] = Path("reproduction"),
+    out: Annotated[Path, typer.Option("--out", help="Folder for report and logs.")] = Path("reproduction"),
+    figures: Annotated[
+        Path | None, typer.Option("--figures", help="Write every figure as SVG and PNG into this folder.")
+    ] = None,
     json: Annotated[Path | None, typer.Option("--json", help="Write every figure to this JSON file too.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Run the paper's experiment on the simulated arm and write its report."""
     from dehyst.app.reproduce import ReproduceRequest, run_reproduce
 
-    run_reproduce(ReproduceRequest(quick, plant, joint, compensator, seed, cycles, robot, out, json, overwrite))
+    run_reproduce(
+        ReproduceRequest(
+            quick,
+            plant,
+            joint,
+            compensator,
+            seed,
+            cycles,
+            robot,
+            out,
+            figures,
+            json,
+            overwrite,
+        )
+    )
 
 
 @app.command()

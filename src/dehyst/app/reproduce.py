@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,8 @@ from rich.table import Table
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing
 from dehyst.app.terminal import terminal
 from dehyst.errors import ParameterError
-from dehyst.experiments.logs import write_trial
-from dehyst.experiments.reproduce import PLANTS, Request, log_folder, reproduce
+from dehyst.experiments.logs import log_folder, log_names
+from dehyst.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.experiments.results import COMPENSATED, Reproduction
 from dehyst.experiments.summary import as_json, mean_figures
 from dehyst.files import write_atomically
@@ -33,7 +32,7 @@ QUICK = {
     "identification.loop_s": 12.0,
     "homing.cycles": 6,
     "path.cycles_fast": 2,
-    "path.slow_factor": 5.0,
+    "path.slow_factor": 4.0,
 }
 """What ``--quick`` changes: less of everything, nothing of the plant."""
 
@@ -50,6 +49,7 @@ class ReproduceRequest:
     cycles: int | None = None
     robot: Path | None = None
     out: Path = Path("reproduction")
+    figures: Path | None = None
     json: Path | None = None
     overwrite: bool = False
 
@@ -64,18 +64,14 @@ def run_reproduce(request: ReproduceRequest) -> None:
     with _shown_progress() as progress:
         result = reproduce(robot, experiment, request.out / "logs", progress)
         result = replace(result, settings={**result.settings, "command": _line(request)})
-        progress.stage("logs and report", len(result.plants) + 1)
-        logs: dict[str, list[str]] = {}
-        for plant in result.plants.values():
-            logs |= _write_logs(plant.plant, result, request.out)
-            progress.step()
-        write_reproduction_report(result, page, figures=request.out / "figures", logs=logs)
+        progress.stage("report", 1)
+        write_reproduction_report(result, page, figures=request.figures, logs=_logs(result, request.out))
         progress.step()
     figures = as_json(result)
     for path in filter(None, (request.out / "figures.json", request.json)):
         write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _print(result)
-    sys.stderr.write(f"\nOpen {page} in a browser; figures, logs and figures.json lie beside it.\n")
+    sys.stderr.write(f"\nOpen {page} in a browser; logs and figures.json lie beside it.\n")
 
 
 def _robot(request: ReproduceRequest) -> Robot:
@@ -109,22 +105,20 @@ def _line(request: ReproduceRequest) -> str:
     return shlex.join([*words, "--out", str(request.out)])
 
 
-def _write_logs(plant: str, result: Reproduction, out: Path) -> Mapping[str, list[str]]:
-    """Logs of a plant's runs, and where the identification already wrote its own."""
-    found = result.plants[plant]
-    seed = next(iter(found.figures))
-    folder = log_folder(out / "logs", plant, seed)
-    mcap = find_spec("rosbags") is not None
-    logs = {
-        f"{plant}, {run.trial}, {run.compensator}": [
-            str(file.relative_to(out)) for file in write_trial(run, folder, mcap)
-        ]
-        for run in found.runs
-    }
-    for number in found.identifications:
-        for kind in ("identification", "unseen"):
-            file = folder / f"{kind}_joint{number}.csv"
-            logs[f"{plant}, {kind}, joint {number}"] = [str(file.relative_to(out))]
+def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
+    """Run -> its log files, relative to the folder of the report."""
+    logs: dict[str, list[str]] = {}
+    for name, plant in result.plants.items():
+        folder = log_folder(out / "logs", name, next(iter(plant.figures)))
+
+        def files(stem: str, folder: Path = folder) -> list[str]:
+            return sorted(file.relative_to(out).as_posix() for file in folder.glob(f"{stem}.*"))
+
+        for run in plant.runs:
+            logs[f"{name}, {run.trial}, {run.compensator}"] = files(log_names(run))
+        for number in plant.identifications:
+            for kind in ("identification", "unseen"):
+                logs[f"{name}, {kind}, joint {number}"] = files(f"{kind}_joint{number}")
     return logs
 
 

@@ -14,6 +14,8 @@ from dehyst.io import write_csv, write_mcap
 
 Array = npt.NDArray[np.float64]
 
+MOST_ROWS = 4000  # of a log: its rows are 20 to 80 ms apart
+
 
 def trial_columns(run: TrialRun) -> Mapping[str, Array]:
     """Columns of a run's log, with their units: what a rig would have logged, and the tool."""
@@ -37,17 +39,29 @@ def trial_columns(run: TrialRun) -> Mapping[str, Array]:
     return columns
 
 
-def _channels(run: TrialRun, columns: Mapping[str, Array]) -> dict[str, tuple[Array, Mapping[str, Array]]]:
+def _channels(time: Array, columns: Mapping[str, Array]) -> dict[str, tuple[Array, Mapping[str, Array]]]:
     """One topic a joint, one for the tool, one for the place on the path; fields without the topic's name."""
     channels: dict[str, dict[str, Array]] = {}
     for name, values in columns.items():
         topic, _, field = name.partition("_") if name.startswith(("joint", "tool")) else ("path", "", name)
         channels.setdefault(topic, {})[field] = values
-    return {topic: (run.time, fields) for topic, fields in channels.items()}
+    return {topic: (time, fields) for topic, fields in channels.items()}
+
+
+def log_folder(folder: Path, plant: str, seed: int) -> Path:
+    """Where the logs of a plant and seed go; made if it is not there."""
+    place = folder / plant / f"seed{seed}"
+    place.mkdir(parents=True, exist_ok=True)
+    return place
+
+
+def log_names(run: TrialRun) -> str:
+    """Beginning of the names of a run's log files."""
+    return f"{run.trial}_{run.compensator}"
 
 
 def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
-    """Write a run's log; the file's name tells trial and compensator.
+    """Write a run's log, every n-th row so that there are `MOST_ROWS` at most; its name tells trial and compensator.
 
     Parameters
     ----------
@@ -58,9 +72,10 @@ def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
     mcap
         Whether an MCAP file is written too; needs the extra ``ros``.
     """
-    columns = trial_columns(run)
-    stem = folder / f"{run.trial}_{run.compensator}"
-    written = [write_csv(stem.with_suffix(".csv"), {"time_s": run.time, **columns})]
+    thin = slice(None, None, -(-run.time.size // MOST_ROWS))
+    time, columns = run.time[thin], {name: values[thin] for name, values in trial_columns(run).items()}
+    stem = folder / log_names(run)
+    written = [write_csv(stem.with_suffix(".csv"), {"time_s": time, **columns})]
     if mcap:
-        written.append(write_mcap(stem.with_suffix(".mcap"), _channels(run, columns)))
+        written.append(write_mcap(stem.with_suffix(".mcap"), _channels(time, columns)))
     return written

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -19,6 +20,7 @@ from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.calibration import calibrate
 from dehyst.experiments.compensators import Recipe, equip, local_characteristic, recipe
+from dehyst.experiments.logs import log_folder, write_trial
 from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.results import (
@@ -131,7 +133,7 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
         backbones = _calibrations(crew, cases, chosen)
         found = _identifications(crew, cases, backbones, request, folder)
         equipment = {case: equip(r, backbones[case], found[case], case.seed) for case, r in cases.items()}
-        runs = _trials(crew, cases, equipment, path, request)
+        runs = _trials(crew, cases, equipment, path, request, folder)
         first = next(iter(cases))
         study = StudyCase(cases[first], path, equipment[first], request.joints[0])
         studies = study_tables(crew.do("studies", study_jobs(study))) if request.studies else {}
@@ -209,10 +211,19 @@ def _trials(
     equipment: Mapping[Case, Equipment],
     path: ArmPath,
     request: Request,
+    folder: Path,
 ) -> dict[Case, list[tuple[TrialRun, float]]]:
+    mcap = find_spec("rosbags") is not None
+
+    def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float]:
+        found, speed = run_trial(robot, path, equipment[case], trial, name)
+        if case.seed == request.seeds[0]:  # while another thread simulates
+            write_trial(found, log_folder(folder, case.plant, case.seed), mcap)
+        return found, speed
+
     names = ("off", request.compensator)
     jobs = {
-        (case, trial, name): partial(run_trial, robot, path, equipment[case], trial, name)
+        (case, trial, name): partial(run, case, robot, trial, name)
         for case, robot in cases.items()
         for trial in request.trials
         for name in names
@@ -240,13 +251,6 @@ def _plant_result(
         },
         real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
     )
-
-
-def log_folder(folder: Path, plant: str, seed: int) -> Path:
-    """Where the logs of a plant and seed go; made if it is not there."""
-    place = folder / plant / f"seed{seed}"
-    place.mkdir(parents=True, exist_ok=True)
-    return place
 
 
 def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> dict[str, Any]:

@@ -28,6 +28,7 @@ Array = npt.NDArray[np.float64]
 SETTLE_S = 1.0  # position control holds where the homing ended
 APPROACH_S = 4.0  # from there to the start of the path
 REST_S = 1.0  # and rests
+LOG_S = (0.01, 0.02)  # of the fast and of the slow trials: the tool moves by 3 mm from row to row at most
 POSES = 120  # of the animation
 SLOW = ("slow", "slow_no_integrator")
 
@@ -121,8 +122,7 @@ def run_trial(
     once = times[times <= motion.duration]
     load = _repeated(times, motion.duration, once, arm.feedforward(*_of(moving, path.motion(motion, once))))
     reference = _reference(arm, (angle, velocity, acceleration), load, times[1] - times[0], switches, own, hung)
-    every = 0.01 * max(1.0, motion.duration * cycles / 100.0)
-    log = arm.run(reference, every_s=min(every, 0.02))
+    log = arm.run(reference, every_s=LOG_S[trial in SLOW])
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + reference.duration
