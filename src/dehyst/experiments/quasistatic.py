@@ -87,9 +87,11 @@ def excite(
 
 
 def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
-    """Decaying cycles of all pneumatic joints at once: afterwards the memory of every muscle is known to be spent."""
+    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent."""
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
     share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
-    return excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05)
+    log = excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05)
+    arm.forget()
+    return log

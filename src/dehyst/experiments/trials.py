@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -111,21 +111,15 @@ def run_trial(
     switches = _switches(moving, trial, compensator)
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
-    own = equipment.own if compensator != "off" else {}
-    for one in own.values():
-        one.reset(0.0)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
-    approach = _approach(arm, path, switches, own, hung)
-    arm.run(approach, every_s=1.0)
-    times = _knots(robot, motion, cycles)
-    angle, velocity, acceleration = _of(moving, path.motion(motion, times))
-    once = times[times <= motion.duration]
-    load = _repeated(times, motion.duration, once, arm.feedforward(*_of(moving, path.motion(motion, once))))
-    reference = _reference(arm, (angle, velocity, acceleration), load, times[1] - times[0], switches, own, hung)
-    log = arm.run(reference, every_s=LOG_S[trial in SLOW])
+    own = equipment.own if compensator != "off" else {}
+    approach, along_path = _with_own(arm, (_approach(arm, path, hung), _path(arm, path, motion, cycles, hung)), own)
+    mean = robot.controller.mean_pressure
+    arm.run(approach.reference(mean, switches), every_s=1.0)
+    log = arm.run(along_path.reference(mean, switches), every_s=LOG_S[trial in SLOW])
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
-    simulated = homing_s + approach.duration + reference.duration
+    simulated = homing_s + approach.duration + along_path.duration
     run = _trial_run(arm, motion, log, trial, compensator)
     return run, simulated / spent
 
@@ -165,27 +159,25 @@ def _repeated(times: Array, duration: float, once: Array, values: Array) -> Arra
     return np.stack([np.interp(phase, once, column, period=duration) for column in values.T], axis=1)
 
 
-def _reference(
-    arm: Arm,
-    motion: tuple[Array, Array, Array],
-    load: Array,
-    spacing: float,
-    switches: npt.NDArray[np.uint32],
-    own: Mapping[int, Compensator],
-    hung: Array,
-) -> Reference:
-    """Reference of a motion (K, 7) with the load that the nominal rigid body feels along it."""
-    angle, velocity, _ = motion
-    extra = np.zeros_like(angle)
-    for number, compensator in own.items():
-        index = arm.moving.index(number)
-        extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
-    return Reference.motion(spacing, motion, load, arm.robot.controller.mean_pressure, switches, extra, hung)
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A part of a run at knots of equal spacing: motion, load that the controller knows, what is hung on, (K, n)."""
+
+    spacing: float
+    motion: tuple[Array, Array, Array]
+    load: Array
+    hung: Array
+    extra: Array | float = 0.0
+
+    @property
+    def duration(self) -> float:
+        return float(self.spacing * (self.load.shape[0] - 1))
+
+    def reference(self, mean: float, switches: npt.NDArray[np.uint32]) -> Reference:
+        return Reference.motion(self.spacing, self.motion, self.load, mean, switches, self.extra, self.hung)
 
 
-def _approach(
-    arm: Arm, path: ArmPath, switches: npt.NDArray[np.uint32], own: Mapping[int, Compensator], hung: Array
-) -> Reference:
+def _approach(arm: Arm, path: ArmPath, hung: Array) -> _Part:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01
     start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
@@ -196,7 +188,34 @@ def _approach(
     rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
     way = end - start
     motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
-    return _reference(arm, motion, arm.feedforward(*motion), spacing, switches, own, rise[:, None] * hung)
+    return _Part(spacing, motion, arm.feedforward(*motion), rise[:, None] * hung)
+
+
+def _path(arm: Arm, path: ArmPath, motion: Timed, cycles: int, hung: Array) -> _Part:
+    """The path, as often as asked for."""
+    times = _knots(arm.robot, motion, cycles)
+    once = times[times <= motion.duration]
+    load = arm.feedforward(*_of(arm.moving, path.motion(motion, once)))
+    return _Part(
+        float(times[1]),
+        _of(arm.moving, path.motion(motion, times)),
+        _repeated(times, motion.duration, once, load),
+        np.broadcast_to(hung, (times.size, hung.size)),
+    )
+
+
+def _with_own(arm: Arm, parts: tuple[_Part, _Part], own: Mapping[int, Compensator]) -> tuple[_Part, _Part]:
+    """Add the terms of one's own compensators: each hears the whole desired motion, from where the homing ended."""
+    if not own:
+        return parts
+    first, second = parts
+    extra = np.zeros((first.load.shape[0] + second.load.shape[0], len(arm.moving)))
+    angle, velocity = (np.concatenate([first.motion[k], second.motion[k]]) for k in range(2))
+    for number, compensator in own.items():
+        index = arm.moving.index(number)
+        extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
+    cut = first.load.shape[0]
+    return replace(first, extra=extra[:cut]), replace(second, extra=extra[cut:])
 
 
 def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: str) -> TrialRun:

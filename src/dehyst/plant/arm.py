@@ -177,6 +177,8 @@ class Arm:
         self.model = arm_model(robot, moving=moving, fused=True)
         self.data = new_data(self.model)
         self._plants: dict[int, _native.PneumaticJoint] = {}
+        self._compensated: dict[int, tuple[_native.JointController, HysteresisModel]] = {}
+        self._controllers = dict(controllers)
         self.seed = seed
         self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
         period = robot.simulation.period
@@ -198,9 +200,10 @@ class Arm:
                 )
             plant = _plant(robot, number, seed, (mechanisms or {}).get(number, ()))
             model = (compensators or {}).get(number)
-            self._loop.add_pneumatic(
-                plant, _native.JointController(controllers[number].as_dict(), _native_model(model))
-            )
+            control = _native.JointController(controllers[number].as_dict(), _native_model(model))
+            self._loop.add_pneumatic(plant, control)
+            if model is not None:
+                self._compensated[number] = (control, model)
             self._plants[number] = plant
         self.reset()
 
@@ -213,6 +216,17 @@ class Arm:
         for number, plant in self._plants.items():
             plant.reset(0.0, mean, mean, _noise_seed(self.seed, number))
         self._loop.reset_controllers()
+
+    def forget(self) -> None:
+        """Tell the compensators that the joints were homed to where they are: no muscle remembers anything.
+
+        While pressures are applied, as in a homing, a compensator hears nothing of where the joint goes. Afterwards its
+        memory is set to what the decaying cycles of a homing leave: every operator is centred on the present angle.
+        """
+        for number, (control, model) in self._compensated.items():
+            told = self._controllers[number]
+            spent = model.with_state(model.final_state(_dying_out(self.angles[self.moving.index(number)])))
+            control.exchange(_native_model(spent), told.compensator_unit, told.shear)
 
     def run(self, reference: Reference, every_s: float) -> ArmLog:
         """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.
@@ -274,6 +288,11 @@ def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _n
 
 def _noise_seed(seed: int, number: int) -> int:
     return seed * 8 + number
+
+
+def _dying_out(angle: float) -> Array:
+    """Tips of cycles that decay so slowly that they wipe out whatever was remembered, evenly on both sides."""
+    return np.asarray(angle + 2 * np.pi * np.append((-0.95) ** np.arange(300.0), 0.0))
 
 
 def _native_model(model: HysteresisModel | None) -> Any:
