@@ -18,6 +18,7 @@ from dehyst.plant.validation import known_keys
 RUN_SETTINGS: Mapping[str, tuple[Any, tuple[str, ...] | None]] = {
     "load_Nm": (0.0, None),  # constant torque on the joint; known to the plant, unknown to the controller
     "initial_state": ("homed", ("homed", "unknown")),  # of the hysteresis, when a trial begins
+    "identified_on": ("here", ("here", "default")),  # the robot that is run, or the one without changes of its plant
 }
 LARGEST_LOAD = 1000.0
 MOST_CHECKED = 1000  # sets of parameters that are tried on the robot beforehand, about a second
