@@ -1,7 +1,7 @@
 #include "dehyst.h"
 
 #define HALF ((dehyst_real)0.5)
-#define STEPS_UNSEEN 100 /* resolutions that a frozen encoder must have missed: a light joint held by friction fakes ten */
+#define STEPS_UNSEEN 20 /* resolutions that a frozen encoder must have missed: friction that holds a light joint fakes ten */
 
 /* A pressure sensor in use always dithers, except at the stop of its range: vented, it reads exactly zero. */
 static uint32_t take_pressures(const dehyst_joint *joint, dehyst_joint_state *state,
