@@ -1,4 +1,4 @@
-"""dehyst: from a logged hysteresis loop to a verified compensator.
+"""dehyst: from a logged hysteresis loop to a verified compensator, and a simulated robot to try it on.
 
 The public names and nothing else; each is imported when it is first used, so that ``import dehyst`` and
 ``dehyst --help`` cost nothing.
@@ -10,7 +10,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from dehyst.control import Compensator as Compensator
+    from dehyst.control import InverseCompensator as InverseCompensator
+    from dehyst.control import JointController as JointController
+    from dehyst.control import JointControllerParameters as JointControllerParameters
     from dehyst.errors import DehystError as DehystError
+    from dehyst.experiments.calibration import calibrate as calibrate
+    from dehyst.experiments.compensators import equip as equip
+    from dehyst.experiments.loops_run import identify_joint as identify_joint
+    from dehyst.experiments.path import plan_path as plan_path
+    from dehyst.experiments.reproduce import Request as Request
+    from dehyst.experiments.reproduce import reproduce as reproduce
+    from dehyst.experiments.results import Reproduction as Reproduction
+    from dehyst.experiments.trials import Equipment as Equipment
+    from dehyst.experiments.trials import run_trial as run_trial
     from dehyst.findings import Finding as Finding
     from dehyst.identification import Fit as Fit
     from dehyst.identification import identify as identify
@@ -25,29 +38,54 @@ if TYPE_CHECKING:
     from dehyst.models import StaticCurve as StaticCurve
     from dehyst.models import StopOperatorModel as StopOperatorModel
     from dehyst.models import load_model as load_model
+    from dehyst.plant import Arm as Arm
+    from dehyst.plant import Mechanism as Mechanism
+    from dehyst.plant import Reference as Reference
+    from dehyst.plant import Robot as Robot
+    from dehyst.plant import load_robot as load_robot
     from dehyst.recording import Recording as Recording
     from dehyst.report import write_report as write_report
+    from dehyst.report import write_reproduction_report as write_reproduction_report
 
 __version__ = "0.1.0"
 
 _HOME = {
+    "Arm": "dehyst.plant",
+    "Compensator": "dehyst.control",
     "DehystError": "dehyst.errors",
+    "Equipment": "dehyst.experiments.trials",
     "Finding": "dehyst.findings",
     "Fit": "dehyst.identification",
     "HysteresisModel": "dehyst.models",
+    "InverseCompensator": "dehyst.control",
+    "JointController": "dehyst.control",
+    "JointControllerParameters": "dehyst.control",
+    "Mechanism": "dehyst.plant",
     "ModifiedPrandtlIshlinskii": "dehyst.models",
     "MonotoneMap": "dehyst.models",
     "PrandtlIshlinskii": "dehyst.models",
     "Recording": "dehyst.recording",
+    "Reference": "dehyst.plant",
+    "Reproduction": "dehyst.experiments.results",
+    "Request": "dehyst.experiments.reproduce",
+    "Robot": "dehyst.plant",
     "StaticCurve": "dehyst.models",
     "StopOperatorModel": "dehyst.models",
+    "calibrate": "dehyst.experiments.calibration",
+    "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
+    "identify_joint": "dehyst.experiments.loops_run",
     "identify_paper": "dehyst.identification",
     "inspect_log": "dehyst.io",
     "load_model": "dehyst.models",
+    "load_robot": "dehyst.plant",
+    "plan_path": "dehyst.experiments.path",
     "read_log": "dehyst.io",
     "read_signal": "dehyst.io",
+    "reproduce": "dehyst.experiments.reproduce",
+    "run_trial": "dehyst.experiments.trials",
     "write_report": "dehyst.report",
+    "write_reproduction_report": "dehyst.report",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

@@ -101,8 +101,8 @@ def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) ->
     Examples
     --------
     >>> time, value = decaying_cycles(2, decay=0.25, cycle_s=4.0, period=1.0)
-    >>> value.round(3).tolist()
-    [0.0, 1.0, 0.25, -0.5, -0.125, 0.25, 0.063, -0.125, 0.0]
+    >>> value.round(4).tolist()
+    [0.0, 1.0, 0.25, -0.5, -0.125, 0.25, 0.0625, -0.125, 0.0]
     """
     _positive(cycle_s, "cycle_s")
     if not 0 < decay < 1:

@@ -51,6 +51,21 @@ def calibrate(
     Returns
     -------
     characteristic : Characteristic
+
+    Raises
+    ------
+    SimulationError
+        If the joint's controller failed safe during a sweep.
+
+    Examples
+    --------
+    A short calibration; the file's own takes three mean pressures, three loads and sweeps of 24 s:
+
+    >>> from dehyst.plant.parameters import load_robot
+    >>> short = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 3}
+    >>> found = calibrate(load_robot(changes={"calibration": short}), 1)
+    >>> round(1e5 * found.b[0])  # B(0): torque of a bar of pressure difference [Nm/bar]
+    34
     """
     plan = nominal_characteristic(robot, number)
     unit = float(plan.b[0])  # torque that a pressure difference gives at zero [Nm/Pa]

@@ -103,7 +103,32 @@ def equip(
     identifications: Mapping[int, JointIdentification],
     seed: int = 0,
 ) -> Equipment:
-    """Put the calibrated characteristics and the accepted inverse models into the joint controllers."""
+    """Put the calibrated characteristics and the accepted inverse models into the joint controllers.
+
+    Parameters
+    ----------
+    robot
+        Whose [controller] table the controllers follow.
+    characteristics
+        Joint number -> what `calibrate` found.
+    identifications
+        Joint number -> what `identify_joint` found; a model that is not accepted is left out.
+    seed
+        Of noise and tolerances in the trials.
+
+    Returns
+    -------
+    equipment : Equipment
+        What `run_trial` takes.
+
+    Examples
+    --------
+    >>> from dehyst.experiments.nominal import nominal_characteristic
+    >>> from dehyst.plant.parameters import load_robot
+    >>> robot = load_robot()
+    >>> sorted(equip(robot, {1: nominal_characteristic(robot, 1)}, {}).controllers)
+    [1]
+    """
     controllers = {n: controller_parameters(robot, n, found) for n, found in characteristics.items()}
     accepted = {n: found for n, found in identifications.items() if found.accepted}
     for n, found in accepted.items():

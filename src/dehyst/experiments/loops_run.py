@@ -57,6 +57,20 @@ def identify_joint(
     Returns
     -------
     identification : JointIdentification
+
+    Examples
+    --------
+    Shorter than the file's own calibration and loops:
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from dehyst.experiments.calibration import calibrate
+    >>> from dehyst.plant.parameters import load_robot
+    >>> short = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 3}
+    >>> robot = load_robot(changes={"calibration": short, "identification.loop_s": 8.0, "homing.cycles": 3})
+    >>> with TemporaryDirectory() as folder:
+    ...     found = identify_joint(robot, 1, calibrate(robot, 1), Path(folder))
+    >>> found.accepted, bool(found.inverse_rms_ratio < 0.3)
+    (True, True)
     """
     arm = Arm(
         robot,

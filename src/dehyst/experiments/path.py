@@ -56,6 +56,18 @@ def plan_path(robot: Robot) -> ArmPath:
     Returns
     -------
     path : ArmPath
+
+    Raises
+    ------
+    ParameterError
+        If the arm cannot reach the path; says where, and what to change.
+
+    Examples
+    --------
+    >>> from dehyst.plant.parameters import load_robot
+    >>> path = plan_path(load_robot())
+    >>> [figure.name for figure in path.timing.path.figures], round(path.timing.duration)
+    (['line', 'large circle', 'small circle', 'rectangle'], 28)
     """
     settings = robot.path
     path = test_path(TestCube(settings.cube, settings.center), settings.rounding)

@@ -84,6 +84,11 @@ class Request:
         Whether the studies of rest and of where compensation hurts are run.
     workers
         Threads; None: one a core.
+
+    Examples
+    --------
+    >>> Request(plants=("dahl",), seeds=(0,), studies=False).trials
+    ('fast', 'slow', 'slow_no_integrator')
     """
 
     plants: tuple[str, ...] = PLANTS
@@ -117,6 +122,23 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     ------
     ParameterError
         If the request names what does not exist.
+    MissingExtraError
+        If mujoco or mink is not installed.
+
+    Examples
+    --------
+    One trial of the whole arm on one plant, everything as short as it goes:
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from dehyst.plant.parameters import load_robot
+    >>> short = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 3}
+    >>> short = {"calibration": short, "identification.loop_s": 6.0, "homing.cycles": 3, "path.cycles_fast": 1}
+    >>> request = Request(plants=("dahl",), joints=(1,), seeds=(0,), trials=("fast",), studies=False)
+    >>> with TemporaryDirectory() as folder:
+    ...     result = reproduce(load_robot(changes=short), request, Path(folder))
+    >>> found = result.plants["dahl"].figures[0]["joints"]["1"]["trials"]["fast"]
+    >>> found["paper"]["rms_deg"] < 0.5 * found["off"]["rms_deg"]
+    True
     """
     _check(request)
     show = progress or _Silent()

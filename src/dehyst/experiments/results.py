@@ -211,6 +211,14 @@ class Reproduction:
     studies
         Name -> small table of a study for its own section of the report ("rest", "smaller hysteresis", "double
         compensation", "high gains"): columns by name, (N,) each; a column of words is a sequence of str.
+
+    Examples
+    --------
+    Returned by `dehyst.reproduce`, read like this:
+
+    >>> result = Reproduction(plants={}, compensator="paper", settings={"seeds": [0]})
+    >>> for name, plant in result.plants.items():
+    ...     print(name, plant.figures[0]["joints"]["1"]["trials"]["slow"])
     """
 
     plants: Mapping[str, PlantResult]

@@ -55,6 +55,17 @@ class Equipment:
         What the arm went through before: `home`, or something that leaves it with an unknown memory.
     seed
         Of noise and tolerances.
+
+    Examples
+    --------
+    Made by `equip`, changed by `dataclasses.replace`; here 20 Nm pull on joint 1 that no controller knows of:
+
+    >>> from dataclasses import replace
+    >>> from dehyst.experiments.compensators import equip
+    >>> from dehyst.plant.parameters import load_robot
+    >>> plain = equip(load_robot(), {}, {})
+    >>> replace(plain, loads={1: -20.0}).loads
+    {1: -20.0}
     """
 
     controllers: Mapping[int, JointControllerParameters]
@@ -97,6 +108,20 @@ def run_trial(
     run : TrialRun
     real_time_factor : float
         Simulated time over wall time, homing included.
+
+    Examples
+    --------
+    Joint 1 alone, with what its data sheets tell and no calibration:
+
+    >>> from dehyst.experiments.compensators import equip
+    >>> from dehyst.experiments.nominal import nominal_characteristic
+    >>> from dehyst.experiments.path import plan_path
+    >>> from dehyst.plant.parameters import load_robot
+    >>> robot = load_robot(changes={"path.cycles_fast": 1, "homing.cycles": 3})
+    >>> equipment = equip(robot, {1: nominal_characteristic(robot, 1)}, {})
+    >>> run, _ = run_trial(robot, plan_path(robot), equipment, "fast", "off", moving=(1,))
+    >>> run.error.shape[1], bool(np.abs(run.error[:, 0]).max() < np.radians(5.0))
+    (7, True)
     """
     arm = Arm(
         robot,

@@ -50,6 +50,14 @@ class Reference:
         of the n moving joints.
     switches
         (K, n) what is switched on from each knot on: see `dehyst.control`.
+
+    Examples
+    --------
+    One joint, 0.2 bar more in its first muscle than in its second, for 1 s:
+
+    >>> zero = np.zeros((101, 1))
+    >>> Reference.pressures(0.01, difference=zero + 2e4, mean=zero + 3e5, hung=zero).duration
+    1.0
     """
 
     spacing: float
@@ -160,6 +168,19 @@ class Arm:
     ------
     ParameterError
         If a controller is missing.
+
+    Examples
+    --------
+    Joint 1 alone, under position control, goes to 0.1 rad and holds there for 4 s:
+
+    >>> from dehyst.control import SWITCHES
+    >>> from dehyst.plant import load_robot
+    >>> arm = Arm(load_robot(), moving=(1,), controllers={1: JointControllerParameters()})
+    >>> goal, zero = np.full((401, 1), 0.1), np.zeros((401, 1))
+    >>> on = SWITCHES["position"] | SWITCHES["integrator"]
+    >>> log = arm.run(Reference.motion(0.01, (goal, zero, zero), zero, 3e5, on), every_s=0.1)
+    >>> bool(abs(log.angle[-1, 0] - 0.1) < 0.01)
+    True
     """
 
     def __init__(

@@ -119,10 +119,12 @@ def run_pressures(
 
     Parameters
     ----------
-    parameters, angle, period, mechanisms
+    parameters, angle
         As of `run_valves`.
     pressure
         (T, 2) gauge pressures. [Pa]
+    period, mechanisms
+        As of `run_valves`.
 
     Returns
     -------

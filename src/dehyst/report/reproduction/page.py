@@ -85,6 +85,14 @@ def write_reproduction_report(
     ------
     OutputError
         If a file cannot be written. An earlier file of that name stays as it was.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     page = write_reproduction_report(Reproduction({}, "paper", {}), Path(folder) / "report.html")
+    ...     page.read_text(encoding="utf-8")[:15]
+    '<!DOCTYPE html>'
     """
     parts = tuple(_part(result, plant) for plant in result.plants.values())
     overview = overview_plate(result)
