@@ -12,7 +12,7 @@ from dehyst.experiments.nominal import controller_parameters, nominal_characteri
 from dehyst.experiments.quasistatic import SPACING, excite, known_torque
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.arm import Arm, ArmLog
-from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
 
 Array = npt.NDArray[np.float64]
@@ -25,7 +25,7 @@ LARGEST_STRETCH = 2.0
 
 
 def calibrate(
-    robot: Robot, number: int, *, seed: int = 0, mechanisms: tuple[Mechanism, Mechanism] | None = None
+    robot: Robot, number: int, *, seed: int = 0, mechanisms: MechanismFactory | None = None
 ) -> Characteristic:
     """Sweep a joint slowly up and down at several mean pressures and known loads, and fit A, B and C.
 
@@ -46,7 +46,7 @@ def calibrate(
     seed
         Of the noise and the muscles' tolerances.
     mechanisms
-        Foreign hysteresis mechanisms of the two muscles.
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def calibrate(
         robot,
         moving=(number,),
         controllers={number: controller_parameters(robot, number, plan)},
-        mechanisms={number: mechanisms} if mechanisms else None,
+        mechanisms=mechanisms_of(mechanisms, (number,)),
         seed=seed,
     )
     settings = robot.calibration

@@ -15,6 +15,7 @@ from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.results import Characteristic, JointIdentification
 from dehyst.experiments.trials import Equipment
 from dehyst.models import HysteresisModel, PrandtlIshlinskii
+from dehyst.plant.mechanisms import MechanismFactory
 from dehyst.plant.parameters import Robot
 
 Array = npt.NDArray[np.float64]
@@ -102,6 +103,7 @@ def equip(
     characteristics: Mapping[int, Characteristic],
     identifications: Mapping[int, JointIdentification],
     seed: int = 0,
+    mechanisms: MechanismFactory | None = None,
 ) -> Equipment:
     """Put the calibrated characteristics and the accepted inverse models into the joint controllers.
 
@@ -134,4 +136,4 @@ def equip(
     for n, found in accepted.items():
         controllers[n] = replace(controllers[n], shear=found.shear * BAR, compensator_unit=BAR)
     models = {n: pruned_inverse(found) for n, found in accepted.items()}
-    return Equipment(controllers, characteristics, models, seed=seed)
+    return Equipment(controllers, characteristics, models, mechanisms=mechanisms, seed=seed)

@@ -15,7 +15,7 @@ from dehyst.experiments.results import Characteristic, JointIdentification
 from dehyst.identification import Fit, identify
 from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
-from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +31,7 @@ def identify_joint(
     folder: Path,
     *,
     seed: int = 0,
-    mechanisms: tuple[Mechanism, Mechanism] | None = None,
+    mechanisms: MechanismFactory | None = None,
 ) -> JointIdentification:
     """Run nested loops on a joint alone, write their log, and identify the paper's model from the written file.
 
@@ -52,7 +52,7 @@ def identify_joint(
     seed
         Of the noise and the muscles' tolerances.
     mechanisms
-        Foreign hysteresis mechanisms of the two muscles.
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def identify_joint(
         robot,
         moving=(number,),
         controllers={number: controller_parameters(robot, number, characteristic)},
-        mechanisms={number: mechanisms} if mechanisms else None,
+        mechanisms=mechanisms_of(mechanisms, (number,)),
         seed=seed,
     )
     settings, shear = robot.identification, robot.compensator.shear / BAR

@@ -6,7 +6,7 @@ import itertools
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -16,6 +16,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from dehyst import __version__
+from dehyst.control import Compensator
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.calibration import calibrate
@@ -36,6 +37,7 @@ from dehyst.experiments.scores import plant_figures
 from dehyst.experiments.studies import Case as StudyCase
 from dehyst.experiments.studies import study_jobs, study_tables
 from dehyst.experiments.trials import Equipment, run_trial, trial_motion
+from dehyst.plant.mechanisms import MechanismFactory
 from dehyst.plant.parameters import Robot
 from dehyst.plant.provenance import changes_from_packaged, sources
 
@@ -71,11 +73,11 @@ class Request:
     Attributes
     ----------
     plants
-        Hysteresis mechanisms of the simulated muscles, of `PLANTS`.
+        Hysteresis mechanisms of the simulated muscles, of `PLANTS` or of `foreign`.
     joints
         Joints that are identified, compensated and listed, of 1, 2 and 4.
     compensator
-        Its name, of `dehyst.experiments.compensators.NAMES`.
+        Its name, of `dehyst.experiments.compensators.NAMES`; any name with `own`.
     seeds
         Each repeats everything with other noise and other muscles of the same make.
     trials
@@ -84,6 +86,11 @@ class Request:
         Whether the studies of rest and of where compensation hurts are run.
     workers
         Threads; None: one a core.
+    foreign
+        Plant name -> what makes hysteresis mechanisms of one's own, in Python; see `dehyst.plant.mechanisms`.
+    own
+        Makes a compensator of one's own for a joint from what was identified on it; see `dehyst.control.Compensator`.
+        None: the recipe's, in the controller.
 
     Examples
     --------
@@ -98,6 +105,8 @@ class Request:
     trials: tuple[str, ...] = TRIALS
     studies: bool = True
     workers: int | None = None
+    foreign: Mapping[str, MechanismFactory] = field(default_factory=dict)
+    own: Callable[[JointIdentification], Compensator] | None = None
 
 
 def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress | None = None) -> Reproduction:
@@ -142,23 +151,23 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     """
     _check(request)
     show = progress or _Silent()
-    chosen = recipe(request.compensator)
+    chosen = recipe("paper" if request.own else request.compensator)
     show.stage("inverse kinematics", 1)
     path = plan_path(robot)
     show.step()
     cases = {
-        Case(plant, seed): robot.with_changes({**chosen.changes, "hysteresis.mechanism": plant})
+        Case(plant, seed): robot.with_changes({**chosen.changes, "hysteresis.mechanism": _built_in(plant)})
         for plant, seed in itertools.product(request.plants, request.seeds)
     }
     with ThreadPoolExecutor(request.workers or os.cpu_count() or 1) as pool:
         crew = _Crew(pool, show)
-        backbones = _calibrations(crew, cases, chosen)
+        backbones = _calibrations(crew, cases, chosen, request)
         found = _identifications(crew, cases, backbones, request, folder)
-        equipment = {case: equip(r, backbones[case], found[case], case.seed) for case, r in cases.items()}
-        runs = _trials(crew, cases, equipment, path, request, folder)
-        first = next(iter(cases))
-        study = StudyCase(cases[first], path, equipment[first], request.joints[0])
-        studies = study_tables(crew.do("studies", study_jobs(study))) if request.studies else {}
+        equipment = {case: _equipment(request, case, r, backbones[case], found[case]) for case, r in cases.items()}
+        runs = _trials(crew, cases, equipment, found, path, request, folder)
+        studied = _studied(request, found)
+        jobs = study_jobs(StudyCase(cases[studied], path, equipment[studied], request.joints[0])) if studied else {}
+        studies = study_tables(crew.do("studies", jobs)) if jobs else {}
     motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
     return Reproduction(
         plants={plant: _plant_result(plant, request, found, runs, motions) for plant in request.plants},
@@ -198,9 +207,34 @@ class _Crew:
         return {key: found[key] for key in jobs}
 
 
-def _calibrations(crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe) -> dict[Case, dict[int, Characteristic]]:
+def _built_in(plant: str) -> str:
+    """The robot's own mechanism under a foreign one is none."""
+    return plant if plant in PLANTS else "none"
+
+
+def _studied(request: Request, found: Mapping[Case, Mapping[int, JointIdentification]]) -> Case | None:
+    """The first plant with hysteresis that is built in; the studies change its size."""
+    if not request.studies or request.own:
+        return None
+    fit = (case for case, joints in found.items() if joints[request.joints[0]].accepted and case.plant in PLANTS)
+    return next(fit, None)
+
+
+def _equipment(
+    request: Request,
+    case: Case,
+    robot: Robot,
+    backbones: Mapping[int, Characteristic],
+    found: Mapping[int, JointIdentification],
+) -> Equipment:
+    return equip(robot, backbones, {} if request.own else found, case.seed, request.foreign.get(case.plant))
+
+
+def _calibrations(
+    crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe, request: Request
+) -> dict[Case, dict[int, Characteristic]]:
     jobs = {
-        (case, n): partial(calibrate, robot, n, seed=case.seed)
+        (case, n): partial(calibrate, robot, n, seed=case.seed, mechanisms=request.foreign.get(case.plant))
         for case, robot in cases.items()
         for n in robot.pneumatic
     }
@@ -218,7 +252,13 @@ def _identifications(
 ) -> dict[Case, dict[int, JointIdentification]]:
     jobs = {
         (case, n): partial(
-            identify_joint, robot, n, backbones[case][n], log_folder(folder, case.plant, case.seed), seed=case.seed
+            identify_joint,
+            robot,
+            n,
+            backbones[case][n],
+            log_folder(folder, case.plant, case.seed),
+            seed=case.seed,
+            mechanisms=request.foreign.get(case.plant),
         )
         for case, robot in cases.items()
         for n in request.joints
@@ -231,6 +271,7 @@ def _trials(
     crew: _Crew,
     cases: Mapping[Case, Robot],
     equipment: Mapping[Case, Equipment],
+    identified: Mapping[Case, Mapping[int, JointIdentification]],
     path: ArmPath,
     request: Request,
     folder: Path,
@@ -238,7 +279,10 @@ def _trials(
     mcap = find_spec("rosbags") is not None
 
     def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float]:
-        found, speed = run_trial(robot, path, equipment[case], trial, name)
+        with_own = equipment[case]
+        if request.own is not None:  # one a run: it has a memory
+            with_own = replace(with_own, own={n: request.own(one) for n, one in identified[case].items()})
+        found, speed = run_trial(robot, path, with_own, trial, name)
         if case.seed == request.seeds[0]:  # while another thread simulates
             write_trial(found, log_folder(folder, case.plant, case.seed), mcap)
         return found, speed
@@ -293,7 +337,7 @@ def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> 
 
 def _check(request: Request) -> None:
     for what, values, known in (
-        ("plant", request.plants, PLANTS),
+        ("plant", request.plants, (*PLANTS, *request.foreign)),
         ("joint", request.joints, COMPENSATED),
         ("trial", request.trials, TRIALS),
     ):

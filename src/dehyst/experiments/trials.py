@@ -17,7 +17,7 @@ from dehyst.experiments.quasistatic import home
 from dehyst.experiments.results import COMPENSATED, Characteristic, TrialRun
 from dehyst.models import HysteresisModel
 from dehyst.plant.arm import Arm, ArmLog, Reference
-from dehyst.plant.mechanisms import Mechanism
+from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
 
@@ -48,7 +48,7 @@ class Equipment:
     own
         Joint number -> a compensator of one's own, evaluated along the desired path before the run.
     mechanisms
-        Joint number -> foreign hysteresis mechanisms.
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
     loads
         Joint number -> constant torque that pulls on it, unknown to the controller. [Nm]
     history
@@ -72,7 +72,7 @@ class Equipment:
     characteristics: Mapping[int, Characteristic]
     compensators: Mapping[int, HysteresisModel] = field(default_factory=dict)
     own: Mapping[int, Compensator] = field(default_factory=dict)
-    mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] = field(default_factory=dict)
+    mechanisms: MechanismFactory | None = None
     loads: Mapping[int, float] = field(default_factory=dict)
     history: Callable[[Arm, Mapping[int, Characteristic]], object] = home
     seed: int = 0
@@ -128,7 +128,7 @@ def run_trial(
         moving=moving,
         controllers=equipment.controllers,
         compensators=equipment.compensators,
-        mechanisms=equipment.mechanisms,
+        mechanisms=mechanisms_of(equipment.mechanisms, [n for n in moving if n in robot.pneumatic]),
         seed=equipment.seed,
     )
     motion = trial_motion(robot, path, trial)

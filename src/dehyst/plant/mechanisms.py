@@ -20,6 +20,7 @@ made before any compensator was run.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -60,6 +61,15 @@ class Mechanism(Protocol):
 
     def force(self, contraction: float, pressure: float, period: float) -> float:
         """Return the force that opposes contraction after moving there within a period [s]; gauge pressure [Pa]. [N]"""
+
+
+MechanismFactory = Callable[[int, int], Mechanism]
+"""Joint number and muscle, 0 or 1, -> a new mechanism for it: every arm that is built asks for its own."""
+
+
+def mechanisms_of(factory: MechanismFactory | None, joints: Iterable[int]) -> dict[int, tuple[Mechanism, Mechanism]]:
+    """Return two new mechanisms for each joint, for `dehyst.plant.Arm`; none without a factory."""
+    return {} if factory is None else {joint: (factory(joint, 0), factory(joint, 1)) for joint in joints}
 
 
 def maxwell_slip(
