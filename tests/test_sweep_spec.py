@@ -110,7 +110,7 @@ def test_the_example_is_the_sensitivity_table_of_the_three_mechanisms():
 
 BAD = {
     SIZE + 'grid."hysteresis.scal" = [1.0]': "hysteresis.scale",  # the cure names the key that was meant
-    SIZE + 'grid."position_loops_of_joints.pole_1_s" = [1.0]': "controller.pole_1_s",
+    SIZE + 'grid."muscles_of_joint_1.scale" = [1.0]': "hysteresis.scale",
     SIZE + 'grid."hysteresis.scale" = 1.0': "list",
     SIZE + 'grid."hysteresis.scale" = []': "list",
     SIZE + 'grid."hysteresis.scale" = [1.0, 1]': "two times",
