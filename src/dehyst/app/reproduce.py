@@ -109,16 +109,13 @@ def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
     """Run -> its log files, relative to the folder of the report."""
     logs: dict[str, list[str]] = {}
     for name, plant in result.plants.items():
-        folder = log_folder(out / "logs", name, next(iter(plant.figures)))
-
-        def files(stem: str, folder: Path = folder) -> list[str]:
-            return sorted(file.relative_to(out).as_posix() for file in folder.glob(f"{stem}.*"))
-
-        for run in plant.runs:
-            logs[f"{name}, {run.trial}, {run.compensator}"] = files(log_names(run))
-        for number in plant.identifications:
-            for kind in ("identification", "unseen"):
-                logs[f"{name}, {kind}, joint {number}"] = files(f"{kind}_joint{number}")
+        stems = [f"{kind}_joint{n}" for n in plant.identifications for kind in ("identification", "unseen")]
+        stems += [log_names(run) for run in plant.runs]
+        for seed in plant.figures:
+            folder = log_folder(out / "logs", name, seed)
+            for stem in stems:
+                files = sorted(file.relative_to(out).as_posix() for file in folder.glob(f"{stem}.*"))
+                logs[f"{name}, seed {seed}, {stem}"] = files
     return logs
 
 

@@ -283,8 +283,7 @@ def _trials(
         if request.own is not None:  # one a run: it has a memory
             with_own = replace(with_own, own={n: request.own(one) for n, one in identified[case].items()})
         found, speed = run_trial(robot, path, with_own, trial, name)
-        if case.seed == request.seeds[0]:  # while another thread simulates
-            write_trial(found, log_folder(folder, case.plant, case.seed), mcap)
+        write_trial(found, log_folder(folder, case.plant, case.seed), mcap)  # while another thread simulates
         return found, speed
 
     names = ("off", request.compensator)
