@@ -33,6 +33,7 @@ from dehyst.plant.rigid_body import (
 Array = npt.NDArray[np.float64]
 Switches = npt.NDArray[np.uint32]
 
+BEYOND = 1.25  # times its range is where the simulation of a joint ends
 _COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung
 
 
@@ -254,11 +255,13 @@ class Arm:
 
         Raises
         ------
+        ParameterError
+            If the reference does not belong to these joints or to the control period, or is not finite.
         SimulationError
-            If the physics left what it can simulate.
+            If a joint went so far beyond its range that neither muscles nor stops are simulated there.
         """
         period = self.robot.simulation.period
-        ticks = max(1, round(reference.spacing / period))
+        ticks = self._ticks(reference, every_s)
         every = max(1, round(every_s / period))
         log = self._loop.run(
             np.ascontiguousarray(reference.values),
@@ -266,14 +269,61 @@ class Arm:
             ticks,
             every,
         )
-        if not np.isfinite(log).all() or np.abs(self.data.qpos).max() > 10.0:
-            raise SimulationError(
-                "the simulated arm left the range that it can be simulated in (an angle beyond 10 rad, or no number "
-                "at all). A gain is too high, a path too fast or a parameter out of proportion: change back "
-                "controller.pole_1_s, path.fast_speed_m_s or what was changed last.",
-                angles=self.data.qpos.copy(),
+        found = ArmLog.unpack(np.asarray(np.arange(log.shape[0]) * (every * period)), log)
+        self._refuse_beyond(np.vstack([found.angle, self.data.qpos]))
+        return found
+
+    def _ticks(self, reference: Reference, every_s: float) -> int:
+        """Control periods from knot to knot."""
+        period, shape = self.robot.simulation.period, np.shape(reference.values)
+        if len(shape) != 3 or shape[0] < 2 or shape[1:] != (len(self.moving), _COLUMNS):
+            raise ParameterError(
+                f"a reference of shape {shape} does not belong to the {len(self.moving)} moving joints {self.moving}: "
+                f"pass two knots or more, (K, {len(self.moving)}, {_COLUMNS}).",
+                shape=shape,
             )
-        return ArmLog.unpack(np.asarray(np.arange(log.shape[0]) * (every * period)), log)
+        if np.shape(reference.switches) != shape[:2]:
+            raise ParameterError(
+                f"switches of shape {np.shape(reference.switches)} for {shape[0]} knots of {shape[1]} joints: pass one "
+                f"a knot and joint, {shape[:2]}.",
+                shape=np.shape(reference.switches),
+            )
+        if not np.isfinite(reference.values).all():
+            knot = int(np.flatnonzero(~np.isfinite(reference.values).all(axis=(1, 2)))[0])
+            raise ParameterError(
+                f"the reference is not finite at knot {knot}: the arm cannot be told to go there. Remove the NaN.",
+                knot=knot,
+            )
+        ticks = round(reference.spacing / period) if np.isfinite(reference.spacing) else 0
+        if ticks < 1 or abs(ticks * period - reference.spacing) > 1e-6 * reference.spacing:
+            raise ParameterError(
+                f"knots lie {reference.spacing} s apart, which is no multiple of the control period, {period} s: the "
+                f"arm would run at another speed. Choose another spacing, or a simulation.period_s that divides it.",
+                spacing=reference.spacing,
+                period=period,
+            )
+        if not every_s > 0:
+            raise ParameterError(f"a row every {every_s} s is no log. Pass a positive time.", every_s=every_s)
+        return ticks
+
+    def _refuse_beyond(self, angles: Array) -> None:
+        """Where a muscle is stretched or slack beyond measure, its map is no muscle; end stops are not simulated."""
+        allowed = BEYOND * np.array([self.robot.joint(number).range for number in self.moving])
+        reached = np.abs(angles).max(axis=0)
+        worst = (
+            int(np.argmax(reached / allowed)) if np.isfinite(reached).all() else int(np.argmin(np.isfinite(reached)))
+        )
+        if reached[worst] <= allowed[worst]:
+            return
+        number = self.moving[worst]
+        raise SimulationError(
+            f"joint {number} went to {np.degrees(reached[worst]):.0f} deg, its range ends at "
+            f"{np.degrees(self.robot.joint(number).range):.0f} deg: what is simulated there is no arm any more. A gain "
+            f"is too high, a path too fast or a parameter out of proportion: change back controller.pole_1_s, "
+            f"path.fast_speed_m_s or what was changed last.",
+            joint=number,
+            angle=float(reached[worst]),
+        )
 
     def gravity(self, angles: Array) -> Array:
         """Torque that holds the arm still at angles (K, n) against gravity, exactly. [Nm]"""
@@ -298,12 +348,21 @@ class Arm:
 
 
 def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _native.PneumaticJoint:
+    if len(own) not in (0, 2):
+        raise ParameterError(
+            f"{len(own)} mechanisms for the two muscles of joint {number}: give two, each with a memory of its own.",
+            joint=number,
+            mechanisms=len(own),
+        )
     parameters = pneumatic_joint_parameters(robot, number, seed)
     for side in range(len(own)):
         parameters["muscle"][side]["hysteresis"] = foreign()
     plant = _native.PneumaticJoint(parameters, _noise_seed(seed, number))
     for side, mechanism in enumerate(own):
-        plant.attach(side, mechanism)
+        try:
+            plant.attach(side, mechanism)
+        except TypeError as fault:
+            raise ParameterError(f"muscle {side + 1} of joint {number}: {fault}.", joint=number) from None
     return plant
 
 
