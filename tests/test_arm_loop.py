@@ -1,8 +1,6 @@
 """The closed loop of the arm: deterministic, thread-safe, convergent, within limits; against one stepped by hand."""
 
-import subprocess
-import sys
-import textwrap
+import itertools
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -100,7 +98,7 @@ def test_half_the_period_changes_the_angles_by_half_as_much():
     for period in periods:
         made = arm((1,), simulation__period_s=period, sensors__pressure_noise_bar=0.0, sensors__encoder_bits=24)
         angles.append(made.run(swing(made), 0.1).angle[:, 0])
-    change = [np.abs(b - a).max() for a, b in zip(angles, angles[1:], strict=False)]
+    change = [np.abs(b - a).max() for a, b in itertools.pairwise(angles)]
     assert change[0] > 1.4 * change[1] and change[1] > 1.4 * change[2]
     assert change[2] < np.radians(0.003)  # what the period on the robot leaves
 
@@ -231,5 +229,5 @@ def test_a_reference_that_does_not_fit_is_refused_before_anything_moves(referenc
 
 def test_a_period_that_the_experiment_cannot_be_sampled_with_is_refused_and_not_run_at_another_speed():
     made = arm((1,), simulation__period_s=0.0003)
-    with pytest.raises(ParameterError, match="simulation.period_s"):
+    with pytest.raises(ParameterError, match=r"simulation\.period_s"):
         made.run(GOOD, 0.01)

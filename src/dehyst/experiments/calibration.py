@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.errors import ParameterError
 from dehyst.evaluation import triangle_sweep
 from dehyst.experiments.nominal import controller_parameters, nominal_characteristic, nominal_forces
 from dehyst.experiments.quasistatic import SPACING, excite, known_torque
@@ -54,6 +55,8 @@ def calibrate(
 
     Raises
     ------
+    ParameterError
+        If muscles are slack almost everywhere.
     SimulationError
         If the joint's controller failed safe during a sweep.
 
@@ -68,7 +71,6 @@ def calibrate(
     34
     """
     plan = nominal_characteristic(robot, number)
-    unit = float(plan.b[0])  # torque that a pressure difference gives at zero [Nm/Pa]
     arm = Arm(
         robot,
         moving=(number,),
@@ -95,7 +97,21 @@ def calibrate(
         log = excite(arm, target, {number: plan}, LOG_S, means, hung)
         sweeps.append(_usable(robot, number, arm, log, load * unit))
         before = (float(target[-1, 0]), mean, load * unit)
+    sweeps = [sweep for sweep in sweeps if sweep.shape[0]]
+    _refuse_too_few(number, sum(sweep.shape[0] for sweep in sweeps), settings.degree)
     return fit_characteristic(sweeps, settings.degree)
+
+
+def _refuse_too_few(number: int, samples: int, degree: int) -> None:
+    unknowns = TORQUE_DEGREE + 1 + 2 * (degree + 1)
+    if samples < 10 * unknowns:
+        raise ParameterError(
+            f"the sweeps of joint {number} left {samples} samples in which both muscles are tight, for {unknowns} "
+            f"coefficients: no characteristic follows from so few. Raise calibration.mean_pressures_bar or sweep_s, or "
+            f"lower range_share.",
+            joint=number,
+            samples=samples,
+        )
 
 
 def _blend(start: float, end: float, duration: float) -> Array:

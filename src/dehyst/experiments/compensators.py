@@ -71,11 +71,9 @@ def local_characteristic(robot: Robot, found: Characteristic) -> Characteristic:
     """Return the characteristic bent to the polynomial dp(q) through the loop at the mean pressure without load.
 
     It reaches that mean pressure's loop exactly, and swallows part of its hysteresis: the polynomial bends towards the
-    loop's tips. Only C is changed.
+    loop's tips. Only C is changed. If there is no sweep at the mean pressure, it is the loop of the nearest one.
     """
-    mean = robot.controller.mean_pressure
-    unloaded = _unloaded_sweep(found, mean)
-    q, dp, _, torque = unloaded.T
+    q, dp, mean, torque = _unloaded_sweep(found, robot.controller.mean_pressure).T
     degree = robot.calibration.degree
     value = np.polynomial.polynomial.polyval
     fitted = np.polynomial.polynomial.polyfit(q, dp, degree)
