@@ -115,7 +115,8 @@ def test_slack_samples_are_left_out_and_only_those():
 
 def test_sweeps_with_slack_muscles_only_are_refused_with_their_cure():
     with pytest.raises(ParameterError, match=r"joint 1 left \d+ samples .* calibration\.mean_pressures_bar"):
-        calibrate(load_robot(changes={"calibration.mean_pressures_bar": [0.8, 0.9], "calibration.sweep_s": 5.0}), 1)
+        sweeps = {"mean_pressures_bar": [0.8, 0.9], "loads_bar": [0.0], "sweep_s": 5.0}
+        calibrate(load_robot(changes={"calibration": sweeps}), 1)
 
 
 def test_a_sweep_that_is_slack_throughout_is_left_out():

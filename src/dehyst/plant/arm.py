@@ -310,9 +310,7 @@ class Arm:
         """Where a muscle is stretched or slack beyond measure, its map is no muscle; end stops are not simulated."""
         allowed = BEYOND * np.array([self.robot.joint(number).range for number in self.moving])
         reached = np.abs(angles).max(axis=0)
-        worst = (
-            int(np.argmax(reached / allowed)) if np.isfinite(reached).all() else int(np.argmin(np.isfinite(reached)))
-        )
+        worst = int(np.argmax(np.nan_to_num(reached / allowed, nan=np.inf)))
         if reached[worst] <= allowed[worst]:
             return
         number = self.moving[worst]
