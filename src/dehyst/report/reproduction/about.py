@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dehyst.experiments.results import Reproduction
+from dehyst.report.reproduction.numbers import NO_HYSTERESIS, listed
+from dehyst.report.reproduction.words import MECHANISMS
 from dehyst.report.tables import Table
 from dehyst.report.text import clean, number, plain, short
 
 # Settings with a place of their own on the page; all others are listed as they are.
-OWN = ("parameters", "sources", "changes", "versions", "command")
+OWN = ("parameters", "sources", "changes", "versions", "command", "compensator")
+NAMES = {"fingerprint": "fingerprint of the parameters"}
 MAXIMUM_LOGS = 400
 Logs = Mapping[str, "str | Sequence[str]"]
 
@@ -24,6 +27,72 @@ def about_tables(result: Reproduction, logs: Logs | None) -> tuple[Table, ...]:
 def command(result: Reproduction) -> str:
     """Return the line to type to repeat the run, or ""."""
     return clean(result.settings.get("command", ""))
+
+
+def honesty(result: Reproduction) -> tuple[str, ...]:
+    """Return what a reader must know to judge the figures: about the plants, the controller and the seeds."""
+    said = [
+        "A simulation of the arm, its valves, sensors and controller, and the paper's experiment on it: homing, "
+        "calibration, identification, inversion, trials along the paths of ISO 9283. Nothing here was measured on "
+        "hardware, and the paper gives its errors as curves, not as numbers: what can be compared is what "
+        "compensation changes, not a figure in degrees.",
+        "The plant is not the controller's model. The compensator is a weighted sum of play operators, which know no "
+        "time and no pressure. The hysteresis of the plants comes from three other mechanisms ("
+        + "; ".join(f"{name}: {MECHANISMS[name]}" for name in MECHANISMS if name != NO_HYSTERESIS)
+        + "). All three depend on pressure, differ between contraction and elongation, and creep. A fourth plant has "
+        "no hysteresis: whatever a compensator does there is harm.",
+        "The parameters of the plants were chosen before a compensator was run on them, from what is published about "
+        "such muscles and valves, and were not changed to make it look good. Lengths, masses, gains and the path of "
+        "the paper's arm were not published: here they are assumptions, and stand below as such.",
+    ]
+    return (*said, *filter(None, (_wrong_on_purpose(result), _seeds(result))))
+
+
+def _wrong_on_purpose(result: Reproduction) -> str:
+    """What the controller knows wrongly, and what its sensors do not tell; "" if the parameters are not known."""
+    values = flat(_table_of(result, "parameters"))
+    parts = []
+    for key, what, less, more in (
+        ("controller.inertia_error", "the rigid body", "lighter", "heavier"),
+        ("controller.gravity_error", "the torque of gravity", "smaller", "larger"),
+        ("controller.conductance_error", "the valves", "smaller", "larger"),
+    ):
+        error = values.get(key)
+        if isinstance(error, (int, float)) and error:
+            parts.append(f"{what} for {100 * abs(error):.3g} % {less if error < 0 else more}")
+    if not parts:
+        return ""
+    text = f"The controller is wrong on purpose: it takes {listed(parts)} than they are."
+    bits, noise = values.get("sensors.encoder_bits"), values.get("sensors.pressure_noise_bar")
+    if isinstance(bits, int) and isinstance(noise, (int, float)):
+        step = number(360.0 / 2.0**bits, 2)
+        text += f" It sees angles in steps of {step}° and pressures with {number(1e3 * noise, 2)} mbar of noise (rms)."
+    pole = values.get("controller.pole_1_s")
+    if isinstance(pole, (int, float)):
+        text += (
+            f" The poles of its position loop, λ = {pole:.3g} 1/s, decide how much there is to compensate: with "
+            "stiffer ones a compensator can show less."
+        )
+    return text
+
+
+def _seeds(result: Reproduction) -> str:
+    seeds = sorted({seed for plant in result.plants.values() for seed in plant.figures})
+    if not seeds:
+        return ""
+    text = (
+        f"Seed {seeds[0]} draws the noise of the sensors"
+        if len(seeds) == 1
+        else f"Seeds {listed(seeds)} each draw the noise of the sensors anew"
+    )
+    values = flat(_table_of(result, "parameters"))
+    hysteresis, force = values.get("tolerance.hysteresis"), values.get("tolerance.force")
+    if isinstance(hysteresis, (int, float)) and isinstance(force, (int, float)):
+        text += (
+            f", and muscles of the same make: hysteresis ± {100 * hysteresis:.3g} %, static force "
+            f"± {100 * force:.3g} % (rms)"
+        )
+    return f"{text}. The same seed gives the same figures, to the last bit; curves and pictures are of the first one."
 
 
 def flat(table: Mapping[Any, Any], before: str = "") -> dict[str, Any]:
@@ -51,11 +120,11 @@ def _table_of(result: Reproduction, name: str) -> Mapping[Any, Any]:
 def _run(result: Reproduction) -> Table:
     rest = {key: value for key, value in result.settings.items() if key not in OWN}
     rows = [("compensator", result.compensator)]
-    rows += [(key.replace("_", " "), plain(value)) for key, value in flat(rest).items()]
+    rows += [(NAMES.get(key, key.replace("_", " ")), plain(value)) for key, value in flat(rest).items()]
     rows += [
         (
-            f"real time factor, {short(name, 40)}",
-            f"{number(plant.real_time_factor)} (simulated over wall time, one core)",
+            f"times real time, {short(name, 40)}",
+            f"{number(plant.real_time_factor)} (simulated over wall time, median of the trials)",
         )
         for name, plant in result.plants.items()
     ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from dehyst.experiments.results import TRIALS, PlantResult, Reproduction, TrialRun
 from dehyst.report.reproduction.arm_svg import Track, close_up, whole_arm
-from dehyst.report.reproduction.numbers import OFF, trial_name
+from dehyst.report.reproduction.numbers import OFF, left_off, same_run, trial_name
 from dehyst.report.reproduction.trials import first_cycle, pair_of
 from dehyst.report.text import number, short
 
@@ -30,7 +30,9 @@ class Scene:
 
 def scene(result: Reproduction) -> Scene | None:
     """Return the moving picture of the first plant whose runs hold poses of the arm, or None."""
-    found = next(filter(None, (_choose(plant, result.compensator) for plant in result.plants.values())), None)
+    plants = [*result.plants.values()]
+    plants.sort(key=_without_compensator)  # stable: the first plant that shows a difference
+    found = next(filter(None, (_choose(plant, result.compensator) for plant in plants)), None)
     if found is None:
         return None
     plant, trial, runs = found
@@ -40,11 +42,21 @@ def scene(result: Reproduction) -> Scene | None:
     faster = duration / track.seconds
     speed = "in real time" if faster < 1.05 else f"shown {number(faster, 2)} times as fast as it was"
     size = "in true size" if factor == 1.0 else f"drawn {factor:g} times larger"
+    left = " The compensator was left off: the runs without and with it are the same." if len(runs) == 1 else ""
     return Scene(
-        (("The whole arm", whole_arm(track)), ("Its path from the front", close_up(track))),
-        f"Plant {short(plant.plant, 40)}, {trial_name(trial)} trial, first cycle, {speed}; errors of the tool {size}.",
+        (
+            ("The whole arm", whole_arm(track)),
+            (f"The path in its own plane{'' if factor == 1.0 else f', errors × {factor:g}'}", close_up(track)),
+        ),
+        f"Plant {short(plant.plant, 40)}, {trial_name(trial)} trial, first cycle, {speed}; errors of the tool "
+        f"{size}.{left}",
         tuple(track.traces),
     )
+
+
+def _without_compensator(plant: PlantResult) -> bool:
+    joints = plant.identifications
+    return bool(joints) and all(left_off(plant, joint) for joint in joints)
 
 
 def _choose(plant: PlantResult, compensator: str) -> tuple[PlantResult, str, dict[str, TrialRun]] | None:
@@ -52,6 +64,8 @@ def _choose(plant: PlantResult, compensator: str) -> tuple[PlantResult, str, dic
     for trial in ("slow", *TRIALS):
         pair = pair_of(plant, trial, compensator)
         runs = {side: run for side, run in zip((OFF, "on"), pair, strict=True) if run is not None}
+        if same_run(*pair):
+            del runs["on"]
         if any(len(run.frames) > 1 for run in runs.values()):
             return plant, trial, runs
     return None

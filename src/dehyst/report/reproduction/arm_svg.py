@@ -21,6 +21,7 @@ WIDTH = 560.0  # of a view, in its own pixels
 LINKS = ((0, 4, 0.064), (3, 6, 0.048), (5, 8, 0.030))
 KNOBS = ((0, 0.021), (1, 0.021), (3, 0.021), (5, 0.014), (6, 0.011))  # joints that can be seen to turn [m]
 POST, FOOT = 0.085, 0.13  # of the pedestal [m]
+LEVEL = 0.95  # a plane whose normal points up more than this has no upper side: forward is up
 TILE = 0.2  # of the floor [m]
 
 
@@ -65,8 +66,8 @@ class View:
 
 
 def whole_arm(track: Track) -> str:
-    """Return the arm on its pedestal, seen from the front right and above."""
-    azimuth, elevation = np.deg2rad(-42.0), np.deg2rad(20.0)
+    """Return the arm on its pedestal, seen from behind on its right and above: on the side that its path faces."""
+    azimuth, elevation = np.deg2rad(-118.0), np.deg2rad(28.0)
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     up = np.array([*(-np.sin(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])), np.cos(elevation)])
     places = [track.frames.reshape(-1, 3), track.desired, _floor(track), *(p for _, p in track.traces.values())]
@@ -76,11 +77,29 @@ def whole_arm(track: Track) -> str:
 
 
 def close_up(track: Track) -> str:
-    """Return the path seen against the x axis, y to the right and z up."""
+    """Return the path seen at right angles to its plane, from above."""
     places = np.concatenate([track.desired, *(p for _, p in track.traces.values())])
-    view = _fitted(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), places, 0.09)
-    label = "The path from the front: desired, and traced by the tool with its errors magnified."
+    view = _fitted(*plane_of(track.desired), places, 0.09)
+    label = "The path in its own plane: desired, and traced by the tool with its errors magnified."
     return _drawing(track, view, label, "", shadow=False)
+
+
+def plane_of(points: Array) -> tuple[Array, Array]:
+    """Return directions right and up in the plane that points (T, 3) lie in, seen from above.
+
+    Examples
+    --------
+    >>> turn = np.linspace(0.0, 6.0, 50)
+    >>> circle = np.column_stack([np.cos(turn), np.sin(turn), np.cos(turn)])  # rises forward
+    >>> [direction.round(3).tolist() for direction in plane_of(circle)]
+    [[0.0, -1.0, 0.0], [0.707, 0.0, 0.707]]
+    """
+    normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+    normal = normal if normal[2] >= 0.0 else -normal
+    reference = np.array([0.0, 0.0, 1.0]) if normal[2] < LEVEL else np.array([1.0, 0.0, 0.0])
+    up = reference - (reference @ normal) * normal
+    up = up / np.linalg.norm(up)
+    return np.cross(up, normal) + 0.0, up
 
 
 def _fitted(right: Array, up: Array, points: Array, margin: float) -> View:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,7 +11,7 @@ from dehyst.experiments.results import JointIdentification, PlantResult
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.figures.play import play_figure
 from dehyst.report.reproduction.lines import Draw, Line, draw_loop, over_angle, over_time
-from dehyst.report.reproduction.numbers import counted, identification_figure
+from dehyst.report.reproduction.numbers import counted, identification_figure, left_off
 from dehyst.report.reproduction.picture import Picture, Plate, from_panel
 from dehyst.report.text import number
 from dehyst.report.theme import DATA, MODEL, MUTED, TEST, TRAIN
@@ -18,6 +20,9 @@ from dehyst.report.thin import Window
 Array = npt.NDArray[np.float64]
 
 DASHED = (0, (5, 3))
+TALL = (3.3,)  # of figure 3, whose right half is square [inch]
+VISIBLE = 0.03  # of the hysteresis: smaller strokes need no word
+HELD_STILL = 1e-4  # of the range of angles: a smaller step from sample to sample is no motion
 ANGLE, HELD = "q [°]", "Δp − Δp_nom [bar]"
 
 
@@ -30,11 +35,13 @@ def hysteresis_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
         "Hysteresis of the joint",
         f"Joint {joint.joint} in decaying loops, without load. Left: the pressure difference that holds it at an "
         f"angle, and the one that its calibrated characteristic says, without memory; they differ by up to {wide} bar. "
-        f"Right: sheared, x = Δp − Δp_nom + k q with k = {number(joint.shear)} bar/rad, the loop lies around the 45° "
-        f"line, and can be inverted.",
+        f"Right: what differs, sheared, x = Δp − Δp_nom + k q with k = {number(joint.shear)} bar/rad: the loops lie "
+        f"around the 45° line, and can be inverted.",
         (
-            Picture("a  Pressure difference over angle", (_over_angle(joint),), says("Loops around a curve.")),
-            Picture("b  Around the 45° line", (_around(joint),), says("The same loops around the 45 degree line.")),
+            Picture("a  Pressure difference over angle", (_over_angle(joint),), says("Loops around a curve."), TALL),
+            Picture(
+                "b  Around the 45° line", (_around(joint),), says("The same loops around the 45 degree line."), TALL
+            ),
         ),
     )
 
@@ -62,6 +69,7 @@ def _around(joint: JointIdentification) -> Draw:
         window = Window(-reach, reach, -reach, reach)
         label_axes(axes, window, "k q [bar]", "x [bar]")
         axes.set_aspect("equal", anchor="W")
+        axes.locator_params(axis="both", nbins=5)
         axes.plot([-reach, reach], [-reach, reach], color=MUTED.light, lw=1.0, ls=DASHED, label="45°")
         draw_loop(axes, across, Line(x, TRAIN, "measured", alpha=0.85), window)
 
@@ -73,8 +81,18 @@ def play_plate(joint: JointIdentification) -> Plate | None:
     figure = play_figure(joint.fit)
     if figure is None:
         return None
-    pictures = tuple(from_panel(panel) for panel in figure.panels)
-    return Plate("play", figure.title, figure.caption, pictures, figure.formula)
+    over_input, *others = (from_panel(panel) for panel in figure.panels)
+    named = replace(over_input, rows=tuple(_input_named_x(draw) for draw in over_input.rows))
+    caption = figure.caption.replace(" = ", "\u00a0=\u00a0")
+    return Plate("play", figure.title, caption, (named, *others), figure.formula)
+
+
+def _input_named_x(draw: Draw) -> Draw:
+    def draw_both(axes: Axes) -> None:
+        draw(axes)
+        axes.set_xlabel("x [bar]")
+
+    return draw_both
 
 
 def inverse_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
@@ -90,7 +108,7 @@ def inverse_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
         "The inverse model against the data",
         "What the inverse model says the hysteresis is, H⁻¹[q] − k q, against Δp − Δp_nom as measured. Above: the log "
         f"it was identified from, {counted(weights)} operators with weight. Below: loops that it has not "
-        f"seen; there the error is {ratio} of the hysteresis (rms).",
+        f"seen; there the error is {ratio} of the hysteresis (rms).{_verdict(plant, joint)}{_strokes(joint)}",
         (
             Picture(
                 "Identification log, over angle",
@@ -105,6 +123,29 @@ def inverse_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
             ),
             _series("Unseen loops, over time", unseen["time_s"], unseen["hysteresis_bar"], unseen["inverse_bar"]),
         ),
+    )
+
+
+def _verdict(plant: PlantResult, joint: JointIdentification) -> str:
+    if not left_off(plant, joint.joint):
+        return ""
+    return " That is too much: the model was not accepted, and the compensator stayed off."
+
+
+def _strokes(joint: JointIdentification) -> str:
+    """What the inverse makes of the encoder's steps while the joint is held, where that can be seen."""
+    q, said = joint.unseen["angle_rad"], joint.unseen["inverse_bar"]
+    step, answer = np.abs(np.diff(q)), np.abs(np.diff(said))
+    held = (step > 0.0) & (step < HELD_STILL * float(np.ptp(q)))
+    if not held.any():
+        return ""
+    k = int(np.argmax(np.where(held, answer, 0.0)))
+    if answer[k] < VISIBLE * float(np.ptp(said)):
+        return ""
+    return (
+        f" The short upright strokes are the holds: a step of the encoder by {number(np.rad2deg(step[k]), 2)}° passes "
+        f"for a turn there, and the inverse, steepest after a turn, answers with up to {number(answer[k], 2)} bar. The "
+        "controller's inverse hears the desired angle, which has no steps."
     )
 
 

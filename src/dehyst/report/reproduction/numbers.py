@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from dehyst.experiments.results import TRIALS, PlantResult, Reproduction, TrialR
 from dehyst.report.text import number
 
 OFF = "off"
+NO_HYSTERESIS = "none"  # the plant that is the control
 TRIAL_NAMES = {"fast": "fast", "slow": "slow", "slow_no_integrator": "slow without integrator"}
 UNITS = {"mm": "mm", "deg": "°", "percent": "%", "m_s": "m/s", "mm_s": "mm/s", "Nm": "Nm", "s": "s", "bar": "bar"}
 
@@ -38,6 +39,11 @@ class Spread:
             return number(self.mean)
         between = "–" if self.low >= 0.0 else " to "
         return f"{number(self.mean)} ({number(self.low)}{between}{number(self.high)})"
+
+
+def cell(found: Spread | None) -> str:
+    """Return a figure as a cell of a table."""
+    return "–" if found is None else str(found)
 
 
 def counted(found: Spread | None) -> str:
@@ -103,11 +109,17 @@ def tool_figures(plant: PlantResult, trial: str, compensator: str) -> dict[str, 
     return {name: value for name, value in found.items() if value is not None}
 
 
+def tool_ratio(plant: PlantResult, trial: str, compensator: str, name: str) -> Spread | None:
+    """Return the tool's figure with compensator over the one without, seed by seed."""
+    pairs = [[_at(f, "tool", trial, c, name) for c in (compensator, OFF)] for f in plant.figures.values()]
+    return spread(on / off for on, off in pairs if on is not None and off)
+
+
 def _flat(table: Any, after: str = "") -> dict[str, float]:
     found: dict[str, float] = {}
     for key, value in table.items() if isinstance(table, Mapping) else ():
         if isinstance(value, Mapping):
-            found |= _flat(value, f"{after}, {key}")
+            found |= _flat(value, after if key == "figures" else f"{after}, {key}")
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             found[f"{key}{after}"] = float(value)
     return found
@@ -125,6 +137,26 @@ def name_and_unit(key: str) -> tuple[str, str]:
     unit = next((u for u in sorted(UNITS, key=len, reverse=True) if head.endswith(f"_{u}")), "")
     name = head[: len(head) - len(unit) - 1] if unit else head
     return f"{name.replace('_', ' ')}{comma}{part}", UNITS.get(unit, "")
+
+
+def accepted_of(plant: PlantResult, joint: int) -> tuple[int, int]:
+    """Return in how many seeds the joint's model was accepted, and of how many that is known."""
+    told = [_at(f, "joints", joint, "identification", "accepted") for f in plant.figures.values()]
+    known = [bool(value) for value in told if value is not None]
+    if not known and joint in plant.identifications:
+        known = [plant.identifications[joint].accepted]
+    return sum(known), len(known)
+
+
+def left_off(plant: PlantResult, joint: int) -> bool:
+    """Whether the joint's compensator was never switched on, because its model was accepted in no seed."""
+    accepted, known = accepted_of(plant, joint)
+    return known > 0 and accepted == 0
+
+
+def same_run(off: TrialRun | None, on: TrialRun | None) -> bool:
+    """Whether two runs are equal to the last bit, as they are when no compensator was switched on."""
+    return off is not None and on is not None and np.array_equal(off.angle, on.angle)
 
 
 def joints_of(result: Reproduction) -> tuple[int, ...]:
@@ -148,6 +180,18 @@ def trials_of(result: Reproduction) -> tuple[str, ...]:
 def run_of(plant: PlantResult, trial: str, compensator: str) -> TrialRun | None:
     """Return the run of the first seed, or None."""
     return next((r for r in plant.runs if r.trial == trial and r.compensator == compensator), None)
+
+
+def listed(names: Sequence[object]) -> str:
+    """Return names as they are listed in a sentence.
+
+    Examples
+    --------
+    >>> listed([1]), listed([1, 2]), listed([1, 2, 4])
+    ('1', '1 and 2', '1, 2 and 4')
+    """
+    *others, last = map(str, names)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def trial_name(trial: str) -> str:

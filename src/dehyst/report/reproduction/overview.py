@@ -8,7 +8,7 @@ import numpy as np
 
 from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import Axes, says
-from dehyst.report.reproduction.numbers import OFF, Spread, joints_of, trial_figure, trial_name, trials_of
+from dehyst.report.reproduction.numbers import OFF, Spread, joints_of, left_off, trial_figure, trial_name, trials_of
 from dehyst.report.reproduction.picture import Picture, Plate
 from dehyst.report.text import number, short
 from dehyst.report.theme import AXIS, INK, MUTED, PAPER, TEST, TRAIN, Token
@@ -40,10 +40,16 @@ def overview_plate(result: Reproduction) -> Plate | None:
         "overview",
         "All plants, joints and trials",
         "Rms error of the angle. The scale is logarithmic: equal lengths are equal factors, so the longer the line "
-        f"between the two points, the more the compensator does.{spread}",
+        f"between the two points, the more the compensator does.{_refused_words(result, joints)}{spread}",
         pictures,
         columns=3,
     )
+
+
+def _refused_words(result: Reproduction, joints: tuple[int, ...]) -> str:
+    if not any(left_off(plant, joint) for plant in result.plants.values() for joint in joints):
+        return ""
+    return " A point alone: the model was not accepted, and the compensator stayed off."
 
 
 def _draw(result: Reproduction, trial: str, joints: tuple[int, ...], axes: Axes) -> None:
@@ -58,7 +64,7 @@ def _draw(result: Reproduction, trial: str, joints: tuple[int, ...], axes: Axes)
         for joint in joints:
             off = trial_figure(plant, joint, trial, OFF, "rms_deg")
             on = trial_figure(plant, joint, trial, result.compensator, "rms_deg")
-            _dumbbell(axes, y, off, on)
+            _dumbbell(axes, y, off, None if left_off(plant, joint) else on)
             values += [v for s in (off, on) if s is not None for v in (s.low, s.high) if v > 0]
             ticks.append(y)
             names.append(f"joint {joint}")

@@ -17,10 +17,12 @@ from dehyst import __version__
 from dehyst.experiments.results import PlantResult, Reproduction
 from dehyst.files import write_atomically
 from dehyst.report.page import make_folder
-from dehyst.report.reproduction.about import Logs, about_tables, command
+from dehyst.report.reproduction.about import Logs, about_tables, command, honesty
+from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import scene
 from dehyst.report.reproduction.hysteresis import hysteresis_plate, inverse_plate, play_plate
 from dehyst.report.reproduction.hysteresis import others_plate as other_loops
+from dehyst.report.reproduction.limits import limit_words
 from dehyst.report.reproduction.numbers import joints_of, trials_of
 from dehyst.report.reproduction.overview import overview_plate
 from dehyst.report.reproduction.picture import Plate, picture_svg, write_plate
@@ -28,9 +30,11 @@ from dehyst.report.reproduction.studies import other_studies
 from dehyst.report.reproduction.study_harm import harm_studies
 from dehyst.report.reproduction.study_rest import rest_study
 from dehyst.report.reproduction.tables import largest_errors, plant_tables
+from dehyst.report.reproduction.tiles import tiles
+from dehyst.report.reproduction.tool_words import tool_words
 from dehyst.report.reproduction.trials import joint_plate, tool_plate
 from dehyst.report.reproduction.trials import others_plate as other_trials
-from dehyst.report.reproduction.words import about_plant, headline_of, lead, others, tiles
+from dehyst.report.reproduction.words import about_plant, headline_of, lead, shares, worse
 from dehyst.report.tables import Table
 from dehyst.report.text import clean, count, short
 from dehyst.report.theme import FONT_STACK, variables
@@ -48,6 +52,8 @@ class PlantPart:
     about: str
     plates: tuple[Plate, ...]
     tables: tuple[Table, ...]
+    tool: tuple[str, ...]
+    limits: str
     largest: tuple[tuple[str, str, bool], ...]
 
 
@@ -120,6 +126,8 @@ def _part(result: Reproduction, plant: PlantResult) -> PlantPart:
         about_plant(plant.plant),
         tuple(plate for plate in made if plate is not None),
         plant_tables(result, plant),
+        tool_words(result, plant),
+        limit_words(plant),
         largest_errors(result, plant),
     )
 
@@ -160,9 +168,12 @@ def _render(result: Reproduction, overview: Plate | None, parts: tuple[PlantPart
     return environment.get_template("reproduction.html").render(
         relation=_relation(result),
         lead=lead(result),
-        others=others(result),
-        about=headline_of(result),
-        tiles=tiles(result),
+        shares=shares(result),
+        worse=worse(result),
+        tiles=tiles(result)[0],
+        tiles_show=tiles(result)[1],
+        acceptance=acceptance(result),
+        honesty=honesty(result),
         scene=moving,
         views=[] if moving is None else [(title, Markup(svg)) for title, svg in moving.views],
         overview=_drawn(overview),

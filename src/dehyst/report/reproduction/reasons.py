@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.experiments.results import TrialRun
-from dehyst.loops import turning_points
+from dehyst.report.reproduction.turns import TRAVEL, Turn, turn_before
 from dehyst.report.text import number
 
 Array = npt.NDArray[np.float64]
@@ -16,6 +16,9 @@ Array = npt.NDArray[np.float64]
 # "Near a turn": within this share of the joint's range of motion. "Large": this many times its rms over the run.
 # "Standing still": slower than this share of the largest speed.
 NEAR, LARGE, STILL = 0.10, 3.0, 0.01
+# A turn is to blame only for an error of which at least this share has come since.
+GROWN = 0.5
+SMALLEST = 0.001  # angle that is given as a number [deg]
 # Flags of the joint controller that say that a pressure or a valve was limited (core/dehyst.h).
 LIMITS = 16 | 32
 
@@ -32,12 +35,8 @@ class Place:
         From the start of the path. [s]
     figure
         Name of the path's figure, or "".
-    since
-        Time since the joint's last turn, or since the start. [s]
-    first
-        Whether the joint has not turned before.
-    travel, ahead
-        How far it has moved since its last turn, and will move to the next, as shares of its range of motion.
+    turn
+        The joint seen from its last turn.
     speed
         Desired speed there over the largest one.
     compensation_rate
@@ -52,10 +51,7 @@ class Place:
     without: float
     time: float
     figure: str
-    since: float
-    first: bool
-    travel: float
-    ahead: float
+    turn: Turn
     speed: float
     compensation_rate: float
     acceleration: float
@@ -67,26 +63,25 @@ def largest_error(off: TrialRun, on: TrialRun, joint: int) -> Place:
     j = joint - 1
     t, q = on.time, on.desired[:, j]
     k = int(np.argmax(np.abs(on.error[:, j])))
-    span = max(float(np.ptp(q)), 1e-12)
-    turns = turning_points(q, 0.01 * span)
-    n = int(np.searchsorted(turns, k, side="right"))
-    last, coming = int(turns[n - 1]), int(turns[min(n, turns.size - 1)])
-    speed, name = np.abs(_rate(q, t)), int(on.figure[k])
+    speed = np.abs(_rate(q, t))
     acceleration, compensation = np.abs(_rate(_rate(q, t), t)), np.abs(_rate(on.compensation[:, j], t))
     return Place(
         error=float(on.error[k, j]),
         without=float(np.interp(t[k], off.time, off.error[:, j])),
         time=float(t[k] - t[0]),
-        figure=on.figures[name] if 0 <= name < len(on.figures) else "",
-        since=float(t[k] - t[last]),
-        first=last == 0,
-        travel=float(abs(q[k] - q[last])) / span,
-        ahead=float(abs(q[coming] - q[k])) / span,
+        figure=figure_name(on, k),
+        turn=turn_before(on, joint, k),
         speed=float(speed[k]) / max(float(speed.max()), 1e-300),
         compensation_rate=_lately(compensation, t, k) / _rms(compensation),
         acceleration=_lately(acceleration, t, k) / _rms(acceleration),
         limited=bool(np.any(on.flags[max(0, k - 3) : k + 4, j] & LIMITS)),
     )
+
+
+def figure_name(run: TrialRun, k: int) -> str:
+    """Return which figure of the path is being followed at sample k, "" on the way between two."""
+    number_ = int(run.figure[k])
+    return run.figures[number_] if 0 <= number_ < len(run.figures) else ""
 
 
 def _rate(values: Array, t: Array) -> Array:
@@ -115,26 +110,31 @@ def in_words(place: Place, largest_off: float, largest_on: float) -> str:
     """
     where = f" in the {place.figure}" if place.figure else ""
     return (
-        f"Largest error {number(largest_on)}° with, {number(largest_off)}° without compensator. The first lies at "
+        f"Largest error {number(largest_on)}° with, {number(largest_off)}° without compensator. With it, it lies at "
         f"{number(place.time)} s{where}, {_moment(place)}; without compensator the error at that moment is "
         f"{number(np.rad2deg(abs(place.without)))}°. {_cause(place)}"
     )
 
 
 def _moment(place: Place) -> str:
-    turn = "the start" if place.first else "its last turn"
-    if place.speed <= STILL:
-        return f"while the joint stands still, {number(place.since, 2)} s after {turn}"
-    if place.ahead <= NEAR < place.travel:
+    turn = place.turn
+    since = "the start" if turn.first else "its last turn"
+    if place.speed <= STILL and turn.travel > TRAVEL:
+        return f"while the joint stands still, {number(turn.since, 2)} s after {since}"
+    if turn.ahead <= NEAR < turn.travel:
         return "just before the joint turns or stops"
-    return f"{number(place.since, 2)} s and {number(100 * place.travel, 2)} % of the joint's motion after {turn}"
+    return f"{number(turn.since, 2)} s and {travelled(turn)} after {since}"
 
 
 def _cause(place: Place) -> str:
-    fast, turned = place.compensation_rate >= LARGE, place.travel <= NEAR and not place.first
+    turn = place.turn
+    fast, turned = place.compensation_rate >= LARGE, turn.travel <= NEAR and not turn.first
     if place.limited:
         return "A pressure or a valve was limited there, so what the compensator asked for was not done."
-    if turned and fast:
+    if turn.is_push and turn.grown >= GROWN:
+        words = push_words(turn)
+        return f"{words[0].upper()}{words[1:]}"
+    if turned and fast and turn.grown >= GROWN:
         return (
             f"The compensator changes its pressure difference there {number(place.compensation_rate, 2)} times as fast "
             "as on average (rms): after a turn the inverse has its largest slope, and what is wrong in its timing or "
@@ -145,10 +145,24 @@ def _cause(place: Place) -> str:
             f"The desired acceleration there is {number(place.acceleration, 2)} times its rms: what the nominal "
             "inertia leaves over, the compensator does not touch."
         )
-    if place.first and place.travel <= NEAR:
+    if turn.first and turn.travel <= NEAR:
         return "The joint has hardly moved yet: the memory of its muscles at the start is not known."
     if place.speed <= STILL or place.compensation_rate < 1.0 / LARGE:
         return "The compensator hardly moves there, so what is left is not its timing: the model leaves it, or creep."
     if turned:
         return "It lies right after a turn, but the compensator does not move fast there."
     return "No turn, limit or large acceleration is near: the model leaves it over."
+
+
+def travelled(turn: Turn) -> str:
+    """Return how far the joint should have moved since its turn."""
+    return f"{number(turn.travel_deg, 2)}°" if turn.travel_deg >= SMALLEST else f"less than {SMALLEST}°"
+
+
+def push_words(turn: Turn) -> str:
+    """Return what the compensator did right after a turn: "in those 0.02° the compensator has changed ..."."""
+    return (
+        f"in those {travelled(turn)} the compensator has changed the pressure difference by {number(turn.jump_bar, 2)} "
+        f"bar, {number(100 * turn.jump, 2)} % of its range: the inverse is steepest right after a turn, and what is "
+        "too much pushes the joint ahead."
+    )

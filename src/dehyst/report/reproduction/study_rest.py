@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import says
@@ -15,6 +16,8 @@ from dehyst.report.reproduction.trials import OFF_LABEL, ON_LABEL
 from dehyst.report.tables import Table
 from dehyst.report.text import number
 from dehyst.report.theme import TEST, TRAIN
+
+Array = npt.NDArray[np.float64]
 
 # Two drifts are called equal when they differ by less than this share of the larger one.
 EQUAL = 0.2
@@ -34,7 +37,8 @@ def rest_study(result: Reproduction) -> Study | None:
     plate = Plate(
         "rest",
         "At rest: integrator and compensator",
-        "The arm stands still at a point of the path, its angle held by the integrator.",
+        "The joint has stopped on a loop and stands still; the integrator holds its angle. Both runs are the same but "
+        "for the compensator.",
         (
             Picture(
                 "Torque of the integrator",
@@ -51,13 +55,25 @@ def rest_study(result: Reproduction) -> Study | None:
     words = (
         f"Level: {number(levels[0])} Nm without and {number(levels[1])} Nm with compensator, {number(apart)} Nm apart. "
         "The difference is the torque that the compensator adds there, and the integrator therefore need not.",
-        _drift(*slopes),
+        f"{_drift(*slopes)}{_slowing(t, off)}",
     )
     rows = tuple(
         (label, number(level), number(slope), number(float(np.ptp(torque_))))
         for label, level, slope, torque_ in zip((OFF_LABEL, ON_LABEL), levels, slopes, (off, on), strict=True)
     )
     return Study(plate, words, Table("At rest", ("", "mean [Nm]", "drift [Nm/s]", "range [Nm]"), rows))
+
+
+def _slowing(t: Array, torque: Array) -> str:
+    """Whether the drift of the first half is faster than that of the second, as that of creep is."""
+    half = t.size // 2
+    early, late = (float(np.polyfit(t[part], torque[part], 1)[0]) for part in (slice(0, half), slice(half, None)))
+    if abs(late) >= 0.8 * abs(early) or early * late < 0.0:
+        return ""
+    return (
+        f" It slows down, from {number(early)} Nm/s in the first {number(float(t[half] - t[0]), 2)} s to "
+        f"{number(late)} Nm/s after them (without compensator), as creep does."
+    )
 
 
 def _drift(off: float, on: float) -> str:

@@ -10,15 +10,15 @@ import numpy.typing as npt
 from dehyst.experiments.results import PlantResult, TrialRun
 from dehyst.report.figures.panel import Axes, says
 from dehyst.report.reproduction.lines import Draw, Line, over_time, shaded
-from dehyst.report.reproduction.numbers import OFF, run_of, tool_figures, trial_figure, trial_name
+from dehyst.report.reproduction.numbers import OFF, run_of, same_run, tool_figures, trial_figure, trial_name
 from dehyst.report.reproduction.picture import Picture, Plate
-from dehyst.report.text import number
+from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, TEST, TRAIN, Token
 
 Array = npt.NDArray[np.float64]
 
 TIME = "time [s]"
-ON_LABEL, OFF_LABEL = "with compensator", "without"
+ON_LABEL, OFF_LABEL, SAME_LABEL = "with compensator", "without", "without; with it the same, left off"
 SIDES: tuple[tuple[bool, Token, str, float], ...] = ((False, TEST, OFF_LABEL, 1.3), (True, TRAIN, ON_LABEL, 1.3))
 
 
@@ -41,8 +41,8 @@ def joint_plate(plant: PlantResult, joint: int, trials: Sequence[str], compensat
     return Plate(
         "trials",
         "Trials: angle, error and integrator",
-        f"Joint {joint}, first cycle of the path; grey bands mark every other figure of it. Every picture has its own "
-        f"scale. {_integrator_words(pairs, joint)}",
+        f"Joint {joint}, first cycle. {band_words(next(r for pair in pairs.values() for r in pair if r))} Every "
+        f"picture has its own scale. {_integrator_words(pairs, joint)}",
         tuple(pictures),
         columns=3,
     )
@@ -55,11 +55,14 @@ def _integrator_words(pairs: Mapping[str, Sequence[TrialRun | None]], joint: int
         if off is None or on is None or not (off.integrator[:, joint - 1].any() or on.integrator[:, joint - 1].any()):
             continue
         rms = [number(float(np.sqrt(np.mean(run.integrator[:, joint - 1] ** 2)))) for run in (off, on)]
-        said.append(f"{trial_name(trial)} {rms[0]} Nm without, {rms[1]} Nm with compensator")
+        both = f"{rms[0]} Nm without, {rms[1]} Nm with compensator"
+        said.append(f"{trial_name(trial)} {f'{rms[0]} Nm' if same_run(off, on) else both}")
     return f"Torque of the integrator, rms: {'; '.join(said)}." if said else ""
 
 
 def _lines(pair: Sequence[TrialRun | None], values: Sequence[Array | None]) -> list[Line]:
+    if same_run(*pair):  # the second would hide the first
+        return [Line(values[0], TEST, SAME_LABEL, 1.3)] if values[0] is not None else []
     return [
         Line(value, token, label, width)
         for run, value, (_, token, label, width) in zip(pair, values, SIDES, strict=True)
@@ -67,12 +70,21 @@ def _lines(pair: Sequence[TrialRun | None], values: Sequence[Array | None]) -> l
     ]
 
 
+def band_words(run: TrialRun) -> str:
+    """Say what the grey bands are."""
+    order = ", ".join(short(name, 30) for name in run.figures)
+    if (run.figure < 0).any():
+        return f"Grey bands: figures of the path, in the order {order}; between them the way to the next."
+    return f"The path's figures are {order}; grey bands mark every other one."
+
+
 def _bands(run: TrialRun, part: slice) -> list[tuple[float, float]]:
-    """From when to when the second, fourth, ... figure of the path is followed."""
+    """From when to when a figure of the path is followed; of figures without a way between them, every other one."""
     figure, t = run.figure[part], run.time[part]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(figure)) + 1, [figure.size]]).astype(np.int64)
     pieces = list(zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True))
-    return [(float(t[a]), float(t[b - 1])) for a, b in pieces[1::2]]
+    shown = [piece for piece in pieces if figure[piece[0]] >= 0] if (figure < 0).any() else pieces[1::2]
+    return [(float(t[a]), float(t[b - 1])) for a, b in shown]
 
 
 def _three_rows(
@@ -124,6 +136,7 @@ def _switched_off(t: Array) -> Draw:
 
     def draw(axes: Axes) -> None:
         flat(axes)
+        axes.set_yticks([0.0], ["0"])
         axes.text(0.5, 0.68, "switched off", transform=axes.transAxes, ha="center", va="center", color=MUTED.light)
 
     return draw
@@ -139,7 +152,7 @@ def others_plate(plant: PlantResult, joints: Sequence[int], trials: Sequence[str
     return Plate(
         "trials-others",
         f"The same trials, joints {words}" if len(joints) > 1 else f"The same trials, joint {words}",
-        "The joints are compensated all at once; the paper left these open.",
+        "All joints move and are compensated at once; the paper left these open. Every picture has its own scale.",
         tuple(pictures),
         columns=3,
     )
@@ -188,4 +201,6 @@ def _tool_words(plant: PlantResult, trial: str, compensator: str) -> str:
     off, on = found[OFF], found[compensator]
     if off is None or on is None:
         return ""
+    if same_run(*pair_of(plant, trial, compensator)):
+        return f"Distance from where the tool should be, rms over all cycles: {off} mm; the compensator was left off."
     return f"Distance from where the tool should be, rms over all cycles: {off} mm without, {on} mm with compensator."

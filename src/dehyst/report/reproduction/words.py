@@ -1,4 +1,4 @@
-"""The headline of the reproduction: what compensation did, in one sentence and one tile a plant."""
+"""The first screen of the reproduction: what compensation did, in one sentence, a small table, one tile a plant."""
 
 from __future__ import annotations
 
@@ -6,22 +6,27 @@ from collections.abc import Iterable, Sequence
 
 from dehyst.experiments.results import PlantResult, Reproduction
 from dehyst.report.reproduction.numbers import (
+    NO_HYSTERESIS,
     OFF,
     Spread,
     joints_of,
+    left_off,
+    listed,
+    tool_ratio,
     trial_figure,
     trial_name,
     trial_ratio,
     trials_of,
 )
+from dehyst.report.tables import Table
 from dehyst.report.text import count, number, short
 
-NO_HYSTERESIS = "none"
 # A ratio within this of 1 is called unchanged.
 UNCHANGED = 0.02
+MOST_CASES = 4  # that the first screen names
 MECHANISMS = {
     "maxwell-slip": "40 springs in series with dry friction, whose slip force grows with pressure",
-    "preisach": "a Preisach density that no sum of plays can take",
+    "preisach": "a Preisach density that no sum of plays can reproduce",
     "dahl": "three Dahl elements, which forget where they turned",
     NO_HYSTERESIS: "the control: the same arm without hysteresis",
 }
@@ -41,67 +46,109 @@ def lead(result: Reproduction) -> str:
     if about is None:
         return "No trial was run."
     joint, trial = about
-    with_it = {n: p for n, p in result.plants.items() if n != NO_HYSTERESIS}
-    ratios = _ratios(with_it.values(), result.compensator, joint, trial)
-    control = _ratios((p for n, p in result.plants.items() if n == NO_HYSTERESIS), result.compensator, joint, trial)
-    if not ratios and not control:
+    told = [p for p in result.plants.values() if trial_ratio(p, joint, trial, result.compensator, "rms_deg")]
+    if not told:
         errors = [trial_figure(p, joint, trial, OFF, "rms_deg") for p in result.plants.values()]
         found = _range([error.mean for error in errors if error])
         return f"Without compensator, joint {joint} is {found}° off (rms) in the {trial_name(trial)} trial."
-    said = []
-    if ratios:
-        plants = "On the plant" if len(with_it) == 1 else f"On all {len(ratios)} plants"
-        said.append(
-            f"{plants} with hysteresis the compensator brings the rms error of joint {joint} in the "
-            f"{trial_name(trial)} trial to {_percent([r.mean for r in ratios])} of what it is without"
-        )
-    if control:
-        left = control[0].mean
-        way = "as it is" if abs(left - 1.0) <= UNCHANGED else "larger" if left > 1.0 else "smaller"
-        verb = "leaves" if way == "as it is" else "makes"
-        what = "it" if ratios else f"the rms error of joint {joint} in the {trial_name(trial)} trial"
-        who = "on the plant without hysteresis it" if ratios else "On the plant without hysteresis the compensator"
-        said.append(f"{who} {verb} {what} {way} ({100 * left:.0f} %)")
-    return f"{'; '.join(said)}."
+    what = f"the rms error of joint {joint} in the {trial_name(trial)} trial"
+    said = [_gain(result, told, about, what), _refused(told, joint), _control(result, told, about, what)]
+    text = "; ".join(filter(None, said))
+    return f"{text[0].upper()}{text[1:]}."
 
 
-def others(result: Reproduction) -> tuple[str, ...]:
-    """Return sentences on the other trials and joints, plants with hysteresis only."""
-    about = headline_of(result)
-    plants = [p for n, p in result.plants.items() if n != NO_HYSTERESIS]
-    if about is None or not plants:
-        return ()
-    said = []
-    for joint in joints_of(result):
-        parts = []
-        for trial in trials_of(result):
-            found = _ratios(plants, result.compensator, joint, trial)
-            if found and (joint, trial) != about:
-                parts.append(f"{trial_name(trial)} {_percent([r.mean for r in found])}")
-        if parts:
-            said.append(f"Joint {joint}: {', '.join(parts)}.")
-    worse = _worse(result, plants)
-    return (*said, worse) if worse else tuple(said)
-
-
-def _worse(result: Reproduction, plants: Sequence[PlantResult]) -> str:
-    """Where the largest error grows, by name."""
-    cases = [
-        f"{short(plant.plant, 30)}, joint {joint}, {trial_name(trial)} ({number(100 * ratio.mean)} %)"
-        for plant in plants
-        for joint in joints_of(result)
-        for trial in trials_of(result)
-        if (ratio := trial_ratio(plant, joint, trial, result.compensator, "max_deg")) is not None and ratio.mean > 1.0
-    ]
-    if not cases:
+def _gain(result: Reproduction, told: Sequence[PlantResult], about: tuple[int, str], what: str) -> str:
+    """On the plants with hysteresis."""
+    plants = [p for p in told if p.plant != NO_HYSTERESIS and not left_off(p, about[0])]
+    if not plants:
         return ""
-    more = f" and {len(cases) - 4} more" if len(cases) > 4 else ""
-    return f"The largest error grows with the compensator in {count(len(cases), 'case')}: {'; '.join(cases[:4])}{more}."
+    ratios = [ratio.mean for ratio in _ratios(plants, result.compensator, *about)]
+    where = f"on plant {short(plants[0].plant, 30)}" if len(plants) == 1 else f"on {len(plants)} plants with hysteresis"
+    if len(plants) > 1 and len(plants) == sum(p.plant != NO_HYSTERESIS for p in told):
+        where = f"on all {len(plants)} plants with hysteresis"
+    return f"{where} the compensator brings {what} to {_percent(ratios)} of what it is without"
+
+
+def _refused(told: Sequence[PlantResult], joint: int) -> str:
+    """On plants with hysteresis whose model was not accepted."""
+    plants = [short(p.plant, 30) for p in told if p.plant != NO_HYSTERESIS and left_off(p, joint)]
+    if not plants:
+        return ""
+    which = f"plant{'s' if len(plants) > 1 else ''} {listed(plants)}"
+    return f"on {which} the model of joint {joint} was not accepted, so its compensator stayed off"
+
+
+def _control(result: Reproduction, told: Sequence[PlantResult], about: tuple[int, str], what: str) -> str:
+    """On the plant without hysteresis."""
+    plant = next((p for p in told if p.plant == NO_HYSTERESIS), None)
+    if plant is None:
+        return ""
+    if left_off(plant, about[0]):
+        return (
+            "on the plant without hysteresis the identified model fails its test on unseen loops, "
+            "so the compensator stays off there and changes nothing"
+        )
+    left = _ratios([plant], result.compensator, *about)[0].mean
+    way = "as it is" if abs(left - 1.0) <= UNCHANGED else "larger" if left > 1.0 else "smaller"
+    verb = "leaves" if way == "as it is" else "makes"
+    return f"on the plant without hysteresis the compensator {verb} {what} {way} ({100 * left:.0f} %)"
+
+
+def shares(result: Reproduction) -> Table | None:
+    """Return all trials in percent of the error without compensator, over the plants with hysteresis."""
+    plants = [p for n, p in result.plants.items() if n != NO_HYSTERESIS]
+    trials, rows = trials_of(result), []
+    for joint in joints_of(result):
+        on = [p for p in plants if not left_off(p, joint)]
+        rows.append((f"joint {joint}", *(_cell(_ratios(on, result.compensator, joint, trial)) for trial in trials)))
+    tool = [[tool_ratio(p, trial, result.compensator, "tracking_rms_mm") for p in plants] for trial in trials]
+    rows.append(("tool, distance", *(_cell([r for r in found if r is not None]) for found in tool)))
+    rows = [row for row in rows if any(cell != "–" for cell in row[1:])]
+    if not rows:
+        return None
+    over = "smallest to largest over the plants with hysteresis" if len(plants) > 1 else f"plant {plants[0].plant}"
+    note = f"Rms error with compensator in percent of the one without; {over}."
+    return Table("", ("", *(trial_name(trial) for trial in trials)), tuple(rows), note)
+
+
+def _cell(ratios: Sequence[Spread]) -> str:
+    return _percent([ratio.mean for ratio in ratios]) if ratios else "–"
+
+
+def worse(result: Reproduction) -> str:
+    """Say in which cases the compensator makes an error larger, or that it does so in none; "" without runs."""
+    said, cases = [], 0
+    for name, words in (("rms_deg", "rms error"), ("max_deg", "largest error")):
+        found = []
+        for plant in result.plants.values():
+            for joint in joints_of(result):
+                for trial in trials_of(result):
+                    ratio = trial_ratio(plant, joint, trial, result.compensator, name)
+                    cases += ratio is not None
+                    if ratio is not None and ratio.mean > 1.0:
+                        found.append((plant.plant, joint, trial, ratio.mean))
+        if found:
+            said.append(f"The {words} of a joint grows with the compensator in {_cases(found)}.")
+    return " ".join(said) if said or not cases else "In no trial does a joint's rms or largest error grow with it."
+
+
+def _cases(found: Sequence[tuple[str, int, str, float]]) -> str:
+    named = [
+        f"{short(plant, 30)}, joint {joint}, {trial_name(trial)} ({number(100 * ratio)} %)"
+        for plant, joint, trial, ratio in found
+    ]
+    more = f" and {len(named) - MOST_CASES} more" if len(named) > MOST_CASES else ""
+    return f"{count(len(named), 'case')}: {'; '.join(named[:MOST_CASES])}{more}"
 
 
 def _ratios(plants: Iterable[PlantResult], compensator: str, joint: int, trial: str) -> list[Spread]:
     found = (trial_ratio(plant, joint, trial, compensator, "rms_deg") for plant in plants)
     return [ratio for ratio in found if ratio is not None]
+
+
+def about_plant(name: str) -> str:
+    """Return what a plant's hysteresis is, or "" for one of the user's own."""
+    return MECHANISMS.get(name, "")
 
 
 def _range(values: Sequence[float]) -> str:
@@ -112,35 +159,3 @@ def _range(values: Sequence[float]) -> str:
 def _percent(values: Sequence[float]) -> str:
     low, high = f"{100 * min(values):.0f}", f"{100 * max(values):.0f}"
     return f"{low} %" if low == high else f"{low}–{high} %"
-
-
-def tiles(result: Reproduction) -> tuple[tuple[str, str, str, str], ...]:
-    """Return one tile a plant: its name, error without, error with compensator, remark."""
-    about = headline_of(result)
-    if about is None:
-        return ()
-    joint, trial = about
-    made = []
-    for plant in result.plants.values():
-        off = trial_figure(plant, joint, trial, OFF, "rms_deg")
-        on = trial_figure(plant, joint, trial, result.compensator, "rms_deg")
-        ratio = trial_ratio(plant, joint, trial, result.compensator, "rms_deg")
-        remark = "without compensator only" if ratio is None else _of_seeds(ratio)
-        made.append((short(plant.plant, 30), _degrees(off), _degrees(on), remark))
-    return tuple(made)
-
-
-def _of_seeds(ratio: Spread) -> str:
-    text = f"{'down' if ratio.mean < 1.0 else 'up'} to {number(100 * ratio.mean)} %"
-    if ratio.seeds < 2:
-        return text
-    return f"{text} ({number(100 * ratio.low)}–{number(100 * ratio.high)}, {ratio.seeds} seeds)"
-
-
-def _degrees(found: Spread | None) -> str:
-    return "" if found is None else f"{number(found.mean)}°"
-
-
-def about_plant(name: str) -> str:
-    """Return what a plant's hysteresis is, or "" for one of the user's own."""
-    return MECHANISMS.get(name, "")

@@ -1,0 +1,74 @@
+"""What the compensator of a joint did since the joint last turned: right after a turn the inverse is steepest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.experiments.results import TrialRun
+from dehyst.loops import turning_points
+
+Array = npt.NDArray[np.float64]
+
+BAR = 1e5
+# A push: this share of the compensator's range at least, within this share of the joint's motion at most.
+JUMP, TRAVEL = 0.03, 0.01
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A joint at a moment, seen from its last turn.
+
+    Attributes
+    ----------
+    since
+        Time since the turn, or since the start. [s]
+    first
+        Whether the joint has not turned before.
+    travel_deg
+        How far it should have moved since. [deg]
+    travel, ahead
+        The same, and how far it will move to the next turn, as shares of its range of motion.
+    jump_bar
+        By how much the compensator has changed its pressure difference since. [bar]
+    jump
+        The same as a share of the compensator's range in the run.
+    grown
+        Share of the error that has come since the turn.
+    """
+
+    since: float
+    first: bool
+    travel_deg: float
+    travel: float
+    ahead: float
+    jump_bar: float
+    jump: float
+    grown: float
+
+    @property
+    def is_push(self) -> bool:
+        """Whether the compensator has changed much while the joint has hardly moved."""
+        return self.jump >= JUMP and self.travel <= TRAVEL
+
+
+def turn_before(run: TrialRun, joint: int, k: int) -> Turn:
+    """Return sample k of a run, seen from the last turn of a joint."""
+    q, error, added = run.desired[:, joint - 1], run.error[:, joint - 1], run.compensation[:, joint - 1]
+    span = max(float(np.ptp(q)), 1e-12)
+    turns = turning_points(q, 0.01 * span)
+    n = int(np.searchsorted(turns, k, side="right"))
+    last, coming = int(turns[n - 1]), int(turns[min(n, turns.size - 1)])
+    way, jump = float(abs(q[k] - q[last])), float(abs(added[k] - added[last]))
+    return Turn(
+        since=float(run.time[k] - run.time[last]),
+        first=last == 0,
+        travel_deg=float(np.rad2deg(way)),
+        travel=way / span,
+        ahead=float(abs(q[coming] - q[k])) / span,
+        jump_bar=jump / BAR,
+        jump=jump / max(float(np.ptp(added)), 1e-300),
+        grown=float((error[k] - error[last]) / error[k]) if error[k] else 0.0,
+    )
