@@ -75,15 +75,25 @@ def excite(
             room = pressure_room(arm.robot, mean[:, i])
             difference[:, i] = np.clip(wanted, -room, room)
     log = arm.run(Reference.pressures(SPACING, difference, mean, hung), every_s)
+    refuse_failed(arm, log)
+    return log
+
+
+def refuse_failed(arm: Arm, log: ArmLog) -> None:
+    """Refuse a log in which a controller failed safe: from there on it is of a joint that is switched off.
+
+    Raises
+    ------
+    SimulationError
+        If one did.
+    """
     failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
     if failed.size:
         raise SimulationError(
-            f"the controller of joint {arm.moving[failed[0]]} failed safe during a pressure run: a sensor reading was "
-            f"not credible (flags {int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or "
-            f"pressure_jump_bar, or run slower.",
+            f"the controller of joint {arm.moving[failed[0]]} failed safe: a sensor reading was not credible (flags "
+            f"{int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or pressure_jump_bar, or run slower.",
             joint=arm.moving[failed[0]],
         )
-    return log
 
 
 def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import SWITCHES, Compensator, JointControllerParameters, along
+from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.path import ArmPath
-from dehyst.experiments.quasistatic import home
-from dehyst.experiments.results import COMPENSATED, Characteristic, TrialRun
+from dehyst.experiments.quasistatic import home, refuse_failed
+from dehyst.experiments.results import COMPENSATED, TRIALS, Characteristic, TrialRun
 from dehyst.models import HysteresisModel
 from dehyst.plant.arm import Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
@@ -109,6 +110,15 @@ def run_trial(
     real_time_factor : float
         Simulated time over wall time, homing included.
 
+    Raises
+    ------
+    ParameterError
+        If there is no such trial, or `equipment` names a joint that cannot have what it gives it.
+    OutputError
+        If a compensator of one's own answers with something that is not a finite number.
+    SimulationError
+        If a controller failed safe, or a joint left the range that it is simulated in.
+
     Examples
     --------
     Joint 1 alone, with what its data sheets tell and no calibration:
@@ -123,6 +133,7 @@ def run_trial(
     >>> run.error.shape[1], bool(np.abs(run.error[:, 0]).max() < np.radians(5.0))
     (7, True)
     """
+    _check(robot, equipment, trial)
     arm = Arm(
         robot,
         moving=moving,
@@ -137,16 +148,32 @@ def run_trial(
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
-    own = equipment.own if compensator != "off" else {}
+    own = {n: one for n, one in equipment.own.items() if n in moving and compensator != "off"}
     approach, along_path = _with_own(arm, (_approach(arm, path, hung), _path(arm, path, motion, cycles, hung)), own)
     mean = robot.controller.mean_pressure
-    arm.run(approach.reference(mean, switches), every_s=1.0)
+    refuse_failed(arm, arm.run(approach.reference(mean, switches), every_s=1.0))
     log = arm.run(along_path.reference(mean, switches), every_s=LOG_S[trial in SLOW])
+    refuse_failed(arm, log)
+    log = log.until(cycles * motion.duration)  # the reference ends at a knot, a little later
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + along_path.duration
     run = _trial_run(arm, motion, log, trial, compensator)
     return run, simulated / spent
+
+
+def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
+    if trial not in TRIALS:
+        raise ParameterError(f"no trial '{trial}'. There are: {', '.join(TRIALS)}.", trial=trial)
+    for what, named, allowed in (
+        ("own compensators", equipment.own, robot.pneumatic),
+        ("loads", equipment.loads, tuple(robot.joints)),
+    ):
+        unknown = sorted(set(named) - set(allowed))
+        if unknown:
+            raise ParameterError(
+                f"{what} for joint {unknown[0]}, which can have none. Joints that can: {allowed}.", joint=unknown[0]
+            )
 
 
 def trial_motion(robot: Robot, path: ArmPath, trial: str) -> Timed:

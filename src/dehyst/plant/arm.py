@@ -7,7 +7,7 @@ controllers know of the arm they are told through `JointControllerParameters`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -145,6 +145,11 @@ class ArmLog:
             time, column[0], column[1], column[2], column[3], log[:, :, 4:6], column[6], column[7], column[8],
             column[9], column[10], column[11].astype(np.int64),
         )  # fmt: skip
+
+    def until(self, end: float) -> ArmLog:
+        """Return the rows before a time. [s]"""
+        kept = int(np.searchsorted(self.time, end))
+        return ArmLog(**{column.name: getattr(self, column.name)[:kept] for column in fields(self)})
 
 
 class Arm:
