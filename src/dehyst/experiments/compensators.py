@@ -20,6 +20,8 @@ from dehyst.plant.parameters import Robot
 
 Array = npt.NDArray[np.float64]
 
+MOST_DEGREE = 7  # of a polynomial in the controller: DEHYST_DEGREE - 1 of core/dehyst.h
+
 
 @dataclass(frozen=True)
 class Recipe:
@@ -78,7 +80,7 @@ def local_characteristic(robot: Robot, found: Characteristic) -> Characteristic:
     value = np.polynomial.polynomial.polyval
     fitted = np.polynomial.polynomial.polyfit(q, dp, degree)
     c = torque - value(q, found.a) * mean - value(q, found.b) * value(q, fitted)
-    return replace(found, c=np.polynomial.polynomial.polyfit(q, c, degree + 2))
+    return replace(found, c=np.polynomial.polynomial.polyfit(q, c, min(degree + 2, MOST_DEGREE)))
 
 
 def _unloaded_sweep(found: Characteristic, mean: float) -> Array:

@@ -149,7 +149,7 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     >>> found["paper"]["rms_deg"] < 0.5 * found["off"]["rms_deg"]
     True
     """
-    _check(request)
+    _check(robot, request)
     show = progress or _Silent()
     chosen = recipe("paper" if request.own else request.compensator)
     show.stage("inverse kinematics", 1)
@@ -334,7 +334,7 @@ def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> 
     }
 
 
-def _check(request: Request) -> None:
+def _check(robot: Robot, request: Request) -> None:
     for what, values, known in (
         ("plant", request.plants, (*PLANTS, *request.foreign)),
         ("joint", request.joints, COMPENSATED),
@@ -346,5 +346,22 @@ def _check(request: Request) -> None:
                 f"no {what} {unknown[0] if unknown else 'was named'}. There are: {', '.join(map(str, known))}.",
                 unknown=unknown,
             )
-    if not request.seeds or any(seed < 0 for seed in request.seeds):
-        raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0; pass at least one.")
+    electric = [number for number in request.joints if number not in robot.pneumatic]
+    if electric:
+        raise ParameterError(
+            f"joint {electric[0]} of this robot is electric: no muscle, no hysteresis, nothing to compensate. Name "
+            f"joints with muscles, e.g. joints={tuple(n for n in COMPENSATED if n in robot.pneumatic)}, or change "
+            f"joint.{electric[0]}.drive.",
+            joint=electric[0],
+        )
+    unused = [name for name in request.foreign if name not in request.plants]
+    if unused:
+        raise ParameterError(
+            f"the mechanism '{unused[0]}' of `foreign` is in none of the plants {request.plants}: it would not be run. "
+            f"Type plants=('{unused[0]}',), or plants=(*PLANTS, '{unused[0]}').",
+            unused=unused,
+        )
+    if request.own is not None and request.compensator == "off":
+        raise ParameterError("a compensator of one's own cannot be called 'off'. Type compensator='mine'.")
+    if not request.seeds or any(not isinstance(seed, int) or not 0 <= seed < 2**32 for seed in request.seeds):
+        raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0 to 2**32 - 1; pass at least one.")

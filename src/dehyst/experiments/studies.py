@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import SWITCHES, InverseCompensator
+from dehyst.experiments.nominal import OBSERVER_RATIO
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.scores import joint_figures
@@ -117,7 +118,10 @@ def compensated_twice(case: Case) -> tuple[float, float]:
 
 def high_gains(case: Case, pole: float) -> tuple[float, float]:
     """The position loop is faster or slower: what is left for a compensator."""
-    controllers = {n: replace(c, pole=pole) for n, c in case.equipment.controllers.items()}
+    controllers = {
+        n: replace(c, pole=pole, observer_pole=max(c.observer_pole, OBSERVER_RATIO * pole))
+        for n, c in case.equipment.controllers.items()
+    }
     return ratio(case, case.robot, replace(case.equipment, controllers=controllers))
 
 

@@ -69,7 +69,18 @@ MechanismFactory = Callable[[int, int], Mechanism]
 
 def mechanisms_of(factory: MechanismFactory | None, joints: Iterable[int]) -> dict[int, tuple[Mechanism, Mechanism]]:
     """Return two new mechanisms for each joint, for `dehyst.plant.Arm`; none without a factory."""
-    return {} if factory is None else {joint: (factory(joint, 0), factory(joint, 1)) for joint in joints}
+    return {} if factory is None else {joint: (_made(factory, joint, 0), _made(factory, joint, 1)) for joint in joints}
+
+
+def _made(factory: MechanismFactory, joint: int, muscle: int) -> Mechanism:
+    mechanism = factory(joint, muscle)
+    if not isinstance(mechanism, Mechanism):
+        raise ParameterError(
+            f"for muscle {muscle} of joint {joint} the factory made a {type(mechanism).__name__}, no mechanism: "
+            f"give it reset(contraction) and force(contraction, pressure, period) -> N.",
+            joint=joint,
+        )
+    return mechanism
 
 
 def maxwell_slip(

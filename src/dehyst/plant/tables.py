@@ -235,7 +235,7 @@ class Calibration:
     loads: Annotated[Numbers, Key("bar", -6.0, 6.0)]
     sweep: Annotated[float, Key("s", 0.1, 1e4)]
     range_share: Annotated[float, Key("", 0.05, 1.0)]
-    degree: Annotated[int, Key("", 1, 15)]
+    degree: Annotated[int, Key("", 1, 7)]
 
 
 @dataclass(frozen=True)

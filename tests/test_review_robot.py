@@ -1,0 +1,53 @@
+"""Requests that would run something else than what was asked for are refused; joints that failed safe are named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dehyst.control import FLAGS
+from dehyst.errors import ParameterError
+from dehyst.experiments.reproduce import Request, reproduce
+from dehyst.experiments.scores import failed_joints
+from dehyst.plant.mechanisms import mechanisms_of
+from dehyst.plant.parameters import load_robot
+
+
+@pytest.mark.parametrize(
+    ("changes", "request_", "says"),
+    [
+        ({"joint.1.drive": "electric"}, Request(joints=(1,)), "electric"),
+        ({}, Request(foreign={"lugre": lambda joint, muscle: None}), "lugre"),  # type: ignore[arg-type,return-value]
+        ({}, Request(own=lambda found: None, compensator="off"), "off"),  # type: ignore[arg-type,return-value]
+        ({}, Request(seeds=(1.5,)), "whole"),  # type: ignore[arg-type]
+        ({}, Request(seeds=(2**64,)), "2\\*\\*32"),
+    ],
+)
+def test_a_request_that_cannot_be_run_as_asked_is_refused_before_anything_moves(
+    changes: dict[str, object], request_: Request, says: str, tmp_path: Path
+) -> None:
+    with pytest.raises(ParameterError, match=says):
+        reproduce(load_robot(changes=changes), request_, tmp_path)
+
+
+def test_a_factory_that_makes_no_mechanism_is_named() -> None:
+    factory: Any = lambda joint, muscle: None  # noqa: E731
+    with pytest.raises(ParameterError, match="muscle 0 of joint 4"):
+        mechanisms_of(factory, (4,))
+
+
+def test_a_degree_that_the_controller_cannot_hold_is_refused_with_the_file() -> None:
+    with pytest.raises(ParameterError, match="degree"):
+        load_robot(changes={"calibration.degree": 8})
+
+
+def test_a_joint_that_failed_safe_once_is_named() -> None:
+    flags = np.zeros((5, 7), np.int64)
+    flags[3, 5] = FLAGS["failed"] | 1 << 5
+    flags[2, 0] = 1 << 5  # valve at its limit
+    run: Any = SimpleNamespace(flags=flags)
+    assert failed_joints(run) == [6]
