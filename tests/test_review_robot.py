@@ -1,18 +1,14 @@
-"""Requests that would run something else than what was asked for are refused; joints that failed safe are named."""
+"""Requests that would run something else than what was asked for are refused."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
-from dehyst.control import FLAGS
 from dehyst.errors import ParameterError
 from dehyst.experiments.reproduce import Request, reproduce
-from dehyst.experiments.scores import failed_joints
 from dehyst.plant.mechanisms import mechanisms_of
 from dehyst.plant.parameters import load_robot
 
@@ -43,11 +39,3 @@ def test_a_factory_that_makes_no_mechanism_is_named() -> None:
 def test_a_degree_that_the_controller_cannot_hold_is_refused_with_the_file() -> None:
     with pytest.raises(ParameterError, match="degree"):
         load_robot(changes={"calibration.degree": 8})
-
-
-def test_a_joint_that_failed_safe_once_is_named() -> None:
-    flags = np.zeros((5, 7), np.int64)
-    flags[3, 5] = FLAGS["failed"] | 1 << 5
-    flags[2, 0] = 1 << 5  # valve at its limit
-    run: Any = SimpleNamespace(flags=flags)
-    assert failed_joints(run) == [6]

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.control import FLAGS
 from dehyst.evaluation import Timed, iso9283
 from dehyst.experiments.results import JointIdentification, TrialRun
 
@@ -16,11 +15,6 @@ def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
     """Root mean square and largest error of a joint over a run. [deg]"""
     error = np.degrees(run.error[:, number - 1])
     return {"rms_deg": float(np.sqrt(np.mean(error**2))), "max_deg": float(np.abs(error).max())}
-
-
-def failed_joints(run: TrialRun) -> list[int]:
-    """Numbers of the joints that failed safe on the way: from there on their errors are those of closed valves."""
-    return [int(i) + 1 for i in np.flatnonzero((run.flags & FLAGS["failed"]).any(axis=0))]
 
 
 def plant_figures(
@@ -59,8 +53,7 @@ def plant_figures(
     for run in runs:
         for number in joints:
             listed[str(number)]["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, number)
-        tool.setdefault(run.trial, {})[run.compensator] = {
-            **iso9283(motions[run.trial], run.time, run.tool, run.cycle, run.figure),
-            "failed_joints": failed_joints(run),
-        }
+        tool.setdefault(run.trial, {})[run.compensator] = iso9283(
+            motions[run.trial], run.time, run.tool, run.cycle, run.figure
+        )
     return {"joints": listed, "tool": tool}

@@ -44,8 +44,6 @@ def _mean(values: Sequence[Any]) -> Any:
         return {key: _mean([value.get(key) for value in values]) for key in first}
     if isinstance(first, bool | np.bool_):
         return bool(all(values))
-    if isinstance(first, list):  # joints that failed safe: with any of the seeds
-        return sorted({one for value in values for one in value})
     numbers = [float(v) for v in values if isinstance(v, int | float | np.number) and np.isfinite(float(v))]
     if numbers:
         mean = float(np.mean(numbers))
