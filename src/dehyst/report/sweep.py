@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import statistics
 import xml.etree.ElementTree as ElementTree
@@ -29,6 +30,11 @@ MOST_ROWS = 24  # of panels; more would be no picture
 WIDEST = 30.0  # [inch]
 NO_EFFECT = 1.0  # ratio at which a compensator changes nothing
 MARKERS = "osD^vP"
+HEAD, LEGEND_LINE = 0.56, 0.22  # of title and key, of a line of the legend [inch]
+NARROWEST = 5.2  # [inch]
+ENTRY = 1.45  # of the legend [inch]
+MOST_TICKS = 7
+KEY = "lines: medians; small dots: runs; bars: lowest to highest; dashed: 1, no effect"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,18 +104,40 @@ def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Cu
     columns = list(dict.fromkeys(curve.figure for curve in curves))[: int(WIDEST / WIDTH)]
     face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": f"sweep {name}"}
     with settings(style() | face):
-        size = (max(WIDTH * len(columns), 4.5), HEIGHT * max(len(rows), 1) + 0.6)
-        canvas = Canvas(figsize=size, layout="constrained")
-        if rows and columns:
-            _draw(canvas, rows, columns, curves)
-        canvas.suptitle(short(f"sweep {name}", 70), x=0.01, ha="left", fontweight="bold", color=INK.light)
+        width, height = max(WIDTH * len(columns), NARROWEST), HEIGHT * max(len(rows), 1)
+        across = max(1, int(width / ENTRY))
+        lines = math.ceil(len({group for curve in curves for group in curve.group}) / across)
+        above = HEAD + LEGEND_LINE * max(lines, 1)
+        canvas = Canvas(figsize=(width, height + above), layout="constrained")
+        parts: Any = canvas.subfigures(2, 1, height_ratios=[above, height])
+        handles = _draw(parts[1], rows, columns, curves) if rows and columns else {}
+        _head(parts[0], name, handles, across, above)
         return write_atomically(target, _png(canvas, name) if target.suffix.lower() == ".png" else _svg(canvas, name))
 
 
-def _draw(canvas: Canvas, rows: Sequence[tuple[str, str]], columns: Sequence[str], curves: Sequence[Curve]) -> None:
-    grid = canvas.subplots(len(rows), len(columns), squeeze=False, sharey="col")
-    for line in grid.ravel():
-        line.set_axis_off()
+def _head(part: Any, name: str, handles: dict[str, Any], across: int, height: float) -> None:
+    """Name of the sweep, what is drawn, and one legend for all panels."""
+    title = short(f"sweep {name}", 70)
+    part.text(0.012, 1 - 0.06 / height, title, va="top", fontsize=12.5, fontweight="bold", color=INK.light)
+    part.text(0.012, 1 - 0.34 / height, KEY, va="top", fontsize=8.6, color=MUTED.light)
+    if len(handles) > 1 or "" not in handles:
+        part.legend(
+            [*handles.values()],
+            [short(group, 40) for group in handles],
+            loc="lower left",
+            bbox_to_anchor=(0.012, 0.02),
+            ncols=across,
+            fontsize=9.0,
+        )
+
+
+def _draw(
+    part: Any, rows: Sequence[tuple[str, str]], columns: Sequence[str], curves: Sequence[Curve]
+) -> dict[str, Any]:
+    """Draw all panels; return their lines by name."""
+    grid = part.subplots(len(rows), len(columns), squeeze=False, sharey="col")
+    for axes in grid.ravel():
+        axes.set_axis_off()
     handles: dict[str, Any] = {}
     for curve in curves:
         if (curve.study, curve.parameter) in rows and curve.figure in columns:
@@ -118,33 +146,45 @@ def _draw(canvas: Canvas, rows: Sequence[tuple[str, str]], columns: Sequence[str
             handles = {**_panel(axes, curve), **handles}  # joined lines stand before scattered dots
     for axes in grid[0]:  # the others of a column share its range
         axes.set_ylim(bottom=0.0)
-    if len(handles) > 1 or "" not in handles:
-        canvas.legend(
-            handles.values(), handles.keys(), loc="outside upper right", ncols=min(len(handles), 2 * len(columns))
-        )
+    return handles
 
 
 def _panel(axes: Any, curve: Curve) -> dict[str, Any]:
     """Draw one panel; return its lines by name, for the one legend of the picture."""
-    axes.set_title(short(curve.figure, 38), color=INK.light, fontsize=9.5)
+    axes.set_title(short(curve.figure, 42), color=INK.light, fontsize=9.5)
     axes.set_xlabel(short(f"{curve.parameter} ({curve.study})", 44), color=MUTED.light, fontsize=9.5)
-    texts = not all(isinstance(x, int | float) and not isinstance(x, bool) for x in curve.x)
-    names = list(dict.fromkeys(str(x) for x in curve.x))
-    places = [names.index(str(x)) if texts else float(x) for x in curve.x]
-    if texts:
-        axes.set_xticks(range(len(names)), [short(name, 14) for name in names])
-        axes.set_xlim(-0.5, len(names) - 0.5)
+    places, apart = _abscissa(axes, curve)
     axes.axhline(NO_EFFECT, color=MUTED.light, lw=0.8, ls=(0, (4, 3)), zorder=1)
     handles = {}
-    for k, group in enumerate(dict.fromkeys(curve.group)):
+    groups = list(dict.fromkeys(curve.group))
+    for k, group in enumerate(groups):
+        aside = 0.0 if curve.scattered else apart * (k - (len(groups) - 1) / 2)
         dots = [
-            (x, y)
+            (x + aside, y)
             for x, y, g in zip(places, curve.y, curve.group, strict=True)
             if g == group and y is not None and math.isfinite(y)
         ]
         colour, marker = CYCLE[k % len(CYCLE)].light, MARKERS[k % len(MARKERS)]
         handles[group] = _line(axes, dots, colour, marker, curve.scattered)
     return handles
+
+
+def _abscissa(axes: Any, curve: Curve) -> tuple[list[float], float]:
+    """Set the ticks; return where each run stands, and how far groups stand apart so that none hides another."""
+    texts = not all(isinstance(x, int | float) and not isinstance(x, bool) for x in curve.x)
+    if texts:
+        names = list(dict.fromkeys(str(x) for x in curve.x))
+        axes.set_xticks(range(len(names)), [short(name, 14) for name in names])
+        axes.set_xlim(-0.5, len(names) - 0.5)
+        axes.grid(axis="x", visible=False)
+        return [float(names.index(str(x))) for x in curve.x], 0.08
+    places = [float(x) for x in curve.x]
+    values = sorted({x for x in places if math.isfinite(x)})
+    if not curve.scattered and len(values) <= MOST_TICKS:
+        axes.set_xticks(values, [f"{value:g}".replace("-", "−") for value in values])
+    steps = [b - a for a, b in itertools.pairwise(values)]
+    span = values[-1] - values[0] if values else 0.0
+    return places, min([0.012 * span, *(0.15 * step for step in steps)])
 
 
 def _line(axes: Any, dots: Sequence[tuple[float, float]], colour: str, marker: str, scattered: bool) -> Any:

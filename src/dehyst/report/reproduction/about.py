@@ -92,7 +92,8 @@ def _seeds(result: Reproduction) -> str:
             f", and muscles of the same make: hysteresis ± {100 * hysteresis:.3g} %, static force "
             f"± {100 * force:.3g} % (rms)"
         )
-    return f"{text}. The same seed gives the same figures, to the last bit; curves and pictures are of the first one."
+    text += ". The same seed gives the same figures, to the last bit"
+    return f"{text}; curves and pictures are of seed {seeds[0]}." if len(seeds) > 1 else f"{text}."
 
 
 def flat(table: Mapping[Any, Any], before: str = "") -> dict[str, Any]:
@@ -121,14 +122,9 @@ def _run(result: Reproduction) -> Table:
     rest = {key: value for key, value in result.settings.items() if key not in OWN}
     rows = [("compensator", result.compensator)]
     rows += [(NAMES.get(key, key.replace("_", " ")), plain(value)) for key, value in flat(rest).items()]
-    rows += [
-        (
-            f"times real time, {short(name, 40)}",
-            f"{number(plant.real_time_factor)} (simulated over wall time, median of the trials)",
-        )
-        for name, plant in result.plants.items()
-    ]
-    return Table("This run", (), tuple(rows))
+    rows += [(f"times real time, {short(n, 40)}", number(p.real_time_factor)) for n, p in result.plants.items()]
+    note = "Times real time: simulated time over wall time of a trial, median of all, beside whatever else ran."
+    return Table("This run", (), tuple(rows), note if result.plants else "")
 
 
 def _changes(result: Reproduction) -> Table | None:

@@ -91,7 +91,7 @@ def plane_of(points: Array) -> tuple[Array, Array]:
     --------
     >>> turn = np.linspace(0.0, 6.0, 50)
     >>> circle = np.column_stack([np.cos(turn), np.sin(turn), np.cos(turn)])  # rises forward
-    >>> [direction.round(3).tolist() for direction in plane_of(circle)]
+    >>> [(direction.round(3) + 0.0).tolist() for direction in plane_of(circle)]
     [[0.0, -1.0, 0.0], [0.707, 0.0, 0.707]]
     """
     normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
@@ -99,7 +99,7 @@ def plane_of(points: Array) -> tuple[Array, Array]:
     reference = np.array([0.0, 0.0, 1.0]) if normal[2] < LEVEL else np.array([1.0, 0.0, 0.0])
     up = reference - (reference @ normal) * normal
     up = up / np.linalg.norm(up)
-    return np.cross(up, normal) + 0.0, up
+    return np.cross(up, normal), up
 
 
 def _fitted(right: Array, up: Array, points: Array, margin: float) -> View:

@@ -18,7 +18,7 @@ from dehyst.report.reproduction.numbers import (
     trials_of,
 )
 from dehyst.report.tables import Table
-from dehyst.report.text import clean, count
+from dehyst.report.text import clean, count, number
 
 # Symbol -> name, meaning.
 MEASURES = {
@@ -30,6 +30,7 @@ MEASURES = {
     "RV": ("speed repeatability", "how far the mean speeds of the cycles lie apart"),
     "FV": ("speed fluctuation", "largest less smallest deviation of the speed"),
 }
+LARGER = 1.02  # a figure that grows by less is not worth a word
 DISTANCE = {
     "tracking_rms": "distance, rms",
     "tracking_max": "distance, largest",
@@ -127,4 +128,16 @@ def _reasons(plant: PlantResult) -> dict[str, dict[str, str]]:
                 reasons: Any = table.get("reasons") if isinstance(table, Mapping) else None
                 if isinstance(reasons, Mapping):
                     found.setdefault(trial, {}).update({str(k): str(v) for k, v in reasons.items()})
+    return found
+
+
+def larger_figures(plant: PlantResult, trial: str, compensator: str) -> dict[str, str]:
+    """Return symbol -> "FV 5.46 → 37.8 mm/s", of what grows with the compensator."""
+    off, on = tool_figures(plant, trial, OFF), tool_figures(plant, trial, compensator)
+    found = {}
+    for key in off:
+        symbol = key.partition("_")[0]
+        if symbol in MEASURES and ", " not in key and key in on and abs(on[key].mean) > LARGER * abs(off[key].mean):
+            unit = name_and_unit(key)[1]
+            found[symbol] = f"{symbol} {number(off[key].mean)} → {number(on[key].mean)} {unit}"
     return found

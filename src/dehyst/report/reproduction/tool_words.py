@@ -13,25 +13,22 @@ from dehyst.report.reproduction.numbers import (
     OFF,
     joints_of,
     listed,
-    name_and_unit,
     run_of,
     tool_figures,
     trial_name,
     trials_of,
 )
 from dehyst.report.reproduction.reasons import figure_name, push_words, travelled
-from dehyst.report.reproduction.tool_tables import MEASURES
+from dehyst.report.reproduction.tool_tables import larger_figures
 from dehyst.report.reproduction.turns import Turn, turn_before
 from dehyst.report.text import number
 
 Array = npt.NDArray[np.float64]
 
-LARGER = 1.02  # a figure that grows by less is not worth a word
-
 
 def tool_words(result: Reproduction, plant: PlantResult) -> tuple[str, ...]:
     """Return sentences: which figures grow, and why corner rounding and speed fluctuation do."""
-    found = {trial: _larger(plant, trial, result.compensator) for trial in trials_of(result)}
+    found = {trial: larger_figures(plant, trial, result.compensator) for trial in trials_of(result)}
     grown = {trial: keys for trial, keys in found.items() if keys}
     if not grown:
         return ()
@@ -41,21 +38,9 @@ def tool_words(result: Reproduction, plant: PlantResult) -> tuple[str, ...]:
         f"These figures of the tool are larger with compensator: {'; '.join(said)}.",
         _corner_words(result, plant, corners),
         _speed_words(result, plant, speeds),
-        _overshoot_words(plant, [trial for trial, words in grown.items() if "CO" in words]),
+        _overshoot_words(plant, result.compensator, [trial for trial, words in grown.items() if "CO" in words]),
     )
     return tuple(filter(None, told))
-
-
-def _larger(plant: PlantResult, trial: str, compensator: str) -> dict[str, str]:
-    """Symbol -> "FV 5.46 → 37.8 mm/s", of what grows."""
-    off, on = tool_figures(plant, trial, OFF), tool_figures(plant, trial, compensator)
-    found = {}
-    for key in off:
-        symbol = key.partition("_")[0]
-        if symbol in MEASURES and ", " not in key and key in on and abs(on[key].mean) > LARGER * abs(off[key].mean):
-            unit = name_and_unit(key)[1]
-            found[symbol] = f"{symbol} {number(off[key].mean)} → {number(on[key].mean)} {unit}"
-    return found
 
 
 def _corner_words(result: Reproduction, plant: PlantResult, trials: Sequence[str]) -> str:
@@ -79,11 +64,11 @@ def _corner_words(result: Reproduction, plant: PlantResult, trials: Sequence[str
     return f"{text} At its worst corner, {_push_story(run, corner.sample, pushes)}" if pushes else text
 
 
-def _overshoot_words(plant: PlantResult, trials: Sequence[str]) -> str:
+def _overshoot_words(plant: PlantResult, compensator: str, trials: Sequence[str]) -> str:
     """An arm that never reaches a corner cannot go beyond it."""
     for trial in trials:
-        off = tool_figures(plant, trial, OFF)
-        if off["CO_mm"].high == 0.0 and "CR_mm" in off:
+        off, on = (tool_figures(plant, trial, c) for c in (OFF, compensator))
+        if off["CO_mm"].high == 0.0 and {"CR_mm"} <= set(off) & set(on) and off["CR_mm"].mean > 2.0 * on["CR_mm"].mean:
             return (
                 f"CO is 0 without compensator ({trial_name(trial)}) because the tool never comes to the corner: it "
                 f"stays {number(off['CR_mm'].mean)} mm away."

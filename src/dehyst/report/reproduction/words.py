@@ -18,6 +18,7 @@ from dehyst.report.reproduction.numbers import (
     trial_ratio,
     trials_of,
 )
+from dehyst.report.reproduction.tool_tables import MEASURES, larger_figures
 from dehyst.report.tables import Table
 from dehyst.report.text import count, number, short
 
@@ -129,7 +130,23 @@ def worse(result: Reproduction) -> str:
                         found.append((plant.plant, joint, trial, ratio.mean))
         if found:
             said.append(f"The {words} of a joint grows with the compensator in {_cases(found)}.")
-    return " ".join(said) if said or not cases else "In no trial does a joint's rms or largest error grow with it."
+    if not said and cases:
+        said.append("In no trial does a joint's rms or largest error grow with the compensator.")
+    return " ".join((*said, *filter(None, (_worse_tool(result),))))
+
+
+def _worse_tool(result: Reproduction) -> str:
+    """Which figures of the tool grow, and in which trials."""
+    found: dict[str, dict[str, None]] = {}
+    for plant in result.plants.values():
+        for trial in trials_of(result):
+            for symbol in larger_figures(plant, trial, result.compensator):
+                found.setdefault(symbol, {})[trial_name(trial)] = None
+    if not found:
+        return ""
+    words = [f"{MEASURES[symbol][0]} {symbol} ({listed([*trials])})" for symbol, trials in sorted(found.items())]
+    where = "" if len(result.plants) == 1 else " on one plant or more"
+    return f"Of the tool's figures by ISO 9283 these grow{where}: {', '.join(words)}. Each plant's part below says why."
 
 
 def _cases(found: Sequence[tuple[str, int, str, float]]) -> str:
