@@ -102,9 +102,9 @@ def test_locked_joints_stay_at_their_angle_and_leave_the_rest_alone():
     assert rb.joint_positions(model, free).shape == (12, 8, 3)
 
 
-def test_the_nominal_arm_is_too_light_by_the_share_of_the_file():
-    share = 1.0 + ROBOT.controller.inertia_error
-    np.testing.assert_allclose(rb.bias_torque(rb.nominal_model(ROBOT), POSES), share * rb.bias_torque(MODEL, POSES))
+def test_a_mass_error_scales_every_torque_of_gravity():
+    lighter = rb.arm_model(ROBOT, mass_error=-0.2)
+    np.testing.assert_allclose(rb.bias_torque(lighter, POSES), 0.8 * rb.bias_torque(MODEL, POSES))
 
 
 def test_the_model_has_no_contacts_and_no_constraints_and_the_period_of_the_file():

@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing
 from dehyst.app.terminal import terminal
+from dehyst.control import FLAGS
 from dehyst.errors import ParameterError
 from dehyst.experiments.logs import log_folder, log_names
 from dehyst.experiments.reproduce import PLANTS, Request, reproduce
@@ -23,9 +25,11 @@ from dehyst.experiments.results import COMPENSATED, Reproduction
 from dehyst.experiments.summary import as_json, mean_figures
 from dehyst.files import write_atomically
 from dehyst.plant.parameters import Robot, load_robot
+from dehyst.plant.provenance import changes_from_packaged
 from dehyst.report import write_reproduction_report
 
-QUICK = {
+LONG = 0.2  # share of a trial at a limit that is worth a warning
+QUICK: dict[str, object] = {
     "calibration.mean_pressures_bar": [2.2, 3.8],
     "calibration.loads_bar": [-0.8, 0.8],
     "calibration.sweep_s": 14.0,
@@ -34,7 +38,7 @@ QUICK = {
     "path.cycles_fast": 2,
     "path.slow_factor": 4.0,
 }
-"""What ``--quick`` changes: less of everything, nothing of the plant."""
+"""What ``--quick`` changes where the user's file does not: less of everything, nothing of the plant."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +75,17 @@ def run_reproduce(request: ReproduceRequest) -> None:
     for path in filter(None, (request.out / "figures.json", request.json)):
         write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _print(result)
+    _print_limits(result)
     sys.stderr.write(f"\nOpen {page} in a browser; logs and figures.json lie beside it.\n")
 
 
 def _robot(request: ReproduceRequest) -> Robot:
-    changes: dict[str, object] = dict(QUICK) if request.quick else {}
+    robot = load_robot(request.robot)
+    said = changes_from_packaged(robot)  # what the user's file asks for is not overridden
+    changes = {key: value for key, value in QUICK.items() if key not in said} if request.quick else {}
     if request.cycles is not None:
         changes |= {"path.cycles_fast": request.cycles, "path.cycles_slow": request.cycles}
-    return load_robot(request.robot, changes)
+    return robot.with_changes(changes)
 
 
 def _experiment(request: ReproduceRequest) -> Request:
@@ -176,6 +183,20 @@ def _print(result: Reproduction) -> None:
                 f"{plant}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
                 f"that it was not fitted to, so there is nothing to compensate."
             )
+
+
+def _print_limits(result: Reproduction) -> None:
+    """Say which joints had a valve or pressure at its limit for long: their figures are those of a saturated loop."""
+    names = FLAGS["valve-limit"], FLAGS["pressure-limit"]
+    for plant, found in result.plants.items():
+        for run in found.runs:
+            share = ((run.flags & (names[0] | names[1])) != 0).mean(axis=0)
+            for index in np.flatnonzero(share > LONG):
+                terminal(stderr=True).print(
+                    f"warning: {plant}, {run.trial}, {run.compensator}: joint {index + 1} was at a limit of its valves "
+                    f"or pressures in {100 * share[index]:.0f} % of the samples. Its loop oscillates or is overloaded; "
+                    f"lower payload.mass_kg, path.fast_speed_m_s or the joint's pole_1_s."
+                )
 
 
 def _share(value: float, of: float) -> str:

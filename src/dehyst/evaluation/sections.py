@@ -150,12 +150,19 @@ def crossings(figure: Figure, s: Array, x: Array) -> Array:
     found = sample + weight
     points = x[sample] + weight[:, None] * (x[sample + 1] - x[sample])
     miss = np.linalg.norm(points - command[section], axis=1)
+    near = miss <= 2.0 * _distance(command, points) + figure.length / s.size
+    section, found, miss = section[near], found[near], miss[near]
     bounds = np.searchsorted(section, np.arange(s.size + 1))
     stroke = figure.chain.index(s)
     index = np.full(s.size, np.nan)
     for number in np.unique(stroke):
         _order(index, np.flatnonzero(stroke == number), bounds, found, miss)
     return index
+
+
+def _distance(command: Array, points: Array) -> Array:
+    """Return how far points (N, 3) are from the nearest of the commanded ones: a plane is crossed elsewhere too."""
+    return np.asarray(np.sqrt(((points[:, None] - command[None]) ** 2).sum(axis=2).min(axis=1)))
 
 
 def _order(index: Array, chosen: Indices, bounds: Indices, found: Array, miss: Array) -> None:

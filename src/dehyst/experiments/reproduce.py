@@ -20,7 +20,7 @@ from dehyst.control import Compensator
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import Recipe, equip, local_characteristic, recipe
+from dehyst.experiments.compensators import NAMES, Recipe, equip, local_characteristic, recipe
 from dehyst.experiments.logs import log_folder, write_trial
 from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.path import ArmPath, plan_path
@@ -361,7 +361,10 @@ def _check(robot: Robot, request: Request) -> None:
             f"Type plants=('{unused[0]}',), or plants=(*PLANTS, '{unused[0]}').",
             unused=unused,
         )
-    if request.own is not None and request.compensator == "off":
-        raise ParameterError("a compensator of one's own cannot be called 'off'. Type compensator='mine'.")
+    if request.own is not None and request.compensator in ("off", *NAMES):
+        raise ParameterError(
+            f"a compensator of one's own cannot be called '{request.compensator}': figures and logs would not tell it "
+            f"from the one of that name. Type compensator='mine'."
+        )
     if not request.seeds or any(not isinstance(seed, int) or not 0 <= seed < 2**32 for seed in request.seeds):
         raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0 to 2**32 - 1; pass at least one.")

@@ -346,8 +346,9 @@ class Arm:
 
     @property
     def angles(self) -> Array:
-        """Present angles of the moving joints, (n,). [rad]"""
-        return np.array(self.data.qpos)
+        """Present angles of the moving joints as their encoders show them, (n,). [rad]"""
+        step = 2 * np.pi / 2**self.robot.sensors.encoder_bits
+        return np.asarray(step * np.round(np.array(self.data.qpos) / step))
 
 
 def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _native.PneumaticJoint:

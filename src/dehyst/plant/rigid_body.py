@@ -31,7 +31,6 @@ __all__ = [
     "joint_positions",
     "mj_step_address",
     "new_data",
-    "nominal_model",
     "tool_positions",
 ]
 
@@ -59,7 +58,7 @@ def arm_model(
     payload
         Point mass at the tool centre point [kg]; None: that of the file.
     mass_error
-        All masses and inertias are multiplied by 1 + mass_error; see `nominal_model`.
+        All masses and inertias are multiplied by 1 + mass_error.
     locked
         Joint number -> angle of a joint that does not move [rad]; zero where missing.
     fused
@@ -105,14 +104,6 @@ def arm_model(
     return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held, fused))
 
 
-def nominal_model(robot: Robot, moving: Sequence[int] = ALL_JOINTS) -> MjModel:
-    """Return the arm as the controller's designer believes it to be: all inertias wrong by ``inertia_error``.
-
-    Its payload is that of the file, wrong by the same share.
-    """
-    return arm_model(robot, moving, mass_error=robot.controller.inertia_error)
-
-
 def new_data(model: MjModel) -> MjData:
     """Return a state of the model: at rest in the zero pose."""
     return mujoco().MjData(model)
@@ -127,7 +118,7 @@ def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerat
     Parameters
     ----------
     model
-        From `arm_model`, or `nominal_model` for a feedforward.
+        From `arm_model`.
     angles, velocities, accelerations
         (T, n) of the moving joints. [rad, rad/s, rad/s^2]
 
