@@ -15,7 +15,7 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing
+from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import terminal
 from dehyst.control import FLAGS
 from dehyst.errors import ParameterError
@@ -60,10 +60,14 @@ class ReproduceRequest:
 
 def run_reproduce(request: ReproduceRequest) -> None:
     """Run, write everything, print what came out."""
-    page = request.out / "report.html"
+    page, figures_file = request.out / "report.html", request.out / "figures.json"
     refuse_existing(page, request.overwrite, own=PAGE)
-    if request.json is not None:
-        refuse_existing(request.json, request.overwrite, own=REPRODUCTION)
+    for path in filter(None, (figures_file, request.json)):
+        refuse_existing(path, request.overwrite, own=REPRODUCTION)
+    for folder in filter(None, (request.out / "logs", request.figures)):
+        refuse_unwritable(folder, folder=True)
+    if request.json is not None and request.json.parent != request.out:
+        refuse_unwritable(request.json)
     robot, experiment = _robot(request), _experiment(request)
     with _shown_progress() as progress:
         result = reproduce(robot, experiment, request.out / "logs", progress)
@@ -72,7 +76,7 @@ def run_reproduce(request: ReproduceRequest) -> None:
         write_reproduction_report(result, page, figures=request.figures, logs=_logs(result, request.out))
         progress.step()
     figures = as_json(result)
-    for path in filter(None, (request.out / "figures.json", request.json)):
+    for path in filter(None, (figures_file, request.json)):
         write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _print(result)
     _print_limits(result)
@@ -105,11 +109,14 @@ def _number(word: str) -> int:
 
 
 def _line(request: ReproduceRequest) -> str:
+    """The command of the page; of a path from the root only its end: a page that is passed on tells no more."""
     words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
-    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot"):
+    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "out"):
         value = getattr(request, option)
+        if isinstance(value, Path) and value.is_absolute():
+            value = value.name
         words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
-    return shlex.join([*words, "--out", str(request.out)])
+    return shlex.join(words)
 
 
 def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
@@ -165,7 +172,7 @@ def _print(result: Reproduction) -> None:
     """One table: rms error off and on, and their ratio, of every plant, joint and trial."""
     on = result.compensator
     table = Table(title=f"rms error in degrees without and with the compensator '{on}'", title_justify="left")
-    for name in ("plant", "joint", "trial", "off", on, "ratio", "largest: ratio"):
+    for name in ("plant", "joint", "trial", "off", on, "ratio", "max ratio"):
         table.add_column(name, justify="left" if name in ("plant", "trial") else "right")
     for plant, found in result.plants.items():
         for joint, values in mean_figures(found)["joints"].items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from dehyst.errors import OutputError
@@ -52,6 +53,34 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",
         path=str(path),
     )
+
+
+def refuse_unwritable(path: Path, folder: bool = False) -> None:
+    """Refuse a place where nothing can be written, before a long run and not after it.
+
+    Parameters
+    ----------
+    path
+        File to be written, or folder to be made.
+    folder
+        Whether it is a folder: then those above it are made too. The folder of a file must exist.
+
+    Raises
+    ------
+    OutputError
+        If there is a file where a folder is needed or the other way round, or the folder may not be written to.
+    """
+    if not folder and path.is_dir():
+        raise OutputError(f"cannot write '{path}': it is a folder. Name a file inside it.", path=str(path))
+    place = path if folder else path.parent
+    while folder and not place.exists() and place != place.parent:
+        place = place.parent
+    if not place.exists():
+        raise OutputError(f"cannot write '{path}': there is no folder '{place}'. Make it first.", path=str(path))
+    if not place.is_dir():
+        raise OutputError(f"cannot write to '{path}': '{place}' is a file. Name another folder.", path=str(path))
+    if not os.access(place, os.W_OK):
+        raise OutputError(f"cannot write to '{path}': '{place}' may not be written to.", path=str(path))
 
 
 def _beginning(path: Path, size: int) -> str:

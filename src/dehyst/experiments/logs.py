@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.errors import OutputError
 from dehyst.experiments.loops_run import BAR
 from dehyst.experiments.results import TrialRun
 from dehyst.io import write_csv, write_mcap
@@ -49,9 +50,20 @@ def _channels(time: Array, columns: Mapping[str, Array]) -> dict[str, tuple[Arra
 
 
 def log_folder(folder: Path, plant: str, seed: int) -> Path:
-    """Where the logs of a plant and seed go; made if it is not there."""
+    """Where the logs of a plant and seed go; made if it is not there.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be made.
+    """
     place = folder / plant / f"seed{seed}"
-    place.mkdir(parents=True, exist_ok=True)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise OutputError(
+            f"cannot make the folder '{place}' for the logs: {fault.strerror}. Name another one.", path=str(place)
+        ) from None
     return place
 
 

@@ -33,6 +33,7 @@ from dehyst.plant.rigid_body import (
 Array = npt.NDArray[np.float64]
 Switches = npt.NDArray[np.uint32]
 
+SEEDS = 1 << 32
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
 _COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung
 
@@ -173,7 +174,7 @@ class Arm:
     Raises
     ------
     ParameterError
-        If a controller is missing.
+        If a controller is missing, mechanisms are no pair, or the seed is none.
 
     Examples
     --------
@@ -199,6 +200,8 @@ class Arm:
         mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] | None = None,
         seed: int = 0,
     ) -> None:
+        if not 0 <= seed < SEEDS:
+            raise ParameterError(f"seed = {seed} is none. Pass a whole number from 0 to {SEEDS - 1}.", seed=seed)
         self.robot = robot
         self.moving = moving
         self.model = arm_model(robot, moving=moving, fused=True)

@@ -28,8 +28,9 @@ def mink() -> Any:
     Raises
     ------
     MissingExtraError
-        If it is not installed, with the line to type.
+        If it or the solver that it calls is not installed, with the line to type.
     """
+    _imported("daqp", "the inverse kinematics of the arm")
     return _imported("mink", "the inverse kinematics of the arm")
 
 
