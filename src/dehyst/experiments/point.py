@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -59,7 +60,7 @@ def evaluate_point(
     run_settings
         ``load_Nm``: constant torque on the joint during the trials, unknown to the controller; ``initial_state``:
         "homed", or "unknown" (no homing before the trials, and a random history); ``identified_on``: "here", or
-        "default" (calibrated and identified on the robot without `changes` of the plant).
+        "default" (calibrated and identified on the robot without `changes` of single keys of the plant).
 
     Returns
     -------
@@ -130,9 +131,14 @@ def _without(changes: Mapping[str, object], tables: Sequence[str]) -> dict[str, 
 
 
 def _without_plant(changes: Mapping[str, object]) -> dict[str, object]:
-    """Changes of what is done with the robot; which mechanism its muscles have is kept."""
+    """Changes of what is done with the robot; which mechanism its muscles have is kept, and whole tables are.
+
+    Whole tables are another robot's file, not a change of it.
+    """
     return {
-        key: value for key, value in changes.items() if key == "hysteresis.mechanism" or key.split(".")[0] in _NOT_PLANT
+        key: value
+        for key, value in changes.items()
+        if key == "hysteresis.mechanism" or isinstance(value, Mapping) or key.split(".")[0] in _NOT_PLANT
     }
 
 
@@ -157,6 +163,9 @@ def _run_settings(given: Mapping[str, object]) -> dict[str, Any]:
     for key, allowed in words.items():
         if settings[key] not in allowed:
             raise ParameterError(f"{key} = '{settings[key]}' is not one of {', '.join(allowed)}.")
+    load = settings["load_Nm"]
+    if isinstance(load, bool) or not isinstance(load, int | float) or not math.isfinite(load):
+        raise ParameterError(f"load_Nm = {load!r} is no torque. Pass a finite number of Nm.")
     return settings
 
 

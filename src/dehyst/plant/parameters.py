@@ -216,8 +216,8 @@ def _read(file: Path) -> dict[str, Any]:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as fault:
         raise ParameterError(
-            f"the parameter file '{file.name or file}' cannot be read ({fault.strerror}). Name a TOML file, or none for "
-            f"the packaged arm.",
+            f"the parameter file '{file.name or file}' cannot be read ({fault.strerror}). Name a TOML file, or none "
+            f"for the packaged arm.",
             file=file.name,
         ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as fault:
