@@ -210,10 +210,11 @@ def test_a_model_that_was_not_accepted_is_said_plainly_and_no_ratio_is_claimed(r
     assert ("none", "model not accepted, compensator left off") in {(t[0], t[3]) for t in tiles(result)[0]}
     assert "left off" in text and "“on” is without compensator too" in text
     assert "without; with it the same, left off" in page.read_text(encoding="utf-8")  # one line instead of two
-    only = replace(result, plants={"none": result.plants["none"]}, studies={})
+    only = replace(result, plants={"none": result.plants["none"]})
     alone = read(write_reproduction_report(only, tmp_path / "r.html")).text
     assert "On the plant without hysteresis the identified model fails its test" in alone
     assert "the runs without and with it are the same" in alone and scene(only).sides == ("off",)
+    assert "they would compare a run with itself" in alone and not {"rest", "harm"} & set(sections(tmp_path / "r.html"))
 
 
 def test_runs_that_differ_are_not_called_equal(result):

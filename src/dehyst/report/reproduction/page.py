@@ -26,7 +26,7 @@ from dehyst.report.reproduction.limits import limit_words
 from dehyst.report.reproduction.numbers import joints_of, trials_of
 from dehyst.report.reproduction.overview import overview_plate
 from dehyst.report.reproduction.picture import Plate, picture_svg, write_plate
-from dehyst.report.reproduction.studies import other_studies
+from dehyst.report.reproduction.studies import nothing_to_study, other_studies, subject_words
 from dehyst.report.reproduction.study_harm import harm_studies
 from dehyst.report.reproduction.study_rest import rest_study
 from dehyst.report.reproduction.tables import largest_errors, plant_tables
@@ -180,6 +180,8 @@ def _render(result: Reproduction, overview: Plate | None, parts: tuple[PlantPart
         plants=[(part, f"p{k}-", [_drawn(plate, f"p{k}-") for plate in part.plates]) for k, part in enumerate(parts)],
         rest=rest,
         rest_drawn=None if rest is None else _drawn(rest.plate),
+        studied=subject_words(result),
+        nothing=nothing_to_study(result),
         harm=[(study, _drawn(study.plate)) for study in harm_studies(result)],
         other_studies=other_studies(result),
         command=command(result),

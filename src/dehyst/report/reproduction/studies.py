@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.experiments.results import Reproduction
+from dehyst.report.reproduction.numbers import joints_of, left_off
 from dehyst.report.reproduction.picture import Plate
 from dehyst.report.tables import Table
 from dehyst.report.text import number, short
@@ -28,6 +29,30 @@ class Study:
     plate: Plate
     words: tuple[str, ...]
     table: Table | None = None
+
+
+def subject(result: Reproduction) -> tuple[str, int] | None:
+    """Return plant and joint that the studies are of, the first of each; None without any."""
+    joints = joints_of(result)
+    return (next(iter(result.plants)), joints[0]) if result.plants and joints else None
+
+
+def subject_words(result: Reproduction) -> str:
+    """Say what the studies are of: "Joint 1 alone on plant dahl."."""
+    about = subject(result)
+    return "" if about is None else f"Joint {about[1]} alone, plant {short(about[0], 40)}, first seed."
+
+
+def nothing_to_study(result: Reproduction) -> str:
+    """Say that the studies show nothing, because the compensator of their joint was left off; "" if it was not."""
+    about = subject(result)
+    if about is None or not result.studies or not left_off(result.plants[about[0]], about[1]):
+        return ""
+    return (
+        f"The studies at rest and of where compensation hurts were run on joint {about[1]} of plant "
+        f"{short(about[0], 40)}, whose model was not accepted: no compensator was switched on, so they would compare a "
+        "run with itself. Name a plant with hysteresis first to see them."
+    )
 
 
 def other_studies(result: Reproduction) -> tuple[Table, ...]:

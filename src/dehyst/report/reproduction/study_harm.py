@@ -12,7 +12,17 @@ import numpy.typing as npt
 from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.reproduction.picture import Picture, Plate
-from dehyst.report.reproduction.studies import DOUBLE, GAINS, SMALLER, Columns, Study, column, numbers_of, table_of
+from dehyst.report.reproduction.studies import (
+    DOUBLE,
+    GAINS,
+    SMALLER,
+    Columns,
+    Study,
+    column,
+    nothing_to_study,
+    numbers_of,
+    table_of,
+)
 from dehyst.report.text import number, short
 from dehyst.report.theme import FIFTH, MUTED, TEST, TRAIN, Token
 from dehyst.report.thin import Window
@@ -25,6 +35,8 @@ EQUAL = 0.1  # twice is called as bad as never when its ratio is this close to 1
 
 def harm_studies(result: Reproduction) -> tuple[Study, ...]:
     """Return the parts of "Where compensation hurts" that were measured."""
+    if nothing_to_study(result):
+        return ()
     makers = {SMALLER: _smaller, DOUBLE: _double, GAINS: _gains}
     return tuple(make(result.studies[name]) for name, make in makers.items() if name in result.studies)
 

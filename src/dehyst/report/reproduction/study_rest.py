@@ -11,7 +11,7 @@ from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import says
 from dehyst.report.reproduction.lines import Line, over_time
 from dehyst.report.reproduction.picture import Picture, Plate
-from dehyst.report.reproduction.studies import REST, Study, column
+from dehyst.report.reproduction.studies import REST, Study, column, nothing_to_study, subject_words
 from dehyst.report.reproduction.trials import OFF_LABEL, ON_LABEL
 from dehyst.report.tables import Table
 from dehyst.report.text import number
@@ -26,7 +26,7 @@ EQUAL = 0.2
 def rest_study(result: Reproduction) -> Study | None:
     """Return "At rest: integrator and compensator", or None if it was not measured."""
     columns = result.studies.get(REST)
-    if columns is None:
+    if columns is None or nothing_to_study(result):
         return None
     t, off, on = (column(columns, REST, name) for name in ("time_s", "integrator_off_Nm", "integrator_on_Nm"))
     levels = [float(np.mean(torque)) for torque in (off, on)]
@@ -37,8 +37,8 @@ def rest_study(result: Reproduction) -> Study | None:
     plate = Plate(
         "rest",
         "At rest: integrator and compensator",
-        "The joint has stopped on a loop and stands still; the integrator holds its angle. Both runs are the same but "
-        "for the compensator.",
+        f"{subject_words(result)} The joint has stopped on a loop and stands still; the integrator holds its angle. "
+        "Both runs are the same but for the compensator.".strip(),
         (
             Picture(
                 "Torque of the integrator",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -152,10 +152,16 @@ def others_plate(plant: PlantResult, joints: Sequence[int], trials: Sequence[str
     return Plate(
         "trials-others",
         f"The same trials, joints {words}" if len(joints) > 1 else f"The same trials, joint {words}",
-        "All joints move and are compensated at once; the paper left these open. Every picture has its own scale.",
+        f"{_at_once(pairs.values())}; the paper left these open. Every picture has its own scale.",
         tuple(pictures),
         columns=3,
     )
+
+
+def _at_once(pairs: Iterable[Sequence[TrialRun | None]]) -> str:
+    if all(same_run(*pair) for pair in pairs):
+        return "All joints move at once"
+    return "All joints move and are compensated at once"
 
 
 def _error_rows(joints: Sequence[int], trial: str, pair: Sequence[TrialRun | None]) -> Picture:
