@@ -39,15 +39,19 @@ def as_json(result: Reproduction) -> dict[str, Any]:
 
 
 def _mean(values: Sequence[Any]) -> Any:
-    first = values[0]
+    given = [value for value in values if value is not None]
+    if not given:
+        return None
+    first = given[0]
     if isinstance(first, Mapping):
-        return {key: _mean([value.get(key) for value in values]) for key in first}
+        keys = dict.fromkeys(key for value in given for key in value)  # a reason may be one seed's alone
+        return {key: _mean([value.get(key) for value in given]) for key in keys}
     if isinstance(first, bool | np.bool_):
-        return bool(all(values))
-    numbers = [float(v) for v in values if isinstance(v, int | float | np.number) and np.isfinite(float(v))]
+        return bool(all(given))
+    numbers = [float(v) for v in given if isinstance(v, int | float | np.number) and np.isfinite(float(v))]
     if numbers:
         mean = float(np.mean(numbers))
-        return round(mean) if all(isinstance(v, int) for v in values) and mean == round(mean) else mean
+        return round(mean) if all(isinstance(v, int) for v in given) and mean == round(mean) else mean
     return _plain(first)
 
 
