@@ -169,7 +169,7 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     q = runs[k].desired[:, 0]
     turn = int(np.argmin(np.where((runs[k].figure == 1) & (runs[k].cycle == 0), q, np.inf)))  # on the large circle
     angle, compensation = runs[k].angle.copy(), runs[k].compensation.copy()
-    angle[turn + 2, 0] -= 1.0
+    angle[turn + 2, 0] += 1.0
     compensation[turn + 1 :, 0] += 1e6
     runs[k] = replace(runs[k], angle=angle, compensation=compensation)
     off = next(run for run in runs if run.trial == "fast" and run.compensator == "off")
@@ -179,7 +179,9 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     assert place.without == pytest.approx(off.error[turn + 2, 0])
     assert place.compensation_rate > 3.0 and place.turn.is_push and place.turn.grown > 0.9
     assert place.turn.jump_bar == pytest.approx(10.0, rel=0.05)
-    assert "the inverse is steepest right after a turn" in in_words(place, 1.0, 57.0)
+    assert "right after a turn the inverse is steepest" in in_words(place, 1.0, 57.0)
+    against = largest_error(off, replace(runs[k], compensation=-compensation), 1)  # pushed to the other side
+    assert not against.turn.is_push and against.turn.pushed_deg == pytest.approx(-place.turn.pushed_deg)
     flat = replace(runs[k], compensation=np.zeros_like(compensation))
     assert "steepest" not in in_words(largest_error(off, flat, 1), 1.0, 57.0)
     limited = replace(runs[k], flags=np.full_like(runs[k].flags, 32))

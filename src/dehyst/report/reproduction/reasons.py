@@ -163,6 +163,7 @@ def push_words(turn: Turn) -> str:
     """Return what the compensator did right after a turn: "in those 0.02° the compensator has changed ..."."""
     return (
         f"in those {travelled(turn)} the compensator has changed the pressure difference by {number(turn.jump_bar, 2)} "
-        f"bar, {number(100 * turn.jump, 2)} % of its range: the inverse is steepest right after a turn, and what is "
-        "too much pushes the joint ahead."
+        f"bar, {number(100 * turn.jump, 2)} % of its range, and the joint has run ahead by "
+        f"{number(turn.pushed_deg, 2)}°: right after a turn the inverse is steepest, and what is too much pushes the "
+        "joint."
     )

@@ -93,8 +93,8 @@ def _push_story(run: TrialRun, k: int, pushes: Mapping[int, Turn]) -> str:
     also = [other for other in sorted(pushes) if other != joint]
     more = f" (joint{'s' if len(also) > 1 else ''} {listed(also)} alike)" if also else ""
     return (
-        f"at {number(run.time[k])} s, joint {joint}{more} has moved by {travelled(turn)} since it turned or stopped "
-        f"{number(turn.since, 2)} s before; {push_words(turn)}"
+        f"at {number(run.time[k])} s, joint {joint}{more} should have moved by {travelled(turn)} since it turned or "
+        f"stopped {number(turn.since, 2)} s before; {push_words(turn)}"
     )
 
 

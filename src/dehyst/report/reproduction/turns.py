@@ -35,6 +35,8 @@ class Turn:
         By how much the compensator has changed its pressure difference since. [bar]
     jump
         The same as a share of the compensator's range in the run.
+    pushed_deg
+        How far the joint has run ahead of its desired angle since, in the direction of that change. [deg]
     grown
         Share of the error that has come since the turn.
     """
@@ -46,12 +48,13 @@ class Turn:
     ahead: float
     jump_bar: float
     jump: float
+    pushed_deg: float
     grown: float
 
     @property
     def is_push(self) -> bool:
-        """Whether the compensator has changed much while the joint has hardly moved."""
-        return self.jump >= JUMP and self.travel <= TRAVEL
+        """Whether the compensator has changed much while the joint should hardly move, and the joint ran ahead."""
+        return self.jump >= JUMP and self.travel <= TRAVEL and self.pushed_deg > 0.0
 
 
 def turn_before(run: TrialRun, joint: int, k: int) -> Turn:
@@ -61,7 +64,8 @@ def turn_before(run: TrialRun, joint: int, k: int) -> Turn:
     turns = turning_points(q, 0.01 * span)
     n = int(np.searchsorted(turns, k, side="right"))
     last, coming = int(turns[n - 1]), int(turns[min(n, turns.size - 1)])
-    way, jump = float(abs(q[k] - q[last])), float(abs(added[k] - added[last]))
+    way, change = float(abs(q[k] - q[last])), float(added[k] - added[last])
+    jump = abs(change)
     return Turn(
         since=float(run.time[k] - run.time[last]),
         first=last == 0,
@@ -70,5 +74,6 @@ def turn_before(run: TrialRun, joint: int, k: int) -> Turn:
         ahead=float(abs(q[coming] - q[k])) / span,
         jump_bar=jump / BAR,
         jump=jump / max(float(np.ptp(added)), 1e-300),
+        pushed_deg=float(-np.sign(change) * np.rad2deg(error[k] - error[last])),
         grown=float((error[k] - error[last]) / error[k]) if error[k] else 0.0,
     )
