@@ -1,6 +1,8 @@
 """The closed loop of the arm: deterministic, thread-safe, convergent, within limits; against one stepped by hand."""
 
+import gc
 import itertools
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -175,6 +177,19 @@ class TestOwnMechanism:
         Fails.armed = False
         made.reset()
         assert np.isfinite(made.run(swing(made), 0.01).angle).all()
+
+    def test_an_arm_that_its_own_mechanism_knows_is_not_kept_for_ever(self):
+        class Knows(MaxwellSlip):
+            arm = None
+
+        muscles = pneumatic_joint_parameters(load_robot(), 1, 0)["muscle"]
+        own = tuple(Knows(muscle["hysteresis"]) for muscle in muscles)
+        made = arm((1,), mechanisms={1: own})
+        own[0].arm = made
+        gone = weakref.ref(made)
+        del made, own
+        gc.collect()
+        assert gone() is None
 
     @pytest.mark.parametrize("own", [(MaxwellSlip({"share": [1], "size": 1, "strain": [1]}),), (object(), object())])
     def test_what_is_no_pair_of_mechanisms_is_refused(self, own):

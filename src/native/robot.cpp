@@ -110,6 +110,18 @@ class ClosedLoop {
         return Log(kept->data(), {rows, n, kColumns}, owner);
     }
 
+    // For Python's garbage collector: a foreign mechanism may lead back to the arm that this loop belongs to.
+    int visit(visitproc visit, void *arg)
+    {
+        for (Axis &axis : axes_) {
+            Py_VISIT(axis.keep_plant.ptr());
+            Py_VISIT(axis.keep_control.ptr());
+        }
+        return 0;
+    }
+
+    void forget() { axes_.clear(); }
+
   private:
     using Step = void (*)(const void *, void *);
 
@@ -175,11 +187,28 @@ class ClosedLoop {
     std::vector<Axis> axes_;
 };
 
+int traverse(PyObject *self, visitproc visit, void *arg)
+{
+    Py_VISIT(Py_TYPE(self));
+    return nb::inst_ready(self) ? nb::inst_ptr<ClosedLoop>(self)->visit(visit, arg) : 0;
+}
+
+int clear(PyObject *self)
+{
+    nb::inst_ptr<ClosedLoop>(self)->forget();
+    return 0;
+}
+
+PyType_Slot kSlots[] = {{Py_tp_traverse, reinterpret_cast<void *>(&traverse)},
+                        {Py_tp_clear, reinterpret_cast<void *>(&clear)},
+                        {0, nullptr}};
+
 }  // namespace
 
 void bind_robot(nb::module_ &m)
 {
-    nb::class_<ClosedLoop>(m, "ClosedLoop", "Sensors, controllers, pneumatics and rigid body, period after period.")
+    nb::class_<ClosedLoop>(m, "ClosedLoop", nb::type_slots(kSlots),
+                           "Sensors, controllers, pneumatics and rigid body, period after period.")
         .def(nb::init<std::uintptr_t, std::uintptr_t, std::uintptr_t, const Vector &, const Vector &, const Vector &,
                       double>(),
              "step"_a, "model"_a, "data"_a, "position"_a, "velocity"_a, "force"_a, "period"_a)
