@@ -48,7 +48,7 @@ class ExcitationError(DehystError, ValueError):
 
 
 class SimulationError(DehystError, RuntimeError):
-    """The simulated robot left the range that it can be simulated in."""
+    """The simulated robot left the range that it can be simulated in, or a controller of it failed safe."""
 
 
 class IdentificationError(DehystError, RuntimeError):

@@ -117,6 +117,8 @@ def equip(
         Joint number -> what `identify_joint` found; a model that is not accepted is left out.
     seed
         Of noise and tolerances in the trials.
+    mechanisms
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
 
     Returns
     -------

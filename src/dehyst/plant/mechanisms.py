@@ -38,7 +38,7 @@ _RANGE_IN_SCALES = 12.8  # of the Preisach mechanism: slope of its normalised vi
 
 @runtime_checkable
 class Mechanism(Protocol):
-    """A hysteresis mechanism of one's own, attached with ``PneumaticJoint.attach(muscle, mechanism)``.
+    """A hysteresis mechanism of one's own, one object a muscle; what makes them is passed as ``mechanisms``.
 
     It is called from the simulation, once a step and muscle; about 1 us a call. An exception in it, or a force that is
     not finite, ends the run and comes out of it.
