@@ -8,14 +8,9 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 .PHONY: demo test check docs bench clean
 
 demo: $(VENV)/installed
-	$(BIN)/dehyst example --out demo/example.csv --overwrite
-	$(BIN)/dehyst inspect demo/example.csv
-	$(BIN)/dehyst identify demo/example.csv --input pressure_difference_bar --output angle_deg \
-	    --save demo/model.json --report demo/report.html --figures demo/figures
-	$(BIN)/dehyst compensate demo/model.json demo/example.csv --output angle_deg \
-	    --out demo/compensated.csv --overwrite
+	$(BIN)/dehyst reproduce --quick --plant all --out demo
 	@echo
-	@echo "Open demo/report.html in a browser."
+	@echo "Open demo/report.html in a browser: the paper's experiment on the simulated arm."
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto
@@ -30,6 +25,7 @@ docs: $(VENV)/installed-test
 
 bench: $(VENV)/installed
 	$(BIN)/python benchmarks/startup.py
+	$(BIN)/python benchmarks/robot.py
 
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
@@ -43,7 +39,7 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(VENV)/bin/python $(SOURCES)
-	$(PIP) .
+	$(PIP) '.[plant,ros]'
 	@mkdir -p demo
 	@touch $@
 

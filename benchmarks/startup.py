@@ -56,7 +56,7 @@ def measure(arguments: list[str], runs: int) -> list[float]:
     return times[1:]
 
 
-def machine() -> dict[str, Any]:
+def machine(packages: tuple[str, ...] = PACKAGES) -> dict[str, Any]:
     """Where the figures come from."""
     cpu = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
@@ -68,7 +68,7 @@ def machine() -> dict[str, Any]:
         "load": round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None,
         "system": f"{platform.system()} {platform.release()}",
         "python": platform.python_version(),
-        **{name: version(name) for name in PACKAGES},
+        **{name: version(name) for name in packages},
     }
 
 
