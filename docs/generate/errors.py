@@ -61,6 +61,11 @@ def _no_optimum() -> None:
         dehyst.identify(_recording())
 
 
+def _not_credible() -> None:
+    changes = {"controller.angle_jump_deg": 0.001, "calibration.sweep_s": 2.0}
+    dehyst.calibrate(dehyst.load_robot(changes=changes), 1)
+
+
 def _recording() -> dehyst.Recording:
     return dehyst.read_log("log.csv", input="pressure_bar", output="angle_deg", run="up")
 
@@ -78,6 +83,10 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
     "ExcitationError": (
         "dehyst.identify(dehyst.Recording(input=[1, 1, 1, 1], output=[0, 1, 2, 3]))",
         lambda: dehyst.identify(dehyst.Recording(input=[1, 1, 1, 1], output=[0, 1, 2, 3])),
+    ),
+    "SimulationError": (
+        "dehyst.calibrate(dehyst.load_robot(changes={'controller.angle_jump_deg': 0.001, ...}), 1)",
+        _not_credible,
     ),
     "IdentificationError": ("dehyst.identify(rec)  # with a solver made to fail", _no_optimum),
     "LogError": ("dehyst.inspect_log('lgo.csv')", lambda: dehyst.inspect_log("lgo.csv")),

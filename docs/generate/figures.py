@@ -1,4 +1,4 @@
-"""Every figure of README.md and docs/: docs/images/*.svg, and loop.png for places that show no SVG."""
+"""Every figure of README.md and docs/: docs/images/*.svg, and arm.png for places that show no SVG."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
+from generate import demo
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -90,8 +91,38 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def arm() -> Figure:
+    """The picture of README.md: where the tool of the simulated arm goes, and the error of its joint 1."""
+    figure = Figure(figsize=(9.6, 4.7), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
+    on = demo.run("fast", demo.COMPENSATOR)
+    off = demo.run("fast", "off")
+    wanted = demo.in_test_plane(on, on.tool_desired)
+    left.plot(*wanted.T, color="#c3cad3", lw=4.0, label="wanted", solid_joinstyle="round")
+    left.plot(*demo.in_test_plane(off, off.tool).T, color=ORANGE, lw=1.3, label="without compensator")
+    left.plot(*demo.in_test_plane(on, on.tool).T, color=BLUE, lw=1.3, label="with compensator")
+    left.set(title="Tool in the test plane, fast trial", xlabel="[mm]", ylabel="[mm]", aspect="equal")
+    left.set(xlim=(-200, 200), ylim=(-255, 380))
+    left.legend(loc="upper center", ncols=1, handlelength=1.6, borderaxespad=0.2, fontsize=10)
+    off, on = demo.run("slow", "off"), demo.run("slow", demo.COMPENSATOR)
+    right.axhline(0.0, color="#97a1ad", lw=0.8)
+    for run, colour in ((off, ORANGE), (on, BLUE)):
+        right.plot(run.time, np.degrees(run.error[:, 0]), color=colour, lw=1.6)
+    right.set(title="Error of joint 1, slow trial", xlabel="time [s]", ylabel="angle error [deg]")
+    high = 1.35 * float(np.degrees(np.abs(off.error[:, 0]).max()))
+    right.set(xlim=(0, float(on.time[-1])), ylim=(-high, high))
+    for words, value, colour, y in zip(
+        ("without compensator", "with compensator"), demo.errors(1, "slow"), (ORANGE, BLUE), (0.96, -0.96), strict=True
+    ):
+        right.text(
+            0.99, 0.5 + 0.5 * y, f"{words}: {value:.3f}° rms", color=colour, ha="right",
+            va="top" if y > 0 else "bottom", transform=right.transAxes,
+        )  # fmt: skip
+    return figure
+
+
 def loop() -> Figure:
-    """The picture of README.md: the example's loop with the model over it, and what the compensator does."""
+    """The example's loop with the model over it, and what the compensator does."""
     fit = example_fit()
     rec = fit.recordings[0]
     figure = Figure(figsize=(9.6, 4.3), layout="constrained")
@@ -227,10 +258,11 @@ def hold() -> tuple[Array, Array, Array, Array]:
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
+    "arm": arm,
     "loop": loop,
     "play": play,
     "misprint": misprint,
     "families": families,
     "creep": creep,
 }
-WITH_PNG = {"loop"}
+WITH_PNG = {"arm"}

@@ -16,7 +16,8 @@ HEAD = """# Python
 
 Public are the names below, imported as `dehyst.NAME`; everything else may change. The docstrings
 (`help(dehyst.identify)`) hold formulas, shapes, units, errors and an example for each. Shapes: (T,) is one value a
-sample, (n,) one value an operator. Units in brackets are those of the log's input and output.
+sample, (n,) one value an operator. Units in brackets are those of the log's input and output; everything of the robot
+is in SI. What functions return is described there too: `help(dehyst.run_trial)` leads to `TrialRun`.
 """
 
 STEPPER = """## Stepper
@@ -34,19 +35,31 @@ What `model.stepper()` returns: the model as a function of one sample. The state
 | `step.save()` | state, output and flags as an array |
 | `step.restore(image)` | return to a saved image; one of another model, or an impossible state, is refused |
 | `step.reset()` | return to the start state of the model |
+| `step.parameters` | the model as the core takes it, for a joint controller |
 """
 
 
 def page() -> str:
     """Return the page."""
-    functions = [name for name in dehyst.__all__ if inspect.isfunction(getattr(dehyst, name))]
-    classes = [name for name in dehyst.__all__ if inspect.isclass(getattr(dehyst, name))]
-    parts = [HEAD, "## Functions\n"]
-    parts += [_entry(f"dehyst.{name}", getattr(dehyst, name)) for name in functions]
-    parts.append("## Classes\n")
-    parts += [_class(name) for name in classes]
+    parts = [HEAD]
+    for of_robot, title in ((False, ""), (True, " of the robot")):
+        names = [name for name in dehyst.__all__ if name != "__version__" and _of_robot(name) == of_robot]
+        parts.append(f"## Functions{title}\n")
+        parts += [_entry(f"dehyst.{name}", getattr(dehyst, name)) for name in names if _is_function(name)]
+        parts.append(f"## Classes{title}\n")
+        parts += [_class(name) for name in names if not _is_function(name)]
     parts.append(STEPPER)
     return "\n".join(parts)
+
+
+def _of_robot(name: str) -> bool:
+    """Whether a public name belongs to the simulated robot rather than to models and logs."""
+    rooms = ("dehyst.plant", "dehyst.control", "dehyst.experiments", "dehyst.report.reproduction")
+    return str(getattr(dehyst, name).__module__).startswith(rooms)
+
+
+def _is_function(name: str) -> bool:
+    return inspect.isfunction(getattr(dehyst, name))
 
 
 def stepper_names() -> set[str]:
@@ -79,19 +92,24 @@ def _signature(name: str, thing: Any) -> str:
 def _parameter(parameter: inspect.Parameter) -> str:
     stars = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
     text = stars + parameter.name
-    if parameter.annotation is not parameter.empty:
-        text += f": {_type(parameter.annotation)}"
-    return text if parameter.default is parameter.empty else f"{text} = {_default(parameter.default)}"
+    kind = "" if parameter.annotation is parameter.empty else _type(parameter.annotation)
+    if kind:
+        text += f": {kind}"
+    return text if parameter.default is parameter.empty else f"{text} = {_default(parameter.default, kind)}"
 
 
 def _type(annotation: Any) -> str:
     return annotation.replace("npt.", "") if isinstance(annotation, str) else inspect.formatannotation(annotation)
 
 
-def _default(value: Any) -> str:
+def _default(value: Any, kind: str) -> str:
     if isinstance(value, models.ModelCard):
         return "NO_CARD"
-    return "{}" if repr(value) == "<factory>" else repr(value)
+    if inspect.isfunction(value):
+        return value.__name__
+    if repr(value) == "<factory>":
+        return "{}" if kind.startswith("Mapping") else f"{kind}()"
+    return repr(value)
 
 
 def _entry(name: str, thing: Any, heading: str = "###") -> str:
@@ -129,7 +147,8 @@ def _doc_of(kind: type, member: str) -> str:
 def _members(kind: type) -> set[str]:
     own = [base for base in kind.__mro__ if base.__module__.startswith("dehyst")]
     public = {name for base in own for name in vars(base) if not name.startswith("_") or name == "__call__"}
-    return {name for name in public if not isinstance(inspect.getattr_static(kind, name), str)}
+    fields = getattr(kind, "__dataclass_fields__", {})
+    return {name for name in public if name not in fields and not isinstance(inspect.getattr_static(kind, name), str)}
 
 
 def _cell(text: str) -> str:

@@ -1,0 +1,53 @@
+"""The runs behind the picture of README.md: two trials of `make demo`, on one of its plants."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.app.reproduce import QUICK
+from dehyst.evaluation import TestCube
+from dehyst.experiments.reproduce import Request, reproduce
+from dehyst.experiments.results import Reproduction, TrialRun
+from dehyst.plant import load_robot
+
+Array = npt.NDArray[np.float64]
+
+PLANT, COMPENSATOR = "preisach", "paper"
+
+
+@cache
+def experiment() -> Reproduction:
+    """Return the fast and the slow trial of the whole arm, as `dehyst reproduce --quick` runs them."""
+    request = Request(plants=(PLANT,), seeds=(0,), trials=("fast", "slow"), studies=False)
+    with tempfile.TemporaryDirectory() as folder:
+        return reproduce(load_robot(changes=QUICK), request, Path(folder))
+
+
+def run(trial: str, compensator: str) -> TrialRun:
+    """Return one run, "off" or "paper"."""
+    return next(r for r in experiment().plants[PLANT].runs if (r.trial, r.compensator) == (trial, compensator))
+
+
+def errors(joint: int, trial: str) -> tuple[float, float]:
+    """Rms error of a joint without and with compensator. [deg]"""
+    found = experiment().plants[PLANT].figures[0]["joints"][str(joint)]["trials"][trial]
+    return found["off"]["rms_deg"], found[COMPENSATOR]["rms_deg"]
+
+
+def in_test_plane(run: TrialRun, points: Array) -> Array:
+    """Points (T, 3) of the tool as coordinates (T, 2) in the test plane: to the left, and up the plane. [mm]
+
+    Only the second cycle; not a number on the ways between the figures, where a line shall break.
+    """
+    settings = load_robot().path
+    cube = TestCube(settings.cube, settings.center)
+    left, up, _ = cube.axes
+    kept = run.cycle == 1
+    away = (points - cube.origin)[kept]
+    plane = 1e3 * np.stack([away @ left, away @ up], axis=1)
+    return np.where((run.figure[kept] >= 0)[:, None], plane, np.nan)
