@@ -45,9 +45,9 @@ def honesty(result: Reproduction) -> tuple[str, ...]:
         "errors of the packaged parameter file were fixed before a compensator was first run on this arm, and none was "
         "changed afterwards; a prototype of one joint, with compensators, had been tried before. Most of these numbers "
         "are assumptions, within published ranges where there are any. Set after first runs were the procedure "
-        "(homing, motions of calibration and identification, speed and rests of the path, poles of the wrist, thresholds "
-        f"of the fault detection) and the limit of {100 * ACCEPTABLE:.0f} % for accepting a model, which lies between what "
-        "plants with and without hysteresis gave.",
+        "(homing, motions of calibration and identification, speed and rests of the path, poles of the wrist, "
+        f"thresholds of the fault detection) and the limit of {100 * ACCEPTABLE:.0f} % for accepting a model, which "
+        "lies between what plants with and without hysteresis gave.",
         "Lengths, masses, gains and the path of the paper's arm were not published: here they are assumptions, and "
         "stand below as such.",
     ]

@@ -35,7 +35,8 @@ def tool_words(result: Reproduction, plant: PlantResult) -> tuple[str, ...]:
     said = [f"{trial_name(trial)} {', '.join(words.values())}" for trial, words in grown.items()]
     corners, speeds = ([trial for trial, words in grown.items() if key in words] for key in ("CR", "FV"))
     told = (
-        f"These figures of the tool are larger with compensator: {'; '.join(said)}.",
+        f"Taken over the path, these figures of the tool are larger with compensator: {'; '.join(said)}. On single "
+        "figures of the path others can be, too: see the table of every figure.",
         _corner_words(result, plant, corners),
         _speed_words(result, plant, speeds),
         _overshoot_words(plant, result.compensator, [trial for trial, words in grown.items() if "CO" in words]),
