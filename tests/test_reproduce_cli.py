@@ -14,6 +14,7 @@ from dehyst import cli
 from dehyst.app.reproduce import QUICK
 from dehyst.app.targets import PAGE
 from dehyst.errors import OutputError
+from dehyst.experiments.results import PlantResult, Reproduction
 from dehyst.plant import load_robot
 
 SHORTEST = {
@@ -117,9 +118,16 @@ def test_quick_without_hysteresis_says_that_nothing_was_switched_on(finished, fi
         assert trial["off"] == trial["paper"]
 
 
-def test_the_table_stands_in_80_columns_with_every_word_whole(finished):
-    assert "…" not in finished[1] and max(map(len, finished[1].splitlines())) <= 80
-    assert all(name in finished[1] for name in TRIALS)
+def test_the_table_stands_in_80_columns_with_every_word_whole(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    one = {"off": {"rms_deg": 10.0, "max_deg": 20.0}, "literal": {"rms_deg": 12.5, "max_deg": 10.0}}
+    joints = {"4": {"trials": dict.fromkeys(TRIALS, one)}}
+    plant = PlantResult("maxwell-slip", {}, (), {0: {"joints": joints}}, 30.0)
+    command._print(Reproduction({"maxwell-slip": plant}, "literal", {}))
+    out = capsys.readouterr().out
+    assert "…" not in out and max(map(len, out.splitlines())) <= 80
+    row = next(line.split() for line in out.splitlines() if "slow_no_integrator" in line)
+    assert row == ["maxwell-slip", "4", "slow_no_integrator", "10.000", "12.500", "1.25", "0.50"]
 
 
 def test_stages_are_told_one_a_line_where_there_is_no_terminal(finished):

@@ -171,7 +171,8 @@ def _shown_progress() -> Iterator[_Bar | _Lines]:
 def _print(result: Reproduction) -> None:
     """One table: rms error off and on, and their ratio, of every plant, joint and trial."""
     on = result.compensator
-    table = Table(title=f"rms error in degrees without and with the compensator '{on}'", title_justify="left")
+    title = f"rms error in degrees without and with the compensator '{on}'"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for name in ("plant", "joint", "trial", "off", on, "ratio", "max ratio"):
         table.add_column(name, justify="left" if name in ("plant", "trial") else "right")
     for plant, found in result.plants.items():
