@@ -32,6 +32,15 @@ def test_the_same_seed_gives_the_same_bits_and_another_one_does_not(moving):
     assert not np.array_equal(swung(moving).angle, swung(moving, seed=1).angle)
 
 
+@pytest.mark.parametrize(
+    "same", [{"tolerance__force": 0.0, "tolerance__hysteresis": 0.0}, {"sensors__pressure_noise_bar": 0.0}], ids=str
+)
+def test_the_seed_draws_the_noise_as_well_as_the_muscles(same):
+    assert not np.array_equal(swung((1,), **same).pressure, swung((1,), seed=1, **same).pressure)
+    both = {"tolerance__force": 0.0, "tolerance__hysteresis": 0.0, "sensors__pressure_noise_bar": 0.0}
+    assert same_bits(swung((1,), **both), swung((1,), seed=1, **both))
+
+
 def test_a_reset_arm_runs_as_a_new_one():
     made = arm()
     first = made.run(swing(made), 0.01)

@@ -6,6 +6,8 @@ from functools import cache
 import pytest
 
 from dehyst.errors import ParameterError
+from dehyst.experiments.calibration import calibrate
+from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.point import evaluate_point
 from dehyst.experiments.sweep import load_sweep, run_sweep
 from dehyst.plant import load_robot
@@ -73,7 +75,10 @@ def test_another_pole_is_another_run_of_the_same_identification():
     assert other["slow/off/rms_deg"] < 0.5 * point()["slow/off/rms_deg"]
 
 
-def test_another_seed_is_another_plant():
+def test_another_seed_is_another_plant_calibrated_and_identified_as_such(tmp_path):
+    robot = load_robot(changes=SHORT)
+    found = identify_joint(robot, 1, calibrate(robot, 1, seed=1), tmp_path, seed=1)
+    assert point(seed=1)["inverse_rms_ratio_unseen"] == found.inverse_rms_ratio
     assert point(seed=1)["slow/off/rms_deg"] != point()["slow/off/rms_deg"]
     assert point(seed=1)["inverse_rms_ratio_unseen"] != point()["inverse_rms_ratio_unseen"]
 
