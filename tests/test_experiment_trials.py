@@ -167,7 +167,7 @@ def test_the_same_equipment_gives_the_same_bits_and_another_seed_does_not():
         ({"loads": {8: 1.0}}, "loads for joint 8"),
         ({"controllers": {}}, "joint 1 is pneumatic and has no controller"),
     ],
-    ids=str,
+    ids=["trial", "electric joint", "no compensator", "no joint", "no controller"],
 )
 def test_what_cannot_be_is_refused(arguments, words):
     with pytest.raises(ParameterError, match=words):
