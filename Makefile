@@ -9,8 +9,6 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --out demo
-	@echo
-	@echo "Open demo/report.html in a browser: the paper's experiment on the simulated arm."
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto
@@ -40,12 +38,10 @@ $(VENV)/bin/python:
 
 $(VENV)/installed: $(VENV)/bin/python $(SOURCES)
 	$(PIP) '.[plant,ros]'
-	@mkdir -p demo
 	@touch $@
 
 $(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
 	$(PIP) '.[all,test]'
-	@mkdir -p demo
 	@touch $@ $(VENV)/installed
 
 clean:
