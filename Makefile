@@ -26,7 +26,7 @@ bench: $(VENV)/installed
 	$(BIN)/python benchmarks/robot.py
 
 # Installed again whenever a source file of the package is newer than the installation.
-SOURCES = $(shell find src core plant -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
+SOURCES = $(shell find src core plant engine -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

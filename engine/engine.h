@@ -1,0 +1,107 @@
+/* dehyst engine: the same Prandtl-Ishlinskii operator for long signals on a host.
+ *
+ * The core pays for every operator at every sample; here a sample costs one line of arithmetic between events and an
+ * event does not depend on the number of operators. Host only: it allocates, uses SIMD chosen at run time, and agrees
+ * with the core to rounding, not to the bit.
+ *
+ * Cells. With the slopes S_i = w_1 + ... + w_i the output is
+ *   y = offset + sum_{i<n} S_i (z_i - z_{i+1}) + S_n z_n,
+ * and z_i - z_{i+1} =: cell i (i < n), z_n =: cell n. A stack of segments (e, s, b) holds the state: z_i = e - s r_i for the
+ * operators of a segment, so every cell inside one is s (r_{i+1} - r_i) and only the cell at the boundary of the top
+ * segment moves (Kuhnen 2003 for the operator; the bookkeeping is stack.h).
+ */
+#ifndef DEHYST_ENGINE_H
+#define DEHYST_ENGINE_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Instruction sets: one binary, the best kernels the processor has, the others selectable for tests. */
+enum { ENGINE_PORTABLE = 0, ENGINE_AVX2 = 1, ENGINE_AVX512 = 2, ENGINE_LEVELS = 3 };
+int engine_best_level(void);       /* highest level this build and processor can run */
+int engine_level(void);            /* level in use */
+int engine_use_level(int level);   /* 0, or -1 if it cannot run here; for tests and benchmarks, not thread safe */
+
+/* ---- Evaluation: y = offset + sum_i w_i play_{r_i}[x - center] */
+enum { ENGINE_AUTO = -1, ENGINE_EVENTS = 0, ENGINE_DENSE = INT32_MAX }; /* or a prefix: a multiple of 8 below n */
+
+typedef struct engine_evaluator engine_evaluator;
+
+/* Tables and state of one operator, or a null pointer if memory is short. threshold (n,) increasing, r_1 >= 0; any
+ * weights; state (n,) admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. Everything is copied. */
+engine_evaluator *engine_evaluator_new(int32_t n, const double *threshold, const double *weight, double center,
+                                       double offset, const double *state);
+void engine_evaluator_free(engine_evaluator *evaluator);
+/* Force a method (ENGINE_EVENTS, ENGINE_DENSE, a prefix) or leave the choice to the signal (ENGINE_AUTO, the default).
+ * Returns 0, or -1 if the method does not apply to this operator. */
+int engine_evaluator_method(engine_evaluator *evaluator, int32_t method);
+/* Outputs y (samples,) of x (samples,), continuing from the present state; returns the number of rejected samples (not
+ * finite, or beyond the core's DEHYST_INPUT_LIMIT): the last good output is held for them, as the core does. x may be y. */
+int64_t engine_evaluator_run(engine_evaluator *evaluator, int64_t samples, const double *x, double *y);
+void engine_evaluator_state(const engine_evaluator *evaluator, double *z); /* (n,) */
+int64_t engine_evaluator_events(const engine_evaluator *evaluator);        /* so far; what a sample costs follows them */
+
+/* ---- Normal equations of the cells, streamed: memory does not depend on the number of samples.
+ * Columns c = [1 | cell_1 .. cell_n | f_1 .. f_m], sums over samples k of weight_k c_i c_j. */
+typedef struct engine_gram engine_gram;
+
+engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *state, int32_t targets);
+void engine_gram_free(engine_gram *gram);
+/* Method as for the evaluator: events only, a dense prefix, or the choice of the signal. */
+int engine_gram_method(engine_gram *gram, int32_t method);
+/* Add samples. x (samples,) centred; targets: m pointers to (samples,) columns, the output y among them; weight
+ * (samples,) >= 0 or a null pointer for ones. All must be finite: returns samples, or the index of the first x that the
+ * core would reject, where it stopped. */
+int64_t engine_gram_add(engine_gram *gram, int64_t samples, const double *x, const double *const *targets,
+                        const double *weight);
+/* Advance the state by x without adding anything; returns as engine_gram_add. */
+int64_t engine_gram_skip(engine_gram *gram, int64_t samples, const double *x);
+/* Write the sums since the last take as a full symmetric matrix (1 + n + m)^2, row-major, and start new ones; the state
+ * goes on. sums may be a null pointer: forget. */
+void engine_gram_take(engine_gram *gram, double *sums);
+/* Only sums of targets with the columns: out (1 + n, m), row-major; a pass of refinement needs no more. After
+ * engine_gram_only_targets(gram, 1) the n^2 part is not accumulated and engine_gram_take leaves it zero. */
+void engine_gram_only_targets(engine_gram *gram, int only);
+void engine_gram_state(const engine_gram *gram, double *z); /* (n,) */
+
+/* ---- Bounded least squares on normal equations: minimise 1/2 v'G v - g'v over v = T u, u_i >= 0 where bounded.
+ * The first `free` unknowns have no bound and T leaves them alone; the next `plays` ones are related to cells by
+ *   ENGINE_SLOPES   v_i = u_i                          u are slopes S          (family pi-cumulative)
+ *   ENGINE_WEIGHTS  v_i = u_1 + ... + u_i              u are play weights w    (pi, modified-pi)
+ *   ENGINE_STOPS    v_i = u_1 + sum_{j>i} u_j, j>=2    u_1 slope k, u_j stop weights s_j    (stop)
+ * and the rest again have v = u. A second, small quadratic term 1/2 u'E u - h'u (ridge, smoothing) may be given in u. */
+enum { ENGINE_SLOPES = 0, ENGINE_WEIGHTS = 1, ENGINE_STOPS = 2 };
+
+typedef struct engine_program {
+    int32_t unknowns;      /* N */
+    int32_t free;          /* leading unknowns without a bound */
+    int32_t plays;         /* unknowns that follow and are transformed by T */
+    int32_t basis;         /* ENGINE_SLOPES, ENGINE_WEIGHTS, ENGINE_STOPS */
+    const double *gram;    /* (N, N) G in v, row-major, symmetric */
+    const double *rhs;     /* (N,) g in v */
+    const double *extra;   /* (N, N) E in u, or a null pointer */
+    const double *extra_rhs; /* (N,) h in u, or a null pointer */
+    const double *lower;   /* (N,) lower bounds of u; ignored for the free ones */
+} engine_program;
+
+typedef struct engine_solution {
+    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| if known, else to rhs */
+    double condition;      /* estimate of the condition number of the scaled factor on the passive set */
+    int32_t iterations;
+    int32_t status;        /* 0 optimal; 1 out of iterations; 2 a pivot vanished: the columns are too alike for normal
+                              equations, use orthogonal factors */
+} engine_solution;
+
+/* Active set method with exact zeros: u (N,) out; passive (N,) in and out, 1 where u is off its bound (in: warm start, or
+ * all 0). The passive set found in u is refined with residuals formed in the cell basis, whose condition number is the
+ * square root of that of w. Returns 0, or -1 if memory is short. */
+int engine_solve(const engine_program *program, double *u, uint8_t *passive, engine_solution *solution);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

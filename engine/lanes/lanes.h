@@ -1,0 +1,90 @@
+/* Eight doubles at once, the same operations at every level.
+ *
+ * This header is compiled once per instruction set (LANES_LEVEL). Sums run over eight fixed lanes at every level, so levels
+ * differ by fused multiply-add alone. */
+#ifndef DEHYST_LANES_H
+#define DEHYST_LANES_H
+
+#include <stdint.h>
+
+#if LANES_LEVEL == 2
+#include <immintrin.h>
+#define LANES_NAME(name) name##_avx512
+typedef __m512d lanes;
+static inline lanes lanes_load(const double *p) { return _mm512_loadu_pd(p); }
+static inline void lanes_store(double *p, lanes a) { _mm512_storeu_pd(p, a); }
+static inline lanes lanes_all(double a) { return _mm512_set1_pd(a); }
+static inline lanes lanes_add(lanes a, lanes b) { return _mm512_add_pd(a, b); }
+static inline lanes lanes_sub(lanes a, lanes b) { return _mm512_sub_pd(a, b); }
+static inline lanes lanes_mul(lanes a, lanes b) { return _mm512_mul_pd(a, b); }
+static inline lanes lanes_fma(lanes a, lanes b, lanes c) { return _mm512_fmadd_pd(a, b, c); } /* a b + c */
+static inline lanes lanes_min(lanes a, lanes b) { return _mm512_min_pd(a, b); }
+static inline lanes lanes_max(lanes a, lanes b) { return _mm512_max_pd(a, b); }
+/* bit k set where a_k <= b_k; false for NaN */
+static inline unsigned lanes_le(lanes a, lanes b) { return (unsigned)_mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
+static inline double lanes_sum(lanes a) { return _mm512_reduce_add_pd(a); }
+#elif LANES_LEVEL == 1
+#include <immintrin.h>
+#define LANES_NAME(name) name##_avx2
+typedef struct lanes { __m256d l, h; } lanes;
+static inline lanes lanes_load(const double *p) { lanes r = {_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)}; return r; }
+static inline void lanes_store(double *p, lanes a) { _mm256_storeu_pd(p, a.l); _mm256_storeu_pd(p + 4, a.h); }
+static inline lanes lanes_all(double a) { lanes r = {_mm256_set1_pd(a), _mm256_set1_pd(a)}; return r; }
+#define LANES_TWO(name, op) static inline lanes name(lanes a, lanes b) { lanes r = {op(a.l, b.l), op(a.h, b.h)}; return r; }
+LANES_TWO(lanes_add, _mm256_add_pd)
+LANES_TWO(lanes_sub, _mm256_sub_pd)
+LANES_TWO(lanes_mul, _mm256_mul_pd)
+LANES_TWO(lanes_min, _mm256_min_pd)
+LANES_TWO(lanes_max, _mm256_max_pd)
+#undef LANES_TWO
+static inline lanes lanes_fma(lanes a, lanes b, lanes c)
+{
+    lanes r = {_mm256_fmadd_pd(a.l, b.l, c.l), _mm256_fmadd_pd(a.h, b.h, c.h)};
+    return r;
+}
+static inline unsigned lanes_le(lanes a, lanes b)
+{
+    const int low = _mm256_movemask_pd(_mm256_cmp_pd(a.l, b.l, _CMP_LE_OQ));
+    const int high = _mm256_movemask_pd(_mm256_cmp_pd(a.h, b.h, _CMP_LE_OQ));
+    return (unsigned)low | ((unsigned)high << 4);
+}
+static inline double lanes_sum(lanes a)
+{
+    const __m256d four = _mm256_add_pd(a.l, a.h);
+    const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
+    return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
+}
+#else
+#define LANES_NAME(name) name##_portable
+typedef struct lanes { double v[8]; } lanes;
+static inline lanes lanes_load(const double *p) { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = p[k]; return r; }
+static inline void lanes_store(double *p, lanes a) { for (int k = 0; k < 8; ++k) p[k] = a.v[k]; }
+static inline lanes lanes_all(double a) { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = a; return r; }
+#define LANES_TWO(name, op) static inline lanes name(lanes a, lanes b) \
+    { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = (op); return r; }
+LANES_TWO(lanes_add, a.v[k] + b.v[k])
+LANES_TWO(lanes_sub, a.v[k] - b.v[k])
+LANES_TWO(lanes_mul, a.v[k] * b.v[k])
+LANES_TWO(lanes_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
+LANES_TWO(lanes_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
+#undef LANES_TWO
+static inline lanes lanes_fma(lanes a, lanes b, lanes c)
+{
+    lanes r;
+    for (int k = 0; k < 8; ++k) r.v[k] = a.v[k] * b.v[k] + c.v[k];
+    return r;
+}
+static inline unsigned lanes_le(lanes a, lanes b)
+{
+    unsigned mask = 0;
+    for (int k = 0; k < 8; ++k) mask |= (unsigned)(a.v[k] <= b.v[k]) << k;
+    return mask;
+}
+static inline double lanes_sum(lanes a)
+{
+    const double s0 = a.v[0] + a.v[4], s1 = a.v[1] + a.v[5], s2 = a.v[2] + a.v[6], s3 = a.v[3] + a.v[7];
+    return (s0 + s2) + (s1 + s3);
+}
+#endif
+
+#endif
