@@ -117,8 +117,15 @@ static inline void stack_window(const stack_grid *g, stack *k)
     }
 }
 
-/* Direction in which x leaves the window. */
-static inline double stack_direction(const stack *k, double x) { return x > k->high ? 1.0 : -1.0; }
+/* Direction of a sample that leaves the window or turns. */
+static inline double stack_direction(const stack *k, double x)
+{
+    const stack_segment *t = &k->segment[k->top];
+    if (t->b > 1 && t->s < 0) {
+        return x < k->low ? -1.0 : 1.0;
+    }
+    return x > k->high ? 1.0 : -1.0;
+}
 
 /* Put x on the stack: an event. The top's e must be the sample before x. The sample counts as put whatever rounding says, so
  * that an event always ends. The window is renewed. */
