@@ -1,0 +1,93 @@
+"""What a sample costs, against what one would use otherwise, and whether the limits of the engine hold.
+
+python benchmarks/speed.py [--samples 10000000] [--rounds 5] [--quick] [--json [FILE]] [--only evaluation,program]
+
+One thread; every ratio is of minima of runs that took turns in this process. Ends with status 1 and a list if a limit
+is missed. --quick: a million samples, fewer rounds, and half of each ratio is enough.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from speed import accuracy, engine, evaluation, normal_equations, overhead, program, table
+from speed.figures import Figures
+from startup import machine
+from threadpoolctl import threadpool_limits
+
+from dehyst import _native
+
+PACKAGES = ("dehyst", "numpy", "scipy")
+ALTERNATIVES = ("numba", "quadprog", "daqp", "casadi")
+
+
+def versions() -> dict[str, str]:
+    """Versions of the alternatives; what is missing is said, not hidden."""
+    found = {}
+    for name in ALTERNATIVES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str, Any]:
+    """Run every part and return what was found."""
+    figures = Figures()
+    parts: dict[str, Callable[[], None]] = {
+        "evaluation": lambda: evaluation.run(samples, rounds, figures),
+        "normal": lambda: normal_equations.run(samples, rounds, figures),
+        "program": lambda: program.run(rounds, figures),
+        "accuracy": lambda: accuracy.run(samples, figures),
+        "overhead": lambda: overhead.run(rounds, figures),
+    }
+    for name, part in parts.items():
+        if not only or name in only:
+            part()
+    level = engine.LEVELS[_native.engine_level()]
+    return {
+        "machine": {**machine(PACKAGES), **versions(), "instructions": level},
+        "samples": samples,
+        "rounds": rounds,
+        "quick": quick,
+        "limits": figures.rows(quick, bool(only)),
+        "figures": figures.extra(),
+        "times": [{"group": g, "signal": s, "methods": methods} for (g, s), methods in figures.groups.items()],
+    }
+
+
+def main() -> None:
+    """Measure, print, and fail if a limit is missed."""
+    parser = argparse.ArgumentParser(description="What a sample costs, against numpy, numba, BLAS and solvers.")
+    parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 1e6 with --quick")
+    parser.add_argument("--rounds", type=int, help="repetitions of every method; 5, or 3 with --quick")
+    parser.add_argument("--quick", action="store_true", help="a short run; half of each ratio is asked for")
+    parser.add_argument("--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead")
+    parser.add_argument("--json", nargs="?", const="-", metavar="FILE", help="JSON, to a file or instead of the tables")
+    options = parser.parse_args()
+    samples = options.samples or (1_000_000 if options.quick else 10_000_000)
+    rounds = options.rounds or (3 if options.quick else 5)
+    only = {name for name in options.only.split(",") if name}
+    with threadpool_limits(limits=1, user_api="blas"):
+        result = measure(samples, rounds, options.quick, only)
+    text = json.dumps(result, indent=1) + "\n"
+    if options.json == "-":
+        print(text, end="")
+    else:
+        print("\n".join([*table.head(result), *table.times(result), *table.limits(result["limits"])]))
+        if options.json:
+            Path(options.json).write_text(text, encoding="utf-8")
+    missed = [f"{row['what']} ({row['signal']})" for row in result["limits"] if row["ok"] is False]
+    if missed:
+        sys.exit("missed:\n  " + "\n  ".join(missed))
+
+
+if __name__ == "__main__":
+    main()

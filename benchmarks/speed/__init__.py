@@ -1,0 +1,1 @@
+"""Parts of benchmarks/speed.py: what is measured, against what, how, and which limits must hold."""

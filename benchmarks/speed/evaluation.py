@@ -1,0 +1,50 @@
+"""Evaluation: ns a sample of every method, for every signal and number of operators."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dehyst import PrandtlIshlinskii
+
+from . import alternatives, engine
+from .figures import Figures
+from .measure import Work, measure
+from .signals import SIGNALS, Array, operator
+
+OPERATORS = (14, 100, 1000, 10_000)
+NUMPY_SAMPLES = 20_000
+
+
+def run(samples: int, rounds: int, figures: Figures) -> None:
+    """Time every pair of signal and number of operators."""
+    out = np.zeros(samples)
+    for signal, make in SIGNALS.items():
+        x = make(samples)
+        for n in OPERATORS:
+            times = measure(works(x, out, n), rounds)
+            figures.times(f"evaluation, n = {n}", signal, times)
+            figures.ratio(f"evaluation / memcpy, n = {n}", signal, times, "engine", "memcpy")
+            figures.ratio(f"evaluation / dense SIMD, n = {n}", signal, times, "engine", "engine, dense")
+            figures.ratio(f"numpy loop / evaluation, n = {n}", signal, times, "numpy loop", "engine")
+            figures.ratio(f"numba / evaluation, n = {n}", signal, times, "numba", "engine")
+
+
+def works(x: Array, out: Array, n: int) -> dict[str, Work | None]:
+    """What is timed; dense methods on a prefix of the signal that takes them some tenths of a second."""
+    r, w = operator(n)
+    model: Any = PrandtlIshlinskii(r, w)
+    numba = alternatives.numba_loop()
+    core, dense = x[: int(2e8 / n)], x[: int(3e9 / n)]
+    short = x[:NUMPY_SAMPLES]
+    return {
+        "memcpy": Work(lambda: np.copyto(out, x), x.size),
+        "engine": Work(lambda: engine.evaluator(r, w).run(x, out), x.size),
+        "engine, events only": Work(lambda: engine.evaluator(r, w, engine.EVENTS).run(x, out), x.size),
+        "engine, dense": Work(lambda: engine.evaluator(r, w, engine.DENSE).run(dense, out[: dense.size]), dense.size),
+        "model.simulate": Work(lambda: model.simulate(x if n <= 1000 else core), x.size if n <= 1000 else core.size),
+        "core, dense": Work(lambda: alternatives.core_dense(core, r, w), core.size),
+        "numba": Work(lambda: numba(core, r, w), core.size) if numba else None,
+        "numpy loop": Work(lambda: alternatives.numpy_loop(short, r, w), short.size),
+    }

@@ -1,0 +1,59 @@
+"""What must hold (the acceptance of the engine), as data: one limit for every figure of the table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SIGNALS = ("smooth", "noisy", "white")
+TIMING = 0.05  # two equal things differ by so much in a good measurement
+QUICK = 2.0  # a short measurement on any machine must reach half of what is asked for
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A figure `what` for a signal: at most or at least so much. Figures of accuracy hold in a short run as well."""
+
+    what: str
+    signal: str
+    sense: str  # "<=" or ">="
+    value: float
+    accuracy: bool = False
+
+    def holds(self, measured: float, quick: bool = False) -> bool:
+        """Whether a measured figure is within it."""
+        easier = 1.0 if self.accuracy else (QUICK if quick else 1.0 + (TIMING if self.value == 1.0 else 0.0))
+        return measured <= self.value * easier if self.sense == "<=" else measured >= self.value / easier
+
+
+def _row(what: str, sense: str, *values: float | None) -> tuple[Limit, ...]:
+    pairs = zip(SIGNALS, values, strict=False)
+    return tuple(Limit(what, signal, sense, value) for signal, value in pairs if value is not None)
+
+
+def _one(what: str, value: float) -> tuple[Limit, ...]:
+    return tuple(Limit(what, signal, "<=", value, accuracy=True) for signal in SIGNALS)
+
+
+LIMITS: tuple[Limit, ...] = (
+    *_row("evaluation / memcpy, n = 100", "<=", 1.25, 5.0),
+    *_row("evaluation / memcpy, n = 1000", "<=", 2.0, 14.0, 90.0),
+    *_row("evaluation / memcpy, n = 10000", "<=", 8.0, 75.0, 90.0),
+    *_row("evaluation / dense SIMD, n = 100", "<=", None, None, 1.0),
+    *_row("numpy loop / evaluation, n = 100", ">=", 4000.0, 1000.0, 300.0),
+    *_row("normal equations / reading x and y, n = 100", "<=", 2.0, 12.0),
+    *_row("chunked BLAS / normal equations, n = 100", ">=", 400.0, 60.0, 3.0),
+    *_row("chunked BLAS / normal equations, n = 1000", ">=", 4000.0, 800.0, 40.0),
+    *_row("numpy + quadprog / data to weights, n = 100", ">=", 4000.0, 350.0),
+    Limit("scipy nnls / solver, n = 100", "modulated", ">=", 2.0),
+    Limit("scipy nnls / solver, n = 1000", "modulated", ">=", 15.0),
+    *_one("evaluation - dense definition, n = 100", 1e-14),
+    *_one("the same, last over first hundredth", 2.0),
+    Limit("inverse round trip, n = 100", "noisy", "<=", 1e-14, True),
+    Limit("inverse round trip, n = 1000", "noisy", "<=", 1e-14, True),
+    Limit("inverse round trip, n = 10000", "noisy", "<=", 3e-14, True),
+    Limit("weights of an exact model, n = 100", "modulated", "<=", 1e-12, True),
+    Limit("weights of an exact model, n = 1000", "modulated", "<=", 1e-11, True),
+    Limit("weights - qpOASES, n = 100", "modulated", "<=", 1e-8, True),
+    Limit("overhead of a batch call [ns]", "", "<=", 1000.0),
+    Limit("overhead of a step [ns]", "", "<=", 30.0),
+)
