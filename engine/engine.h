@@ -85,10 +85,12 @@ typedef struct engine_program {
     const double *extra;   /* (N, N) E in u, or a null pointer */
     const double *extra_rhs; /* (N,) h in u, or a null pointer */
     const double *lower;   /* (N,) lower bounds of u; ignored for the free ones */
+    double target_norm;    /* |y| of the least squares behind G and g, or 0 if unknown: what tolerances refer to */
 } engine_program;
 
 typedef struct engine_solution {
-    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| if known, else to rhs */
+    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| if |y| is known, else to the
+                              largest gradient before any bounded unknown enters; columns and y as the free ones leave them */
     double condition;      /* estimate of the condition number of the scaled factor on the passive set */
     int32_t iterations;
     int32_t status;        /* 0 optimal; 1 out of iterations; 2 a pivot vanished: the columns are too alike for normal

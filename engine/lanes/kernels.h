@@ -9,6 +9,10 @@ typedef struct engine_kernels {
      * falls (rises); `last` is the sample before the first. Writes y_k = base + slope (x_k - origin). Returns their number. */
     int64_t (*line)(int64_t samples, const double *x, double *y, double center, double low, double high, int monotone,
                     double last, double base, double slope, double origin);
+    /* Of the solver: sum a_k b_k; out_k -= factor row_k; out_k -= sum_r factor_r row_r,k. */
+    double (*dot)(int64_t n, const double *a, const double *b);
+    void (*subtract)(int64_t n, double factor, const double *row, double *out);
+    void (*subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
 } engine_kernels;
 
 const engine_kernels *engine_kernels_in_use(void);

@@ -110,3 +110,21 @@ class ClosedLoop:
     def add_electric(self, stiffness: float, damping: float, inertia: float) -> None: ...
     def reset_controllers(self) -> None: ...
     def run(self, knots: _Array, switches: npt.NDArray[np.uint32], ticks: int, every: int) -> _Array: ...
+
+# ---- The engine's bounded least squares.
+SLOPES: int
+WEIGHTS: int
+STOPS: int
+
+def solve_bounded(
+    gram: _Array,
+    rhs: _Array,
+    lower: _Array,
+    free: int,
+    plays: int,
+    basis: int,
+    extra: _Array | None = None,
+    extra_rhs: _Array | None = None,
+    passive: npt.NDArray[np.bool_] | None = None,
+    target_norm: float = 0.0,
+) -> tuple[_Array, npt.NDArray[np.bool_], float, float, int, int]: ...

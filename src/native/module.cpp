@@ -8,4 +8,5 @@ NB_MODULE(_native, m)
     bind_joint(m);
     bind_plant(m);
     bind_robot(m);
+    bind_solver(m);
 }

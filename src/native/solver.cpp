@@ -1,0 +1,77 @@
+// Binding of the engine's bounded least squares: arrays in, arrays out, no formula.
+#include <nanobind/stl/optional.h>
+
+#include <cmath>
+#include <optional>
+
+#include "arrays.h"
+#include "engine.h"
+
+namespace {
+
+using Square = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Marks = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Marked = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
+
+const double *square_of(const Square &matrix, std::size_t n, const char *message)
+{
+    require(matrix.shape(0) == n && matrix.shape(1) == n, message);
+    return matrix.data();
+}
+
+const double *vector_of(const In &vector, std::size_t n, const char *message)
+{
+    require(vector.size() == n, message);
+    return vector.data();
+}
+
+nb::tuple solve(const Square &gram, const In &rhs, const In &lower, int64_t free_unknowns, int64_t plays, int basis,
+                const std::optional<Square> &extra, const std::optional<In> &extra_rhs,
+                const std::optional<Marks> &passive, double target_norm)
+{
+    const std::size_t n = rhs.size();
+    require(n >= 1 && n < 46341, "between 1 and 46340 unknowns can be solved");
+    require(free_unknowns >= 0 && plays >= 0 && free_unknowns <= static_cast<int64_t>(n) &&
+                plays <= static_cast<int64_t>(n) - free_unknowns,
+            "free and plays exceed the number of unknowns");
+    require(basis >= ENGINE_SLOPES && basis <= ENGINE_STOPS, "basis is 0 (slopes), 1 (weights) or 2 (stops)");
+    require(std::isfinite(target_norm) && target_norm >= 0.0, "target_norm must be finite and not negative");
+    engine_program program{};
+    program.unknowns = static_cast<int32_t>(n);
+    program.free = static_cast<int32_t>(free_unknowns);
+    program.plays = static_cast<int32_t>(plays);
+    program.basis = basis;
+    program.gram = square_of(gram, n, "gram must be (N, N) for rhs (N,)");
+    program.rhs = rhs.data();
+    program.lower = vector_of(lower, n, "lower and rhs differ in length");
+    program.target_norm = target_norm;
+    if (extra) program.extra = square_of(*extra, n, "extra must be (N, N) for rhs (N,)");
+    if (extra_rhs) program.extra_rhs = vector_of(*extra_rhs, n, "extra_rhs and rhs differ in length");
+    require(!passive || passive->size() == n, "passive and rhs differ in length");
+
+    std::vector<double> u(n);
+    auto *marks = new std::vector<uint8_t>(n, 0);
+    nb::capsule owner(marks, [](void *p) noexcept { delete static_cast<std::vector<uint8_t> *>(p); });
+    for (std::size_t j = 0; passive && j < n; ++j) (*marks)[j] = passive->data()[j] ? 1 : 0;
+    engine_solution solution{};
+    int failed;
+    {
+        nb::gil_scoped_release released;
+        failed = engine_solve(&program, u.data(), marks->data(), &solution);
+    }
+    if (failed) throw std::bad_alloc();
+    return nb::make_tuple(own(std::move(u)), Marked(marks->data(), {n}, owner), solution.kkt, solution.condition,
+                          solution.iterations, solution.status);
+}
+
+}  // namespace
+
+void bind_solver(nb::module_ &m)
+{
+    m.attr("SLOPES") = static_cast<int>(ENGINE_SLOPES);
+    m.attr("WEIGHTS") = static_cast<int>(ENGINE_WEIGHTS);
+    m.attr("STOPS") = static_cast<int>(ENGINE_STOPS);
+    m.def("solve_bounded", &solve, "gram"_a, "rhs"_a, "lower"_a, "free"_a, "plays"_a, "basis"_a,
+          "extra"_a = nb::none(), "extra_rhs"_a = nb::none(), "passive"_a = nb::none(), "target_norm"_a = 0.0,
+          "Bounded least squares on normal equations of the cells: (u, passive, kkt, condition, iterations, status).");
+}
