@@ -42,8 +42,8 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
     """Run every part and return what was found."""
     figures = Figures()
     parts: dict[str, Callable[[], None]] = {
-        "evaluation": lambda: evaluation.run(samples, rounds, figures),
-        "normal": lambda: normal_equations.run(samples, rounds, figures),
+        "evaluation": lambda: evaluation.run(samples, rounds, figures, quick),
+        "normal": lambda: normal_equations.run(samples, rounds, figures, quick),
         "program": lambda: program.run(rounds, figures),
         "accuracy": lambda: accuracy.run(samples, figures),
         "overhead": lambda: overhead.run(rounds, figures),
@@ -81,7 +81,7 @@ def main() -> None:
     if options.json == "-":
         print(text, end="")
     else:
-        print("\n".join([*table.head(result), *table.times(result), *table.limits(result["limits"])]))
+        print("\n".join(table.console(result)))
         if options.json:
             Path(options.json).write_text(text, encoding="utf-8")
     missed = [f"{row['what']} ({row['signal']})" for row in result["limits"] if row["ok"] is False]

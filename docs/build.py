@@ -28,6 +28,7 @@ from generate import (  # noqa: E402 - found beside this file
     parameters,
     python_names,
     sensitivity,
+    speed,
 )
 
 REFERENCE = {
@@ -53,6 +54,8 @@ PARTS = {
     "index.md": ("decisions", decisions),
     "explanation/the-plant.md": ("numbers", parameters.numbers),
     "explanation/the-experiment.md": ("sensitivity", sensitivity.table),
+    "explanation/speed.md": ("table", speed.page),
+    "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ import numpy.typing as npt
 from dehyst import _native
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 AUTO, EVENTS, DENSE = -1, 0, 2**31 - 1
-WEIGHTS = 1  # unknowns are weights of plays
 LEVELS = ("portable", "avx2", "avx512")
 
 
@@ -31,26 +32,34 @@ def cell_sums(x: Array, y: Array, r: Array) -> Array:
     return np.asarray(gram.take())
 
 
-def solve(g: Array, b: Array, passive: npt.NDArray[np.uint8] | None = None) -> tuple[Array, npt.NDArray[np.uint8]]:
-    """Weights w >= 0 from normal equations of cells, and which of them are off their bound."""
-    n = b.size
-    start = np.zeros(n, dtype=np.uint8) if passive is None else passive
-    u, passive, *_ = _native.solve_bounded(g, b, np.zeros(n), 0, n, WEIGHTS, None, None, start)
-    return np.asarray(u), passive
+@dataclass(frozen=True)
+class Program:
+    """G and b of the cells alone, without the constant column, and |y|."""
+
+    g: Array
+    b: Array
+    length: float
+
+
+def program(sums: Array) -> Program:
+    """Cut it out of the sums of products."""
+    g, b = np.ascontiguousarray(sums[1:-1, 1:-1]), np.ascontiguousarray(sums[1:-1, -1])
+    return Program(g, b, float(np.sqrt(sums[-1, -1])))
+
+
+def solve(p: Program, passive: Mask | None = None) -> tuple[Array, Mask]:
+    """Weights w >= 0, and which of them are off their bound."""
+    n = p.b.size
+    u, passive, *_ = _native.solve_bounded(p.g, p.b, np.zeros(n), 0, n, _native.WEIGHTS, None, None, passive, p.length)
+    return u, passive
 
 
 def weights(x: Array, y: Array, r: Array) -> Array:
     """Data to weights: one pass, one program."""
-    g, b = inner(cell_sums(x, y, r))
-    return solve(g, b)[0]
+    return solve(program(cell_sums(x, y, r)))[0]
 
 
-def inner(sums: Array) -> tuple[Array, Array]:
-    """G and b of the cells alone, without the constant column."""
-    return np.ascontiguousarray(sums[1:-1, 1:-1]), np.ascontiguousarray(sums[1:-1, -1])
-
-
-def in_weights(g: Array, b: Array) -> tuple[Array, Array]:
+def in_weights(p: Program) -> tuple[Array, Array]:
     """Normal equations of the weights from those of the cells: z_i is the sum of cells i, i + 1, ..."""
-    turned = g[::-1, ::-1].cumsum(axis=0).cumsum(axis=1)
-    return np.ascontiguousarray(turned[::-1, ::-1]), np.ascontiguousarray(b[::-1].cumsum()[::-1])
+    turned = p.g[::-1, ::-1].cumsum(axis=0).cumsum(axis=1)
+    return np.ascontiguousarray(turned[::-1, ::-1]), np.ascontiguousarray(p.b[::-1].cumsum()[::-1])

@@ -18,7 +18,7 @@ class Figures:
 
     def add(self, what: str, signal: str, value: float) -> None:
         """Keep a figure."""
-        self.values[what, signal] = float(value)
+        self.values[what, signal] = float(f"{value:.4g}")  # more digits would be noise
 
     def times(self, group: str, signal: str, times: Times) -> None:
         """Keep the times of a group of methods."""

@@ -36,11 +36,11 @@ def compare(n: int, rounds: int, figures: Figures) -> None:
     """All solvers on one program with n weights."""
     x = excitation()
     r, _ = operator(n)
-    g, b = engine.inner(engine.cell_sums(x, outputs(x, n), r))
-    found, _ = engine.solve(g, b)
-    in_weights = engine.in_weights(g, b)
+    posed = engine.program(engine.cell_sums(x, outputs(x, n), r))
+    found, _ = engine.solve(posed)
+    in_weights = engine.in_weights(posed)
     others = {name: solve for name, solve in alternatives.solvers().items() if n <= 100 or name not in SLOW}
-    times = measure(works(g, b, others), 4 * rounds, patience=2.0)
+    times = measure(works(posed, others), 4 * rounds, patience=2.0)
     figures.times(f"quadratic program, n = {n}", DATA, times)
     figures.ratio(f"scipy nnls / solver, n = {n}", DATA, times, "scipy nnls", "engine")
     figures.add(f"weights that are exactly 0, n = {n}", DATA, np.sum(found == 0.0))
@@ -50,14 +50,14 @@ def compare(n: int, rounds: int, figures: Figures) -> None:
             figures.add(f"weights - {name}, n = {n}", DATA, difference)
 
 
-def works(g: Array, b: Array, others: Mapping[str, Solver | None]) -> dict[str, Work | None]:
+def works(posed: engine.Program, others: Mapping[str, Solver | None]) -> dict[str, Work | None]:
     """What is timed: ours from sums of cells, the others from sums of plays, nnls from their triangular factor."""
-    _, passive = engine.solve(g, b)
-    g_w, b_w = engine.in_weights(g, b)
+    _, passive = engine.solve(posed)
+    g_w, b_w = engine.in_weights(posed)
     factor, right = alternatives.triangle(g_w, b_w)
     return {
-        "engine": Work(lambda: engine.solve(g, b), 1),
-        "engine, warm start": Work(lambda: engine.solve(g, b, passive.copy()), 1),
+        "engine": Work(lambda: engine.solve(posed), 1),
+        "engine, warm start": Work(lambda: engine.solve(posed, passive), 1),
         "scipy nnls": Work(lambda: alternatives.solve_nnls(factor, right), 1),
         **{name: Work(partial(solve, g_w, b_w), 1) if solve else None for name, solve in others.items()},
     }

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-MISSING = {"numba": "numba", "quadprog": "quadprog", "DAQP": "daqp", "qpOASES": "casadi"}
+
+def console(result: Mapping[str, Any]) -> list[str]:
+    """Everything, line by line."""
+    return [*head(result), *times(result), *limits(result["limits"]), *further(result["figures"])]
 
 
 def head(result: Mapping[str, Any]) -> list[str]:
@@ -15,21 +18,29 @@ def head(result: Mapping[str, Any]) -> list[str]:
     return [*lines, what + (", short form: half of each ratio is asked for" if result["quick"] else "")]
 
 
-def times(result: Mapping[str, Any]) -> Iterable[str]:
-    """ns a sample (ms for programs) of every method: one table a group, one column a signal."""
-    groups: dict[str, dict[str, Any]] = {}
+def groups(result: Mapping[str, Any]) -> dict[str, tuple[str, list[str], dict[str, list[str]]]]:
+    """Group -> unit, signals, and the cells of every method: ns a sample, or ms for programs."""
+    found: dict[str, dict[str, Any]] = {}
     for entry in result["times"]:
-        groups.setdefault(entry["group"], {})[entry["signal"]] = entry["methods"]
-    for group, signals in groups.items():
-        program = group.startswith("quadratic")
+        found.setdefault(entry["group"], {})[entry["signal"]] = entry["methods"]
+    tables = {}
+    for group, signals in found.items():
+        unit, scale = ("ms", 1e-6) if group.startswith("quadratic") else ("ns/sample", 1.0)
+        names = dict.fromkeys(name for methods in signals.values() for name in methods)
+        rows = {
+            name: [number(scale * of[name]["ns"]) if name in of else "-" for of in signals.values()] for name in names
+        }
+        tables[group] = (unit, list(signals), rows)
+    return tables
+
+
+def times(result: Mapping[str, Any]) -> Iterable[str]:
+    """One table a group, one column a signal."""
+    for group, (unit, signals, rows) in groups(result).items():
         yield ""
-        names = list(dict.fromkeys(name for methods in signals.values() for name in methods))
-        unit = "[ms]" if program else "[ns/sample]"
-        yield f"{group + ' ' + unit:38}" + "".join(f"{signal:>12}" for signal in signals)
-        for name in names:
-            cells = (signals[signal].get(name) for signal in signals)
-            scale = 1e-6 if program else 1.0
-            yield f"  {name:36}" + "".join(f"{number(cell['ns'] * scale) if cell else '-':>12}" for cell in cells)
+        yield f"{f'{group} [{unit}]':38}" + "".join(f"{signal:>12}" for signal in signals)
+        for name, cells in rows.items():
+            yield f"  {name:36}" + "".join(f"{cell:>12}" for cell in cells)
 
 
 def limits(rows: Iterable[Mapping[str, Any]]) -> Iterable[str]:
@@ -41,6 +52,15 @@ def limits(rows: Iterable[Mapping[str, Any]]) -> Iterable[str]:
         verdict = {True: "ok", False: "MISSED", None: ""}[row["ok"]]
         bound = f"{row['sense']} {number(row['limit'])}"
         yield f"{row['what']:46}{row['signal']:10}{measured:>12}{bound:>14}  {verdict}"
+
+
+def further(figures: Iterable[Mapping[str, Any]]) -> Iterable[str]:
+    """Figures without a limit; those that the table of times holds as well are left out."""
+    shown = [row for row in figures if " / " not in row["what"]]
+    if shown:
+        yield ""
+    for row in shown:
+        yield f"{row['what']:46}{row['signal']:10}{number(row['measured']):>12}"
 
 
 def number(value: float) -> str:

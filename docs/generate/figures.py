@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -15,7 +16,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
-from generate import demo
+from generate import demo, speed
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -257,6 +258,51 @@ def hold() -> tuple[Array, Array, Array, Array]:
     return time, pressure, respond(pressure, STEP), example_fit().model.simulate(pressure)
 
 
+def stack() -> Figure:
+    """The state of all plays at three moments: a broken line, one piece for each turn that is remembered."""
+    corners = (0.0, 1.0, -0.6, 0.5, -0.25, 0.15, 0.75)
+    r = np.linspace(0.0, 1.1, 1101)
+    model = dehyst.PrandtlIshlinskii(r, np.full(r.size, 1.0 / r.size))
+    path = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in itertools.pairwise(corners)] + [[0.75]])
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+    left.plot(path, color=GREY, lw=1.6)
+    shown = ((4, GREEN, "A", 6.0), (5, BLUE, "B", 3.6), (6, ORANGE, "C", 1.6))
+    for index, colour, name, width in shown:
+        sample = 60 * index
+        left.plot(sample, corners[index], "o", color=colour, ms=8)
+        left.annotate(name, (sample, corners[index]), xytext=(7, 5), textcoords="offset points", color=colour)
+        z = model.final_state(path[: sample + 1])
+        right.plot(r, z, color=colour, lw=width, label=name)
+        turns = [0, *(np.flatnonzero(np.abs(np.diff(z, 2)) > 1e-6) + 1)]
+        right.plot(r[turns], z[turns], "o", color=colour, ms=width + 2.5)
+    left.set(title="Input", xlabel="sample", ylabel="x")
+    right.set(title="States of 1101 plays", xlabel="threshold r", ylabel="state z(r)")
+    right.legend(loc="upper right", ncols=3)
+    return figure
+
+
+def speed_over_operators() -> Figure:
+    """Time a sample over the number of operators, from the committed run of the benchmark."""
+    figure = Figure(figsize=(9.6, 4.2), layout="constrained")
+    axes = figure.subplots()
+    n = (14, 100, 1000, 10_000)
+    lines = (
+        ("numpy loop", "smooth", GREY, "-", "numpy loop"),
+        ("numba", "smooth", GREY, "--", "numba"),
+        ("engine", "white", ORANGE, "-", "dehyst, white noise"),
+        ("engine", "noisy", GREEN, "-", "dehyst, 1 % noise"),
+        ("engine", "smooth", BLUE, "-", "dehyst, smooth"),
+        ("memcpy", "smooth", INK, ":", "copying the signal"),
+    )
+    for method, signal, colour, style, label in lines:
+        values = [speed.times(f"evaluation, n = {k}", method, signal) for k in n]
+        axes.loglog(n, values, style, color=colour, lw=2.0, marker="o", ms=4, label=label)
+    axes.set(title="Evaluation, one thread", xlabel="number of operators n", ylabel="ns per sample")
+    figure.legend(loc="outside right center")
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "loop": loop,
@@ -264,5 +310,9 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "misprint": misprint,
     "families": families,
     "creep": creep,
+    "stack": stack,
+    "speed": speed_over_operators,
 }
+if not speed.RESULT.exists():
+    del FIGURES["speed"]
 WITH_PNG = {"arm"}
