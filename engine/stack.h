@@ -117,14 +117,15 @@ static inline void stack_window(const stack_grid *g, stack *k)
     }
 }
 
-/* Direction of a sample that leaves the window or turns. */
+/* Direction of a sample that leaves the window or turns; the top's e is the sample before. Off a single operator that
+ * decides alone: the bound ahead may be the limit's, not the operators'. */
 static inline double stack_direction(const stack *k, double x)
 {
     const stack_segment *t = &k->segment[k->top];
-    if (t->b > 1 && t->s < 0) {
-        return x < k->low ? -1.0 : 1.0;
+    if (t->b == 1) {
+        return x > k->high ? 1.0 : -1.0;
     }
-    return x > k->high ? 1.0 : -1.0;
+    return t->s > 0 ? (x < t->e ? -1.0 : 1.0) : (x > t->e ? 1.0 : -1.0);
 }
 
 /* Put x on the stack: an event. The top's e must be the sample before x. The sample counts as put whatever rounding says, so

@@ -95,32 +95,58 @@ def test_bad_first_samples_hold_the_output_of_the_start_state(model):
     assert math.isfinite(before)
 
 
+def close(y, want):
+    """Compare long signals, which the engine evaluates: it agrees with the core to rounding."""
+    return np.abs(y - want).max() <= 1e-14 * np.abs(want).max()
+
+
 @every_model
-def test_batch_and_stepper_give_the_same_bits(model):
+@pytest.mark.parametrize("samples", [64, 5000])
+def test_batch_and_stepper_give_the_same_bits_or_in_long_signals_the_same_to_rounding(model, samples):
     rng = np.random.default_rng(1)
-    x = random_walk(rng, 500)
-    x[[0, 7, 8, 200, 499]] = [math.nan, math.inf, 1e300, -math.inf, math.nan]
-    with pytest.warns(RejectedSamplesWarning, match="5 of 500 samples"):
+    x = random_walk(rng, samples)
+    x[[0, 7, 8, samples // 2, samples - 1]] = [math.nan, math.inf, 1e300, -math.inf, math.nan]
+    with pytest.warns(RejectedSamplesWarning, match=f"5 of {samples} samples"):
         batch = model.simulate(x)
     step = model.stepper()
     one_by_one = np.array([step(v) for v in x.tolist()])
-    assert batch.tobytes() == one_by_one.tobytes()
+    assert batch.tobytes() == one_by_one.tobytes() if samples < 100 else close(batch, one_by_one)
     assert np.all(np.isfinite(batch))
     assert np.ptp(batch) > 0.1
-    assert model.final_state(x).tobytes() == step.state.tobytes()
+    assert np.allclose(model.final_state(x), step.state, rtol=0, atol=1e-15)
 
 
 @every_model
-def test_rejected_samples_change_no_other_output(model):
+def test_a_long_signal_leaves_the_stepper_as_steps_would(model):
+    x = random_walk(np.random.default_rng(11), 5000)
+    x[-1] = math.nan
+    batch, step = model.stepper(), model.stepper()
+    y, rejected = batch.simulate(x)
+    for v in x.tolist():
+        step(v)
+    assert rejected == 1
+    assert batch.rejected
+    assert batch.rejected_ever
+    assert abs(batch.output - step.output) <= 1e-14 * np.abs(y).max()
+    again = model.stepper()
+    again.restore(batch.save())  # the held output belongs to the states, bit for bit
+    more = random_walk(np.random.default_rng(12), 50)
+    assert [again(v) for v in more] == [batch(v) for v in more]
+
+
+@every_model
+@pytest.mark.parametrize("samples", [64, 5000])
+def test_rejected_samples_change_no_other_output(model, samples):
     rng = np.random.default_rng(2)
-    x = random_walk(rng, 300)
+    x = random_walk(rng, samples)
     y = model.simulate(x)
-    holes = np.sort(rng.choice(300, 40, replace=False))
-    dirty = np.insert(x, holes, rng.choice(list(BAD.values()), 40))
-    where = np.delete(np.arange(340), holes + np.arange(40))
+    holes = np.sort(rng.choice(samples, 10, replace=False))
+    dirty = np.insert(x, holes, rng.choice(list(BAD.values()), 10))
+    where = np.delete(np.arange(samples + 10), holes + np.arange(10))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RejectedSamplesWarning)
-        assert np.array_equal(model.simulate(dirty)[where], y)
+        found = model.simulate(dirty)[where]
+    assert np.array_equal(found, y) if samples < 100 else close(found, y)
 
 
 def test_a_clean_signal_warns_of_nothing():

@@ -4,11 +4,12 @@
 
 #include <stdint.h>
 
+struct machine;
+
 typedef struct engine_kernels {
-    /* Samples k of x that stay on one line: from k = 0 while low <= x_k <= high and, if `monotone` is +1 (-1), x never
-     * falls (rises); `last` is the sample before the first. Writes y_k = base + slope (x_k - origin). Returns their number. */
-    int64_t (*line)(int64_t samples, const double *x, double *y, double center, double low, double high, int monotone,
-                    double last, double base, double slope, double origin);
+    /* Evaluation by events: y (samples,) of x (samples,), centred by `center`, continuing the machine; they do not overlap.
+     * Returns the number of samples that were rejected: the last output is held for them. */
+    int64_t (*events)(struct machine *m, int64_t samples, const double *x, double *y, double center);
     /* Of the solver: sum a_k b_k; out_k -= factor row_k; out_k -= sum_r factor_r row_r,k. */
     double (*dot)(int64_t n, const double *a, const double *b);
     void (*subtract)(int64_t n, double factor, const double *row, double *out);

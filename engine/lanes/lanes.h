@@ -87,4 +87,14 @@ static inline double lanes_sum(lanes a)
 }
 #endif
 
+/* a b + c of one number, as lanes_fma does it at this level */
+static inline double lanes_fma_one(double a, double b, double c)
+{
+#if LANES_LEVEL > 0
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}
+
 #endif

@@ -7,10 +7,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -27,6 +33,36 @@ inline Out own(std::vector<double> &&values)
     return Out(kept->data(), {kept->size()}, owner);
 }
 
+// Room for outputs that need no zeros first; in huge pages where the system offers them, as numpy does.
+class Buffer {
+  public:
+    explicit Buffer(std::size_t size)
+        : size_(size), data_(static_cast<double *>(std::malloc(size > 0 ? size * sizeof(double) : 1)))
+    {
+        if (data_ == nullptr) throw std::bad_alloc();
+#ifdef __linux__
+        const std::uintptr_t page = 4096, from = reinterpret_cast<std::uintptr_t>(data_), large = std::uintptr_t{1} << 22;
+        const std::uintptr_t start = (from + page - 1) & ~(page - 1), bytes = size * sizeof(double);
+        if (bytes >= large) madvise(reinterpret_cast<void *>(start), bytes - (start - from), MADV_HUGEPAGE);
+#endif
+    }
+    ~Buffer() { std::free(data_); }
+    Buffer(const Buffer &) = delete;
+    Buffer &operator=(const Buffer &) = delete;
+
+    double *data() { return data_; }
+    Out release()
+    {
+        double *given = std::exchange(data_, nullptr);
+        nb::capsule owner(given, [](void *p) noexcept { std::free(p); });
+        return Out(given, {size_}, owner);
+    }
+
+  private:
+    std::size_t size_;
+    double *data_;
+};
+
 inline std::vector<double> copy(const In &array) { return {array.data(), array.data() + array.size()}; }
 
 inline void require(bool holds, const char *message)
@@ -39,5 +75,6 @@ void bind_joint(nb::module_ &m);
 void bind_plant(nb::module_ &m);
 void bind_robot(nb::module_ &m);
 void bind_solver(nb::module_ &m);
+void bind_engine(nb::module_ &m);
 
 #endif

@@ -1,8 +1,11 @@
 // Binding of the hysteresis models: no formula.
+#include <algorithm>
 #include <limits>
 
 #include "arrays.h"
 #include "dehyst.h"
+#include "evaluator_handle.h"
+#include "long_signal.h"
 #include "model_parameters.h"
 
 namespace {
@@ -43,21 +46,19 @@ class Stepper {
         return value;
     }
 
-    std::size_t run(const double *x, double *y, std::size_t samples)
-    {
-        std::size_t rejected = 0;
-        for (std::size_t k = 0; k < samples; ++k) {
-            y[k] = dehyst_model_step(&parameters_.view, &state_, x[k]);
-            rejected += state_.flags & DEHYST_REJECTED;
-        }
-        return rejected;
-    }
-
+    // Long signals go through the engine, which agrees with the steps to rounding; short ones are stepped.
     nb::tuple simulate(const In &x)
     {
-        std::vector<double> y(x.size());
-        const std::size_t rejected = run(x.data(), y.data(), x.size());
-        return nb::make_tuple(own(std::move(y)), rejected);
+        const std::size_t samples = x.size();
+        Buffer y(samples);
+        std::size_t rejected = 0, k = 0;
+        const bool with_engine = engine_pays(samples, z_.size()) && takes_engine();
+        for (; k < samples && (!with_engine || !dehyst_accept(x.data()[k])); ++k) {
+            y.data()[k] = step(x.data()[k]);
+            rejected += state_.flags & DEHYST_REJECTED;
+        }
+        if (k < samples) rejected += run_engine(x.data() + k, y.data() + k, samples - k);
+        return nb::make_tuple(y.release(), rejected);
     }
 
     void reset() { dehyst_model_reset(&parameters_.view, &state_, start_.data()); }
@@ -106,6 +107,25 @@ class Stepper {
     bool rejected_ever() const { return (state_.flags & DEHYST_REJECTED_EVER) != 0; }
 
   private:
+    bool takes_engine() const
+    {
+        const dehyst_pi &pi = parameters_.view.hysteresis;
+        return engine_takes(z_.size(), pi.threshold, pi.weight, pi.center, pi.offset, z_.data());
+    }
+
+    // Samples by the engine, the first of which is good. It works on a copy of the state: the interpreter is free meanwhile.
+    std::size_t run_engine(const double *x, double *y, std::size_t samples)
+    {
+        std::vector<double> z(z_);
+        const std::size_t rejected = run_model(parameters_.view, x, y, samples, z.data());
+        std::copy(z.begin(), z.end(), z_.begin());
+        state_.output = dehyst_model_output(&parameters_.view, z_.data());
+        state_.flags &= ~static_cast<uint32_t>(DEHYST_REJECTED);
+        if (rejected > 0) state_.flags |= DEHYST_REJECTED_EVER;
+        if (!dehyst_accept(x[samples - 1])) state_.flags |= DEHYST_REJECTED;
+        return rejected;
+    }
+
     ModelParameters parameters_;
     std::vector<double> start_, z_;
     dehyst_state state_{};

@@ -3,10 +3,11 @@
 
 NB_MODULE(_native, m)
 {
-    m.doc() = "dehyst's C core (hysteresis models, joint controller) and the simulated pneumatic plant.";
+    m.doc() = "dehyst's C core (hysteresis models, joint controller), its engine for long signals, and the simulated pneumatic plant.";
     bind_models(m);
     bind_joint(m);
     bind_plant(m);
     bind_robot(m);
     bind_solver(m);
+    bind_engine(m);
 }

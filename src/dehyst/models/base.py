@@ -91,6 +91,12 @@ class HysteresisModel(ABC):
         -----
         RejectedSamplesWarning
             If samples were rejected, with their number.
+
+        Notes
+        -----
+        Short signals are stepped sample by sample and give the bits of ``stepper()``. Long ones, from about a
+        hundred samples on, go through an engine whose cost hardly depends on the number of operators; it agrees
+        with the steps within 1e-14 of max|y|, and the interpreter is free meanwhile.
         """
         y, rejected = self.stepper().simulate(signal_array(x, "input x"))
         if rejected:

@@ -1,0 +1,81 @@
+"""The engine against the definition: a C driver on random short signals, per instruction set, compiler and machine."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+ROOT = TESTS.parent
+STRICT = ["-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-ffp-contract=off"]
+INCLUDE = [f"-I{ROOT / 'engine'}", f"-I{ROOT / 'core'}"]
+FLAGS = {
+    "portable": ["-DLANES_LEVEL=0"],
+    "avx2": ["-DLANES_LEVEL=1", "-mavx2", "-mfma"],
+    "avx512": ["-DLANES_LEVEL=2", "-mavx512f", "-mavx512dq", "-mavx512vl", "-mfma"],
+}
+SIGNALS = 350_000  # a level: a million in all
+
+
+def run(*command):
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=300)
+
+
+def tool(*names):
+    for name in names:
+        if shutil.which(name):
+            return name
+    return pytest.skip(f"none of {', '.join(names)} is installed")
+
+
+def compiled(compiler, folder, levels, *options):
+    """Compile the engine, the core and the driver; return the program."""
+    has = [f"-DENGINE_HAS_{level.upper()}" for level in levels]
+    jobs = [(s, [*has], s.stem) for s in sorted((ROOT / "engine").glob("*.c"))]
+    jobs += [(s, FLAGS[v], f"{s.stem}_{v}") for s in sorted((ROOT / "engine/lanes").glob("*.c")) for v in levels]
+    jobs += [(s, [], f"core_{s.stem}") for s in sorted((ROOT / "core").glob("*.c"))]
+    jobs += [(TESTS / "engine_differential.c", has, "driver")]
+    objects = []
+    for source, flags, name in jobs:
+        objects.append(folder / f"{name}.o")
+        done = run(compiler, *STRICT, *INCLUDE, *options, *flags, "-c", source, "-o", objects[-1])
+        assert done.returncode == 0, done.stderr
+    program = folder / "differential"
+    done = run(compiler, *options, *objects, "-lm", "-o", program)
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+def host_levels(compiler, folder):
+    """Return the levels that this compiler can build for."""
+    empty = folder / "empty.c"
+    empty.write_text("int nothing;\n", encoding="utf-8")
+    return [v for v, f in FLAGS.items() if run(compiler, *f, "-c", empty, "-o", folder / "empty.o").returncode == 0]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("engine")
+    compiler = tool("gcc", "clang", "cc")
+    return compiled(compiler, folder, host_levels(compiler, folder), "-O2")
+
+
+@pytest.mark.parametrize("level", [0, 1, 2], ids=list(FLAGS))
+def test_every_method_follows_the_definition_on_random_signals(driver, level):
+    done = run(driver, level, 1, SIGNALS)
+    if done.returncode == 2:
+        pytest.skip("this processor has no such instructions")
+    assert done.returncode == 0, done.stdout
+
+
+def test_clang_compiles_the_engine_without_a_warning(tmp_path):
+    clang = tool("clang")
+    done = run(compiled(clang, tmp_path, host_levels(clang, tmp_path), "-O1"), 0, 2, 2000)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_portable_engine_runs_on_another_architecture(tmp_path):
+    compiler, machine = tool("aarch64-linux-gnu-gcc"), tool("qemu-aarch64", "qemu-aarch64-static")
+    done = run(machine, compiled(compiler, tmp_path, ["portable"], "-O2", "-static"), 0, 3, 5000)
+    assert done.returncode == 0, done.stdout
