@@ -7,6 +7,7 @@
 #include "lanes/kernels.h"
 
 static const double rounding = 0x1p-52;
+static const double half_digits = 1e-6; /* less than that share of |y| a difference of squares cannot tell */
 static const double nothing_left = 1e-13; /* squared length of a column of length one that the free ones explain */
 static const double alike = 1e-14;        /* squared pivot below which a column is a sum of the passive ones */
 
@@ -110,7 +111,7 @@ int active_set_start(active_set *a)
 {
     const engine_program *p = a->columns.program;
     const int32_t free_ones = p->free;
-    double largest = 0.0, left = 0.0, explained = 0.0;
+    double largest = 0.0, explained = 0.0;
     memset(a->passive, 0, (size_t)p->unknowns);
     for (int32_t j = 0; j < free_ones; ++j) {
         const int failed = append(a, j);
@@ -125,31 +126,33 @@ int active_set_start(active_set *a)
         explained += a->next[f] * a->next[f];
     }
     for (int32_t j = 0; j < p->unknowns; ++j) {
-        double square = a->columns.scale[j] > 0.0 ? 1.0 : 0.0, gradient = a->columns.target[j];
-        largest = fmax(largest, fabs(gradient));
+        double square = a->columns.scale[j] > 0.0 ? 1.0 : 0.0;
+        largest = fmax(largest, fabs(a->columns.target[j]));
         for (int32_t f = 0; f < free_ones; ++f) {
             a->gather[f] = a->row[f][j];
         }
         cholesky_forward(&a->factor, a->gather, a->next);
         for (int32_t f = 0; f < free_ones; ++f) {
             square -= a->next[f] * a->next[f];
-            gradient -= a->next[f] * a->factor.z[f];
         }
         a->length[j] = j >= free_ones && square > nothing_left ? sqrt(square) : 0.0;
-        left = a->length[j] > 0.0 ? fmax(left, fabs(gradient) / a->length[j]) : left;
     }
-    a->tolerance = rounding * (64.0 + p->unknowns) * fmax(largest, p->target_norm);
-    a->target = p->target_norm > 0.0 ? sqrt(fmax(p->target_norm * p->target_norm - explained, 0.0)) : left;
+    a->reference = fmax(largest, p->target_norm);
+    a->tolerance = 16.0 * rounding * a->reference;
+    a->target = a->reference;
+    if (p->target_norm > 0.0) {
+        a->target = sqrt(fmax(p->target_norm * p->target_norm - explained, 0.0));
+        a->target = fmax(a->target, half_digits * a->reference);
+    }
     return 0;
 }
 
-/* Step from x towards the solution on the passive set; unknowns that reach their bound on the way leave it. */
+/* Step from x towards the solution `next` on the passive set; unknowns that reach their bound on the way leave it. */
 static void step(active_set *a)
 {
     for (;;) {
         const int32_t m = a->factor.size;
         double share = 1.0;
-        cholesky_back(&a->factor, a->factor.z, a->next);
         for (int32_t k = 0; k < m; ++k) {
             const int32_t j = a->index[k];
             if (j >= a->columns.program->free && a->next[k] <= 0.0) {
@@ -169,6 +172,7 @@ static void step(active_set *a)
             }
         }
         ++a->iterations;
+        cholesky_back(&a->factor, a->factor.z, a->next);
     }
     for (int32_t k = 0; k < a->factor.size; ++k) {
         a->x[a->index[k]] = a->next[k];
@@ -244,6 +248,7 @@ int active_set_warm(active_set *a, const uint8_t *marked)
             return -1;
         }
     }
+    cholesky_back(&a->factor, a->factor.z, a->next);
     step(a); /* from x = 0: whatever is negative leaves at once */
     return 0;
 }

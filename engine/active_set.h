@@ -6,13 +6,13 @@
 #include "columns.h"
 
 /* Why an unknown may not enter now. */
-enum { OPEN = 0, TRIED = 1, ALIKE = 2, BARRED = 3 };
+enum { OPEN = 0, TRIED = 1, ALIKE = 2, BARRED = 3, GONE = 4 };
 
 typedef struct active_set {
     columns columns;
     cholesky factor;
     uint8_t *passive;    /* the caller's */
-    uint8_t *closed;     /* (N,) OPEN, or TRIED or ALIKE until the passive set changes, or BARRED */
+    uint8_t *closed;     /* (N,) OPEN; TRIED, ALIKE until the passive set changes; BARRED until refined; GONE */
     int32_t *index;      /* unknowns in the order of the factor */
     double **row;        /* rows of Q formed so far, by unknown */
     const double **chosen; /* those of the factor */
@@ -21,6 +21,7 @@ typedef struct active_set {
     double *gradient;    /* (N,) of the scaled unknowns */
     double *length;      /* (N,) what the free unknowns leave of the columns; 0: nothing */
     double tolerance;    /* of the gradient */
+    double reference;    /* |y|, or the largest rhs of a scaled column: what rounding refers to */
     double target;       /* what the free unknowns leave of |y| */
     int32_t iterations, limit;
 } active_set;

@@ -8,9 +8,10 @@
 
 typedef struct cholesky {
     int32_t size, room;
-    double *rows; /* L, padded */
-    double *z;    /* (room,) L^-1 b */
-    double *work; /* (2 room,) rotations */
+    double *rows;    /* L, padded */
+    double *z;       /* (room,) L^-1 b */
+    double *inverse; /* (room,) of the pivots */
+    double *work;    /* (2 room,) rotations */
 } cholesky;
 
 int cholesky_make(cholesky *f, int32_t room); /* 0, or -1 if memory is short */
@@ -24,6 +25,5 @@ void cholesky_remove(cholesky *f, int32_t position);
 void cholesky_back(const cholesky *f, const double *y, double *x);
 /* x (size,) = L^-1 b; x may be b. */
 void cholesky_forward(const cholesky *f, const double *b, double *x);
-double cholesky_pivot(const cholesky *f, int32_t position);
 
 #endif

@@ -89,8 +89,8 @@ typedef struct engine_program {
 } engine_program;
 
 typedef struct engine_solution {
-    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| if |y| is known, else to the
-                              largest gradient before any bounded unknown enters; columns and y as the free ones leave them */
+    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| with columns and y as the
+                              free unknowns leave them; where |y| is unknown, to the largest T'g / |column| instead */
     double condition;      /* estimate of the condition number of the scaled factor on the passive set */
     int32_t iterations;
     int32_t status;        /* 0 optimal; 1 out of iterations; 2 a pivot vanished: the columns are too alike for normal

@@ -6,9 +6,9 @@
 #include "active_set.h"
 #include "refine.h"
 
-enum { ROUNDS = 30 };
-static const double small = 1e-6; /* |column| x relative to |y|: only such weights are asked whether they are rounding */
-static const double proven = 1e-10; /* KKT residual beyond which the columns are too alike for normal equations */
+enum { ROUNDS = 30, PATIENCE = 4 };
+static const double small = 1e-6;   /* |column| x relative to |y|: only such weights are asked whether they are rounding */
+static const double proven = 1e-10; /* violation relative to |y| beyond which normal equations have not done */
 
 /* Move x to the refined solution as far as it is feasible; unknowns that are at their bound or rounding leave. 1 if so. */
 static int settle(active_set *a, refinement *r, const double *refined)
@@ -31,7 +31,7 @@ static int settle(active_set *a, refinement *r, const double *refined)
         if (j < p->free || a->x[j] > small * unit) {
             continue;
         }
-        if (!(a->x[j] > 0.0) || (next < 0.0 && a->x[j] <= share * 1e-12 * unit) ||
+        if (!(a->x[j] > 0.0) || (next < 0.0 && a->x[j] <= 1e-12 * unit) ||
             refinement_gain(r, i, refined[j]) <= a->tolerance) {
             active_set_drop(a, j, BARRED);
             left = 1;
@@ -40,47 +40,63 @@ static int settle(active_set *a, refinement *r, const double *refined)
     return left;
 }
 
-/* Refine, check, continue, until the gradient formed in the cells agrees. */
+/* Enter the steepest unknown that can: 1 if there was none. */
+static int enter_one(active_set *a)
+{
+    for (int32_t j = active_set_steepest(a); j >= 0; j = active_set_steepest(a)) {
+        const int failed = active_set_enter(a, j);
+        if (failed <= 0) {
+            return failed;
+        }
+    }
+    return 1;
+}
+
+/* Refine, check, continue, until the gradient formed in the cells agrees. Rounding in G may keep a few unknowns coming and
+ * going: then what counts as rounding is raised. */
 static int finish(active_set *a, refinement *r, double *refined, int warm)
 {
     int status = warm ? 0 : active_set_run(a);
-    for (int round = 0; round < ROUNDS && status == 0; ++round) {
+    for (int round = 0; round < ROUNDS && status >= 0; ++round) {
+        a->tolerance *= round < PATIENCE ? 1.0 : 2.0;
         const int32_t vanished = refine(r, &a->columns, a->passive, refined, a->gradient);
         if (vanished == -2) {
             return -1;
         }
+        if (vanished >= 0 && vanished < a->columns.program->free) {
+            return 2;
+        }
         if (vanished >= 0) {
-            if (vanished < a->columns.program->free) {
-                return 2;
-            }
-            active_set_drop(a, vanished, BARRED);
+            active_set_drop(a, vanished, GONE);
             continue;
         }
         if (settle(a, r, refined)) {
             continue;
         }
         active_set_reopen(a, BARRED);
-        int failed = 1;
-        for (int32_t j = active_set_steepest(a); j >= 0 && failed > 0; j = active_set_steepest(a)) {
-            failed = active_set_enter(a, j);
+        if (status == 1) {
+            return active_set_steepest(a) < 0 ? 0 : 1;
         }
-        if (failed > 0) {
+        const int entered = enter_one(a);
+        if (entered > 0) {
             return 0;
         }
-        status = failed < 0 ? -1 : active_set_run(a);
+        status = entered < 0 ? -1 : active_set_run(a);
     }
-    return status ? status : 1;
+    return status < 0 ? -1 : 1;
 }
 
+/* Largest violation of the optimality conditions, relative to the columns. */
 static double violation(const active_set *a)
 {
     double worst = 0.0;
     for (int32_t j = 0; j < a->columns.program->unknowns; ++j) {
         const double length = j < a->columns.program->free ? 1.0 : a->length[j];
         const double gradient = a->passive[j] ? fabs(a->gradient[j]) : a->gradient[j];
-        if (length > 0.0 && a->target > 0.0) {
-            worst = fmax(worst, gradient / (length * a->target));
+        if (!isfinite(gradient)) {
+            return INFINITY;
         }
+        worst = length > 0.0 ? fmax(worst, gradient / length) : worst;
     }
     return worst;
 }
@@ -99,13 +115,16 @@ static int solve(active_set *a, refinement *r, const uint8_t *marked, double *u,
     status = status == 0 ? finish(a, r, u, warm) : status == 1 ? 2 : -1;
     solution->status = status;
     solution->iterations = a->iterations;
-    solution->kkt = status == 2 ? INFINITY : violation(a);
-    solution->condition = status == 2 ? INFINITY : refinement_condition(r);
-    if (status == 0 && !(solution->kkt <= proven)) {
-        solution->status = 2;
+    solution->kkt = solution->condition = INFINITY;
+    if (status == 0 || status == 1) {
+        const double worst = violation(a);
+        solution->kkt = a->target > 0.0 ? worst / a->target : worst;
+        solution->condition = refinement_condition(r);
+        solution->status = status == 0 && !(worst <= proven * a->reference) ? 2 : status;
     }
     for (int32_t j = 0; j < p->unknowns; ++j) {
-        u[j] = a->columns.lower[j] + (a->passive[j] ? u[j] : 0.0);
+        const double x = status == 0 ? u[j] : a->x[j] * a->columns.scale[j]; /* out of rounds: the last feasible one */
+        u[j] = a->columns.lower[j] + (a->passive[j] ? x : 0.0);
     }
     return status < 0 ? -1 : 0;
 }

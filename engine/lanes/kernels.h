@@ -10,8 +10,10 @@ typedef struct engine_kernels {
     /* Evaluation by events: y (samples,) of x (samples,), centred by `center`, continuing the machine; they do not overlap.
      * Returns the number of samples that were rejected: the last output is held for them. */
     int64_t (*events)(struct machine *m, int64_t samples, const double *x, double *y, double center);
-    /* Of the solver: sum a_k b_k; out_k -= factor row_k; out_k -= sum_r factor_r row_r,k. */
+    /* Of the solver: sum a_k b_k; the same for eight rows, n a multiple of 8; out_k -= factor row_k;
+     * out_k -= sum_r factor_r row_r,k. */
     double (*dot)(int64_t n, const double *a, const double *b);
+    void (*dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
     void (*subtract)(int64_t n, double factor, const double *row, double *out);
     void (*subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
 } engine_kernels;

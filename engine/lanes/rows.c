@@ -3,6 +3,7 @@
 #include "lanes.h"
 
 double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b);
+void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out);
 void LANES_NAME(engine_subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
 
@@ -23,6 +24,24 @@ double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b)
         sum += a[k] * b[k];
     }
     return sum;
+}
+
+void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out)
+{
+    for (int r = 0; r < 8; r += 4) {
+        lanes a = lanes_all(0.0), b = a, c = a, d = a;
+        for (int64_t k = 0; k < n; k += 8) {
+            const lanes vk = lanes_load(v + k);
+            a = lanes_fma(lanes_load(row[r] + k), vk, a);
+            b = lanes_fma(lanes_load(row[r + 1] + k), vk, b);
+            c = lanes_fma(lanes_load(row[r + 2] + k), vk, c);
+            d = lanes_fma(lanes_load(row[r + 3] + k), vk, d);
+        }
+        out[r] = lanes_sum(a);
+        out[r + 1] = lanes_sum(b);
+        out[r + 2] = lanes_sum(c);
+        out[r + 3] = lanes_sum(d);
+    }
 }
 
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out)

@@ -22,6 +22,7 @@ const double *square_of(const Square &matrix, std::size_t n, const char *message
 const double *vector_of(const In &vector, std::size_t n, const char *message)
 {
     require(vector.size() == n, message);
+    for (std::size_t i = 0; i < n; ++i) require(std::isfinite(vector.data()[i]), "all numbers must be finite");
     return vector.data();
 }
 
@@ -42,12 +43,14 @@ nb::tuple solve(const Square &gram, const In &rhs, const In &lower, int64_t free
     program.plays = static_cast<int32_t>(plays);
     program.basis = basis;
     program.gram = square_of(gram, n, "gram must be (N, N) for rhs (N,)");
-    program.rhs = rhs.data();
+    program.rhs = vector_of(rhs, n, "rhs has no length");
     program.lower = vector_of(lower, n, "lower and rhs differ in length");
     program.target_norm = target_norm;
     if (extra) program.extra = square_of(*extra, n, "extra must be (N, N) for rhs (N,)");
     if (extra_rhs) program.extra_rhs = vector_of(*extra_rhs, n, "extra_rhs and rhs differ in length");
     require(!passive || passive->size() == n, "passive and rhs differ in length");
+
+    for (std::size_t j = 0; j < n; ++j) require(std::isfinite(program.gram[j * n + j]), "all numbers must be finite");
 
     std::vector<double> u(n);
     auto *marks = new std::vector<uint8_t>(n, 0);
