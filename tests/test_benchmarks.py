@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import dehyst
 from oracles import exact_pi
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -57,6 +58,11 @@ def test_rivals_compute_the_operator():
     plays = np.column_stack([alternatives.numpy_plays(x, r), exact])
     sums = alternatives.chunked_blas(x, np.array(exact), r)
     assert np.allclose(sums, plays.T @ plays, rtol=0, atol=1e-12 * np.max(sums))
+
+
+def test_the_dense_rival_is_the_core_to_the_bit():
+    x, (r, w) = signals.noisy(1000), signals.operator(100)
+    assert alternatives.core_dense(x, r, w).tolist() == list(map(dehyst.PrandtlIshlinskii(r, w).stepper(), x.tolist()))
 
 
 def test_rival_solvers_find_the_same_weights():

@@ -22,6 +22,7 @@ from dehyst import _native
 
 Array = npt.NDArray[np.float64]
 CHUNK = 2048  # rows of play outputs that stay in the processor's cache
+STEPPED = 63  # samples of a call up to which Stepper.simulate takes the core's steps
 _NO_MAP = np.zeros(0)
 
 
@@ -66,9 +67,12 @@ def numba_loop() -> Callable[[Array, Array, Array], Array] | None:
 
 
 def core_dense(x: Array, r: Array, w: Array) -> Array:
-    """The step that is exported to the robot, sample by sample in C."""
+    """The step that is exported to the robot, sample by sample in C: in pieces so short that the engine keeps out."""
     stepper = _native.Stepper(r, w, 0.0, 0.0, _NO_MAP, _NO_MAP, _NO_MAP, _NO_MAP, np.zeros(r.size))
-    return stepper.simulate(x)[0]
+    y = np.empty(x.size)
+    for k in range(0, x.size, STEPPED):
+        y[k : k + STEPPED] = stepper.simulate(x[k : k + STEPPED])[0]
+    return y
 
 
 def chunked_blas(x: Array, y: Array, r: Array) -> Array:

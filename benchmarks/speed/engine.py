@@ -13,7 +13,7 @@ from dehyst import _native
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-AUTO, EVENTS, DENSE = -1, 0, 2**31 - 1
+AUTO, EVENTS, DENSE = -1, 0, _native.ENGINE_DENSE
 LEVELS = ("portable", "avx2", "avx512")
 
 
