@@ -6,6 +6,13 @@
 
 struct machine;
 
+/* Where only one cell moves: low <= x <= high and, if monotone is +1 (-1), x never falls (rises) from `last` on. */
+typedef struct engine_window {
+    double low, high, last, origin;
+    int monotone;
+    int begin; /* 1: the first sample belongs to the run whatever the bounds say */
+} engine_window;
+
 typedef struct engine_kernels {
     /* Evaluation by events: y (samples,) of x (samples,), centred by `center`, continuing the machine; they do not overlap.
      * Returns the number of samples that were rejected: the last output is held for them. */
@@ -16,6 +23,12 @@ typedef struct engine_kernels {
     void (*dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
     void (*subtract)(int64_t n, double factor, const double *row, double *out);
     void (*subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
+    /* Of the normal equations (moments.c): see there. */
+    int64_t (*run)(int64_t samples, const double *x, const double *f, const engine_window *window, double *sums);
+    int64_t (*scan)(int64_t samples, const double *x, const engine_window *window);
+    void (*moments)(int64_t samples, const double *x, const double *f, double origin, double *sums);
+    void (*add_to_rows)(int64_t n, const double *from, double factor_1, double *row_1, double factor_2, double *row_2);
+    int64_t (*between)(int64_t samples, const double *x, double low, double high);
 } engine_kernels;
 
 const engine_kernels *engine_kernels_in_use(void);

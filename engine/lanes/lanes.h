@@ -23,6 +23,13 @@ static inline lanes lanes_max(lanes a, lanes b) { return _mm512_max_pd(a, b); }
 /* bit k set where a_k <= b_k; false for NaN */
 static inline unsigned lanes_le(lanes a, lanes b) { return (unsigned)_mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
 static inline double lanes_sum(lanes a) { return _mm512_reduce_add_pd(a); }
+/* the first `count` < 8 of p, the others 0 and not read; the first `count` lanes of a; the last lane of b, then a */
+static inline lanes lanes_load_first(const double *p, int count) { return _mm512_maskz_loadu_pd((__mmask8)((1u << count) - 1), p); }
+static inline lanes lanes_keep(lanes a, int count) { return _mm512_maskz_mov_pd((__mmask8)((1u << count) - 1), a); }
+static inline lanes lanes_shift(lanes a, lanes b)
+{
+    return _mm512_castsi512_pd(_mm512_alignr_epi64(_mm512_castpd_si512(a), _mm512_castpd_si512(b), 7));
+}
 #elif LANES_LEVEL == 1
 #include <immintrin.h>
 #define LANES_NAME(name) name##_avx2
@@ -54,6 +61,31 @@ static inline double lanes_sum(lanes a)
     const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
     return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
+static inline __m256i lanes_below(int count, int first) /* all bits where first + lane < count */
+{
+    const __m256i lane = _mm256_set_epi64x(first + 3, first + 2, first + 1, first);
+    return _mm256_cmpgt_epi64(_mm256_set1_epi64x(count), lane);
+}
+static inline lanes lanes_load_first(const double *p, int count)
+{
+    lanes r = {_mm256_maskload_pd(p, lanes_below(count, 0)), _mm256_setzero_pd()};
+    if (count > 4) {
+        r.h = _mm256_maskload_pd(p + 4, lanes_below(count, 4));
+    }
+    return r;
+}
+static inline lanes lanes_keep(lanes a, int count)
+{
+    lanes r = {_mm256_and_pd(a.l, _mm256_castsi256_pd(lanes_below(count, 0))),
+               _mm256_and_pd(a.h, _mm256_castsi256_pd(lanes_below(count, 4)))};
+    return r;
+}
+static inline lanes lanes_shift(lanes a, lanes b)
+{
+    lanes r = {_mm256_shuffle_pd(_mm256_permute2f128_pd(b.h, a.l, 0x21), a.l, 5),
+               _mm256_shuffle_pd(_mm256_permute2f128_pd(a.l, a.h, 0x21), a.h, 5)};
+    return r;
+}
 #else
 #define LANES_NAME(name) name##_portable
 typedef struct lanes { double v[8]; } lanes;
@@ -84,6 +116,22 @@ static inline double lanes_sum(lanes a)
 {
     const double s0 = a.v[0] + a.v[4], s1 = a.v[1] + a.v[5], s2 = a.v[2] + a.v[6], s3 = a.v[3] + a.v[7];
     return (s0 + s2) + (s1 + s3);
+}
+static inline lanes lanes_load_first(const double *p, int count)
+{
+    lanes r;
+    for (int k = 0; k < 8; ++k) r.v[k] = k < count ? p[k] : 0.0;
+    return r;
+}
+static inline lanes lanes_keep(lanes a, int count)
+{
+    for (int k = 0; k < 8; ++k) a.v[k] = k < count ? a.v[k] : 0.0;
+    return a;
+}
+static inline lanes lanes_shift(lanes a, lanes b)
+{
+    lanes r = {{b.v[7], a.v[0], a.v[1], a.v[2], a.v[3], a.v[4], a.v[5], a.v[6]}};
+    return r;
 }
 #endif
 

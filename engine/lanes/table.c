@@ -7,6 +7,12 @@ double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b);
 void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out);
 void LANES_NAME(engine_subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
+int64_t LANES_NAME(engine_run)(int64_t samples, const double *x, const double *f, const engine_window *window, double *sums);
+int64_t LANES_NAME(engine_scan)(int64_t samples, const double *x, const engine_window *window);
+void LANES_NAME(engine_moments)(int64_t samples, const double *x, const double *f, double origin, double *sums);
+void LANES_NAME(engine_add_to_rows)(int64_t n, const double *from, double factor_1, double *row_1, double factor_2,
+                                    double *row_2);
+int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low, double high);
 
 const engine_kernels LANES_NAME(engine_kernels) = {
     .events = LANES_NAME(engine_events),
@@ -14,4 +20,9 @@ const engine_kernels LANES_NAME(engine_kernels) = {
     .dot_eight = LANES_NAME(engine_dot_eight),
     .subtract = LANES_NAME(engine_subtract),
     .subtract_rows = LANES_NAME(engine_subtract_rows),
+    .run = LANES_NAME(engine_run),
+    .scan = LANES_NAME(engine_scan),
+    .moments = LANES_NAME(engine_moments),
+    .add_to_rows = LANES_NAME(engine_add_to_rows),
+    .between = LANES_NAME(engine_between),
 };

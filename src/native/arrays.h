@@ -74,6 +74,7 @@ void bind_models(nb::module_ &m);
 void bind_joint(nb::module_ &m);
 void bind_plant(nb::module_ &m);
 void bind_robot(nb::module_ &m);
+void bind_gram(nb::module_ &m);
 void bind_solver(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 

@@ -8,6 +8,7 @@ NB_MODULE(_native, m)
     bind_joint(m);
     bind_plant(m);
     bind_robot(m);
+    bind_gram(m);
     bind_solver(m);
     bind_engine(m);
 }

@@ -1,0 +1,96 @@
+/* From differences at places to cells: sums over the places behind each cell, over rows and over columns. */
+#include "gram.h"
+
+enum { GROUP = 8 }; /* rows at once: mirrored rows are columns of the packed triangle, read by cache lines */
+
+static double gap(const gram_machine *m, int32_t c) { return c + 1 < m->n ? m->grid.r[c + 1] - m->grid.r[c] : 1.0; }
+
+/* g_p g_q with p and q in one group of rows, symmetric. */
+static double within_group(const gram_sums *s, int32_t p, int32_t q)
+{
+    const int32_t high = p > q ? p : q, low = p > q ? q : p;
+    const double cross = s->cross[gram_row(high) + (size_t)low];
+    if (high == low) {
+        return 2 * cross + s->diagonal[p];
+    }
+    return high == low + 1 ? cross + s->next[high] : cross;
+}
+
+/* A column of sums over rows goes on upwards through the group, writing the cells of the lower triangle. */
+static void add_column(const gram_machine *m, int32_t first, int32_t rows, int32_t q, const double *right, double *column,
+                       double *out, ptrdiff_t stride)
+{
+    const double width = gap(m, q - 1);
+    double sum = column[q];
+    for (int32_t j = rows - 1; j >= 0 && first + j >= q; --j) {
+        sum += right[j];
+        if (first + j > 0) {
+            out[(first + j - 1) * stride + q - 1] += sum * width * gap(m, first + j - 1);
+        }
+    }
+    column[q] = sum;
+}
+
+/* Cells 0 .. n - 2: cell c sums places c + 1 .. n - 1. `column` (n,) carries the sums over the rows done so far. */
+static void finish_group(const gram_machine *m, int32_t first, double *column, double *out, ptrdiff_t stride)
+{
+    const gram_sums *s = &m->sums;
+    const int32_t n = m->n, rows = n - first < GROUP ? n - first : GROUP;
+    double right[GROUP] = {0}; /* sums over columns from the right */
+    for (int32_t q = n - 1; q >= first + GROUP; --q) {
+        const double *row = s->cross + gram_row(q) + first;
+        for (int32_t j = 0; j < GROUP; ++j) {
+            right[j] += row[j];
+        }
+    }
+    if (first + GROUP < n) {
+        right[GROUP - 1] += s->next[first + GROUP];
+    }
+    for (int32_t q = first + rows - 1; q >= first && q > 0; --q) {
+        for (int32_t j = 0; j < rows; ++j) {
+            right[j] += within_group(s, first + j, q);
+        }
+        add_column(m, first, rows, q, right, column, out, stride);
+    }
+    right[0] += first > 0 ? s->next[first] : 0.0;
+    for (int32_t q = first - 1; q > 0; --q) {
+        for (int32_t j = 0; j < rows; ++j) {
+            right[j] += s->cross[gram_row(first + j) + (size_t)q];
+        }
+        add_column(m, first, rows, q, right, column, out, stride);
+    }
+}
+
+/* Adds sums over products of cells to the lower triangle of out (n, n) with rows of `stride`. `column` (n,) is scratch. */
+void gram_finish_cells(const gram_machine *m, double *column, double *out, ptrdiff_t stride)
+{
+    const gram_sums *s = &m->sums;
+    const int32_t n = m->n;
+    for (int32_t q = 0; q < n; ++q) {
+        column[q] = 0.0;
+    }
+    for (int32_t first = (n - 1) / GROUP * GROUP; first >= 0; first -= GROUP) {
+        finish_group(m, first, column, out, stride);
+    }
+    const double *row = s->cross + gram_row(n); /* the last cell */
+    double *last = out + (n - 1) * stride, right = s->next[n];
+    for (int32_t q = n - 1; q > 0; --q) {
+        right += row[q];
+        last[q - 1] += right * gap(m, q - 1);
+    }
+    last[n - 1] += s->diagonal[n];
+}
+
+/* Adds the sums of cells with one column of the machine (-1: the ones) to out (n,). */
+void gram_finish_column(const gram_machine *m, int32_t column, double *out)
+{
+    const double *with = column < 0 ? m->sums.ones : m->sums.with + column;
+    const ptrdiff_t step = column < 0 ? 1 : m->columns;
+    const int32_t n = m->n;
+    double sum = 0.0;
+    out[n - 1] += with[n * step];
+    for (int32_t p = n - 1; p > 0; --p) {
+        sum += with[p * step];
+        out[p - 1] += sum * gap(m, p - 1);
+    }
+}
