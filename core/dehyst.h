@@ -93,6 +93,83 @@ int32_t dehyst_pi_invert(int32_t n, const dehyst_real *threshold, const dehyst_r
 void dehyst_stop_to_play(int32_t n, dehyst_real slope, const dehyst_real *stop_weight,
                          dehyst_real *weight);
 
+/* ---- The same step in O(log n), for many operators.
+ *
+ * The states of all plays are a stack of segments z_i = e - s r_i: operators that the input dragged up (s = +1) or down
+ * (s = -1) to a turning point e and that nothing moved since. The lowest one, the floor, is what they held at first.
+ * With cells z_i - z_{i+1} and slopes S_i = w_1 + ... + w_i
+ *   y = offset + sum_{i<n} S_i (z_i - z_{i+1}) + S_n z_n.
+ * Inside a segment a cell is s (r_{i+1} - r_i), so its part of the sum is a difference of loading curves; and while x
+ * stays in a window only the cell at the edge of the top segment moves. A sample outside the window costs a bisection of
+ * the stack and one of the thresholds. Nothing is summed over operators in a step, and nothing over time.
+ * Start states must be admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. Also rejected are samples of which the model's first
+ * map makes infinity. */
+
+/* What does not change. A model without an operator of threshold 0 gets one of weight 0 in front. */
+typedef struct dehyst_stack_model {
+    dehyst_map before;            /* as in dehyst_model */
+    dehyst_map after;             /* as in dehyst_model */
+    int32_t n;                    /* number of operators, the added one included, >= 1 */
+    int32_t added;                /* 1 if one was added, else 0 */
+    int32_t half;                 /* largest power of two that is not above n: where bisections begin */
+    const dehyst_real *threshold; /* (n + 1,) r, 0 = r_1, increasing; the one after the last is beyond any input, [input] */
+    const dehyst_real *slope;     /* (n,) S_i = w_1 + ... + w_i, [output/input] */
+    const dehyst_real *loading;   /* (n,) phi_i = sum_{j<i} S_j (r_{j+1} - r_j), loading curve at r_i, [output] */
+    dehyst_real center;           /* subtracted from the input, [input] */
+    dehyst_real offset;           /* added to the output, [output] */
+} dehyst_stack_model;
+
+/* A segment below the top one: the operators from the end of the segment above it to its own. */
+typedef struct dehyst_stack_segment {
+    dehyst_real turn;    /* e, [input] */
+    dehyst_real rest;    /* sum of S_i cell_i from its last cell, which reaches into the segment below, on, [output] */
+    dehyst_real loading; /* s phi of its last operator, [output] */
+    int32_t end;         /* one past its last operator */
+    int32_t rising;      /* 1: s = +1, 0: s = -1 */
+} dehyst_stack_segment;
+
+/* The caller owns it and the memory that the first five point to; n is that of dehyst_stack_model. */
+typedef struct dehyst_stack_state {
+    dehyst_stack_segment *segment; /* (n,) segments below the top one from 1 on; 0 stands for the floor */
+    dehyst_real *bound[2];         /* (n,) each: nothing is left of segment k once -x > bound[0][k] or x > bound[1][k], [input] */
+    dehyst_real *start;            /* (n + 1,) play states of the floor, 0 beyond the last, [input] */
+    dehyst_real *start_sum;        /* (n + 1,) sum of S_j cell_j over j >= i in the floor, [output] */
+    int32_t depth;                 /* number of segments below the top one with the floor, 1 .. n */
+    int32_t end;                   /* one past the last operator of the top segment, 1 .. n */
+    int32_t rising;                /* 1: s = +1 in the top segment, 0: s = -1 */
+    dehyst_real input;             /* e of the top segment: the last good input, centred, [input] */
+    dehyst_real reach[2];          /* window: -x <= reach[0] and x <= reach[1], [input] */
+    dehyst_real pivot, shift;      /* edge cell = (x - pivot) - shift, [input] */
+    dehyst_real slope;             /* S of the edge cell, [output/input] */
+    dehyst_real loading;           /* s phi of the last operator of the top segment, [output] */
+    dehyst_real rest;              /* sum of S_i cell_i beyond the edge cell, [output] */
+    dehyst_real output;            /* last good output, held while samples are rejected, [output] */
+    uint32_t flags;                /* DEHYST_REJECTED, DEHYST_REJECTED_EVER */
+} dehyst_stack_state;
+
+/* Tables of a model, into memory of the caller: threshold (n + 2,), slope (n + 1,), loading (n + 1,), n the model's
+ * number of operators. `stack` then points to them and to the model's maps. O(n). */
+void dehyst_stack_prepare(const dehyst_model *model, dehyst_real *threshold, dehyst_real *slope, dehyst_real *loading,
+                          dehyst_stack_model *stack);
+
+/* Set the states to z0, one an operator of the model (none for an added one), and clear the flags. O(n). */
+void dehyst_stack_reset(const dehyst_stack_model *model, dehyst_stack_state *state, const dehyst_real *z0);
+
+/* One sample: dehyst_model_step to rounding. O(log n). */
+dehyst_real dehyst_stack_step(const dehyst_stack_model *model, dehyst_stack_state *state, dehyst_real x);
+
+/* Output that belongs to the present states. */
+dehyst_real dehyst_stack_output(const dehyst_stack_model *model, const dehyst_stack_state *state);
+
+/* Write the present play states z, one an operator of the model (none for an added one). O(n). */
+void dehyst_stack_play(const dehyst_stack_model *model, const dehyst_stack_state *state, dehyst_real *z);
+
+/* Build a state again, to the bit: begin with its play states, then push its segments, the lowest first, the top one last,
+ * onto below = 0, 1, 2, ... with falling ends, n >= end >= 1. Flags stay. */
+void dehyst_stack_begin(const dehyst_stack_model *model, dehyst_stack_state *state, const dehyst_real *z);
+void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *state, int32_t below, int32_t end,
+                       int32_t rising, dehyst_real turn);
+
 /* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
  *
  *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I' = M L^3 (q_d - q)
