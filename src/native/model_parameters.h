@@ -22,6 +22,14 @@ struct ModelParameters {
         view.hysteresis = {static_cast<int32_t>(threshold.size()), threshold.data(), weight.data(), center, offset};
         view.after = {static_cast<int32_t>(after_u.size()), after_u.data(), after_v.data()};
     }
+    // What a stepper shows as its parameters, and a compensator is made of.
+    nb::tuple as_tuple(const std::vector<double> &start) const
+    {
+        const auto array = [](const std::vector<double> &values) { return own(std::vector<double>(values)); };
+        return nb::make_tuple(array(threshold), array(weight), view.hysteresis.center, view.hysteresis.offset,
+                              array(before_u), array(before_v), array(after_u), array(after_v), array(start));
+    }
+
     ModelParameters(const ModelParameters &) = delete;
     ModelParameters &operator=(const ModelParameters &) = delete;
 };

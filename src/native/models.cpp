@@ -1,17 +1,17 @@
 // Binding of the hysteresis models: no formula.
 #include <algorithm>
-#include <limits>
 
 #include "arrays.h"
 #include "dehyst.h"
 #include "evaluator_handle.h"
 #include "long_signal.h"
 #include "model_parameters.h"
+#include "sample_call.h"
 
 namespace {
 
 // A model with its state: one call a sample in real time, or a whole array at once.
-class Stepper {
+class Stepper : public SampleCall<Stepper> {
   public:
     Stepper(const In &r, const In &w, double center, double offset, const In &bu, const In &bv, const In &au,
             const In &av, const In &z0)
@@ -26,25 +26,7 @@ class Stepper {
 
     double step(double x) { return dehyst_model_step(&parameters_.view, &state_, x); }
 
-    // A sensor that has nothing to say gives None; a control loop must go on as with any other rejected sample.
-    double step_object(nb::handle x)
-    {
-        return step(x.is_none() ? std::numeric_limits<double>::quiet_NaN() : number(x));
-    }
-
-    static double number(nb::handle x)
-    {
-        const double value = PyFloat_AsDouble(x.ptr());
-        if (value == -1.0 && PyErr_Occurred() != nullptr) {
-            PyErr_Clear();
-            const std::string kind =
-                nb::str(nb::handle(reinterpret_cast<PyObject *>(Py_TYPE(x.ptr()))).attr("__name__")).c_str();
-            throw nb::type_error(("a sample must be one number (or None, for a sensor without an answer), not a " +
-                                  kind + "; whole signals go through simulate()")
-                                     .c_str());
-        }
-        return value;
-    }
+    double step_object(nb::handle x) { return step(sample_of(x)); }
 
     // Long signals go through the engine, which agrees with the steps to rounding; short ones are stepped.
     nb::tuple simulate(const In &x)
@@ -92,15 +74,7 @@ class Stepper {
         state_.flags = static_cast<uint32_t>(flags);
     }
 
-    nb::tuple parameters() const
-    {
-        const auto array = [](const std::vector<double> &values) { return own(std::vector<double>(values)); };
-        const dehyst_pi &pi = parameters_.view.hysteresis;
-        return nb::make_tuple(array(parameters_.threshold), array(parameters_.weight), pi.center, pi.offset,
-                              array(parameters_.before_u), array(parameters_.before_v), array(parameters_.after_u),
-                              array(parameters_.after_v), array(start_));
-    }
-
+    nb::tuple parameters() const { return parameters_.as_tuple(start_); }
     Out state() const { return own(std::vector<double>(z_)); }
     double output() const { return state_.output; }
     bool rejected() const { return (state_.flags & DEHYST_REJECTED) != 0; }
@@ -192,7 +166,8 @@ void bind_models(nb::module_ &m)
           "(fault, r', w', z') of the closed inverse; fault 0, or the index of the offending partial sum.");
     m.def("stop_to_play", &stop_to_play, "slope"_a, "stop_weights"_a, "Play weights of a stop form.");
     m.def("map_values", &map_values, "u"_a, "v"_a, "x"_a, "Values of a piecewise linear map.");
-    nb::class_<Stepper>(m, "Stepper", "A model with its state, one call a sample.")
+    nb::class_<Stepper> bound(m, "Stepper", "A model with its state, one call a sample.");
+    bound
         .def(nb::init<const In &, const In &, double, double, const In &, const In &, const In &, const In &,
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
@@ -204,9 +179,11 @@ void bind_models(nb::module_ &m)
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")
         .def("restore", &Stepper::restore, "image"_a, "Continue from a saved image.")
+        .def_prop_ro("method", [](const Stepper &) { return "dense"; }, "How it steps.")
         .def_prop_ro("parameters", &Stepper::parameters, "What it was made of, for a joint controller's compensator.")
         .def_prop_ro("state", &Stepper::state, nb::rv_policy::move, "Play states z (n,).")
         .def_prop_ro("output", &Stepper::output, "Last good output.")
         .def_prop_ro("rejected", &Stepper::rejected, "The last sample was rejected.")
         .def_prop_ro("rejected_ever", &Stepper::rejected_ever, "Some sample since the last reset was rejected.");
+    SampleCall<Stepper>::bind(bound);
 }

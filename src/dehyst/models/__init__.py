@@ -1,6 +1,6 @@
 """Hysteresis models: frozen parameters and their formulas."""
 
-from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, Stepper
+from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, StackStepper, Stepper
 from dehyst.models.card import ModelCard, SignalCard
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
@@ -17,6 +17,7 @@ __all__ = [
     "PrandtlIshlinskii",
     "RejectedSamplesWarning",
     "SignalCard",
+    "StackStepper",
     "StaticCurve",
     "Stepper",
     "StopOperatorModel",

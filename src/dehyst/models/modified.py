@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.models.base import HysteresisModel, Stepper, make_stepper
+from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
@@ -85,7 +85,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
                 gain *= mapping.inverse_gain
         return gain
 
-    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
+    def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
         inner = self.hysteresis
         return make_stepper(
             inner.thresholds,
@@ -95,6 +95,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
             np.zeros(inner.thresholds.size) if inner.state is None else inner.state,
             before=None if self.before is None else self.before.pairs,
             after=None if self.after is None else self.after.pairs,
+            method=method,
         )
 
     def inverse(self) -> ModifiedPrandtlIshlinskii:

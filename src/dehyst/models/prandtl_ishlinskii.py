@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
-from dehyst.models.base import HysteresisModel, Stepper, check_state, make_stepper
+from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, check_state, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 
 
@@ -121,8 +121,8 @@ class PrandtlIshlinskii(HysteresisModel):
         r = np.asarray(radius, dtype=np.float64)
         return np.maximum(r[..., None] - self.thresholds, 0.0) @ self.weights
 
-    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
-        return make_stepper(self.thresholds, self.weights, self.center, self.offset, self._state)
+    def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
+        return make_stepper(self.thresholds, self.weights, self.center, self.offset, self._state, method=method)
 
     def inverse(self) -> PrandtlIshlinskii:
         r"""Return the closed inverse, itself a Prandtl-Ishlinskii operator.

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.models.base import HysteresisModel, Stepper, make_stepper
+from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
 
@@ -47,8 +47,8 @@ class StaticCurve(HysteresisModel):
         """Largest slope of the inverse curve. [input/output]"""
         return self.curve.inverse_gain
 
-    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
-        return make_stepper(_ZERO, _IDENTITY, 0.0, 0.0, _ZERO, before=self.curve.pairs)
+    def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
+        return make_stepper(_ZERO, _IDENTITY, 0.0, 0.0, _ZERO, before=self.curve.pairs, method=method)
 
     def inverse(self) -> StaticCurve:
         """Return the inverse curve."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number
-from dehyst.models.base import HysteresisModel, Stepper
+from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
@@ -93,8 +93,8 @@ class StopOperatorModel(HysteresisModel):
         """Largest slope of the inverse, 1 / min |S_i|; for s >= 0 it is 1/k. [input/output]"""
         return self.as_play().inverse_gain
 
-    def stepper(self) -> Stepper:  # noqa: D102 - documented in the base class
-        return self.as_play().stepper()
+    def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
+        return self.as_play().stepper(method)
 
     def inverse(self) -> PrandtlIshlinskii:
         """Return the closed inverse; it is a play operator with non-negative weights when s >= 0."""
