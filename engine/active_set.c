@@ -6,6 +6,8 @@
 
 #include "lanes/kernels.h"
 
+enum { MOST = 16 };
+
 static const double rounding = 0x1p-52;
 static const double half_digits = 1e-6; /* less than that share of |y| a difference of squares cannot tell */
 static const double nothing_left = 1e-13; /* squared length of a column of length one that the free ones explain */
@@ -138,7 +140,7 @@ int active_set_start(active_set *a)
         a->length[j] = j >= free_ones && square > nothing_left ? sqrt(square) : 0.0;
     }
     a->reference = fmax(largest, p->target_norm);
-    a->tolerance = 16.0 * rounding * a->reference;
+    a->tolerance = 8.0 * rounding * a->reference;
     a->target = a->reference;
     if (p->target_norm > 0.0) {
         a->target = sqrt(fmax(p->target_norm * p->target_norm - explained, 0.0));
@@ -221,9 +223,36 @@ int32_t active_set_steepest(const active_set *a)
     return best;
 }
 
+/* Besides the steepest unknown, up to MOST peaks of the gradient that are half as steep: where many unknowns wait, one
+ * gradient of all of them serves several. */
+static int32_t peaks(const active_set *a, int32_t steepest, int32_t *peak)
+{
+    const int32_t first = a->columns.program->free, last = a->columns.program->unknowns - 1;
+    const double least = 0.5 * a->gradient[steepest] / a->length[steepest];
+    int32_t count = 0;
+    for (int32_t j = first + 1; j < last && count < MOST; ++j) {
+        const double g = a->gradient[j];
+        if (g > a->tolerance && g >= a->gradient[j - 1] && g > a->gradient[j + 1] && g > least * a->length[j] &&
+            !a->passive[j] && a->closed[j] == OPEN && a->length[j] > 0.0 && j != steepest) {
+            peak[count++] = j;
+        }
+    }
+    return count;
+}
+
+static double gradient_of(const active_set *a, int32_t j)
+{
+    double sum = a->columns.target[j];
+    for (int32_t k = 0; k < a->factor.size; ++k) {
+        sum -= a->x[a->index[k]] * a->chosen[k][j];
+    }
+    return sum;
+}
+
 int active_set_run(active_set *a)
 {
     for (;;) {
+        int32_t peak[MOST], count = 0;
         differentiate(a);
         for (int failed = 1; failed > 0;) {
             const int32_t j = active_set_steepest(a);
@@ -233,8 +262,16 @@ int active_set_run(active_set *a)
             if (a->iterations >= a->limit) {
                 return 1;
             }
+            count = peaks(a, j, peak);
             failed = active_set_enter(a, j);
             if (failed < 0) {
+                return -1;
+            }
+        }
+        for (int32_t k = 0; k < count; ++k) {
+            const int32_t j = peak[k];
+            if (!a->passive[j] && gradient_of(a, j) > fmax(a->tolerance, 0.5 * a->gradient[j]) &&
+                active_set_enter(a, j) < 0) {
                 return -1;
             }
         }

@@ -85,21 +85,24 @@ typedef struct engine_program {
     const double *extra;   /* (N, N) E in u, or a null pointer */
     const double *extra_rhs; /* (N,) h in u, or a null pointer */
     const double *lower;   /* (N,) lower bounds of u; ignored for the free ones */
-    double target_norm;    /* |y| of the least squares behind G and g, or 0 if unknown: what tolerances refer to */
+    double target_norm;    /* |y| of all the rows behind G, g and E, h, or 0 if unknown: what tolerances refer to */
 } engine_program;
 
 typedef struct engine_solution {
-    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y| with columns and y as the
-                              free unknowns leave them; where |y| is unknown, to the largest T'g / |column| instead */
-    double condition;      /* estimate of the condition number of the scaled factor on the passive set */
-    int32_t iterations;
-    int32_t status;        /* 0 optimal; 1 out of iterations; 2 a pivot vanished: the columns are too alike for normal
-                              equations, use orthogonal factors */
+    double kkt;            /* largest violation of the optimality conditions, relative to |column| |y|, both as the free
+                              unknowns leave them; where |y| is unknown, to the largest T'g / |column| instead */
+    double condition;      /* of the least-squares matrix behind G for the passive unknowns, in cells joined between passive
+                              operators and scaled to length one: an estimate from below, mostly within a few per cent.
+                              Slopes carry a relative error of about condition^2 2^-52; infinite with status 2 */
+    int32_t iterations;    /* changes of the passive set */
+    int32_t status;        /* 0 optimal; 1 out of iterations: feasible, kkt tells how far; 2 a pivot vanished: the columns
+                              are too alike for normal equations, use orthogonal factors */
 } engine_solution;
 
 /* Active set method with exact zeros: u (N,) out; passive (N,) in and out, 1 where u is off its bound (in: warm start, or
- * all 0). The passive set found in u is refined with residuals formed in the cell basis, whose condition number is the
- * square root of that of w. Returns 0, or -1 if memory is short. */
+ * all 0). The passive set found in u is solved again in the cells, whose condition number is the square root of that of w,
+ * and its gradient formed there decides. An unknown enters where that exceeds 8 2^-52 |column| |y|; one whose absence would
+ * leave less is set to its bound. Returns 0, or -1 if memory is short. */
 int engine_solve(const engine_program *program, double *u, uint8_t *passive, engine_solution *solution);
 
 #ifdef __cplusplus

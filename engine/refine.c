@@ -138,7 +138,8 @@ static void solve(refinement *r)
     for (int round = 0; round < ROUNDS; ++round) {
         double size = 0.0;
         for (int32_t i = 0; i < r->size; ++i) {
-            r->work[i] = r->rhs[i] - engine_kernels_in_use()->dot(r->size, r->matrix + (size_t)i * (size_t)r->size, r->slope);
+            const double *row = r->matrix + (size_t)i * (size_t)r->size;
+            r->work[i] = r->rhs[i] - engine_kernels_in_use()->dot(r->size, row, r->slope);
         }
         cholesky_forward(&r->factor, r->work, r->work);
         cholesky_back(&r->factor, r->work, r->work);

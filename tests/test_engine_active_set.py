@@ -134,6 +134,13 @@ def test_data_of_a_model_gives_its_weights_back_from_the_normal_equations_alone(
     assert np.array_equal(passive, true > 0)  # no weight that is not there
 
 
+def test_three_hundred_weights_of_a_thousand_come_back_from_the_normal_equations_alone():
+    columns, y, true = example(1000, 3, noise=0.0, share=0.3, samples=6000, rough=0.0)
+    u, _, kkt, condition, _, status = solve(columns, y, np.zeros(1001), 1, 1000, "weights")
+    assert status == 0 and kkt < 1e-13 and condition < 1e4
+    np.testing.assert_allclose(u, true, rtol=0, atol=1e-6 * true.max())
+
+
 @pytest.mark.parametrize("basis", BASES)
 def test_a_warm_start_gives_the_same_result_in_fewer_iterations(basis):
     columns, y, _ = example(100, 11, basis)
@@ -171,15 +178,20 @@ def test_every_solution_is_proved_by_its_gradient(seed, free, plays, rest, basis
             columns[:, j] = [0.0, 1.0, -1.0][rng.integers(3)] * columns[:, rng.integers(free, n)]
     y = rng.normal(size=rows) * 10.0 ** rng.integers(-3, 4)
     lower = np.where(rng.random(n) < 0.5, 0.0, rng.normal(size=n))
-    extra = np.diag(rng.uniform(0, 1, n)) if rng.random() < 0.3 else None
+    half = rng.normal(size=(int(rng.integers(0, 4)), n))  # rows more, in the unknowns
+    wanted = rng.normal(size=len(half))
+    extra, extra_rhs = half.T @ half, half.T @ wanted
     start = rng.random(n) < 0.5 if rng.random() < 0.5 else None
-    options = {"extra": extra, "passive": start, "target_norm": float(np.linalg.norm(y)) * (rng.random() < 0.5)}
+    norm = float(np.hypot(np.linalg.norm(y), np.linalg.norm(wanted))) * (rng.random() < 0.5)
+    options = {"extra": extra, "extra_rhs": extra_rhs, "passive": start, "target_norm": norm}
     u, passive, kkt, _, _, status = solve(columns, y, lower, free, plays, basis, **options)
     seen = columns.astype(np.longdouble) @ steps(free, plays, rest, basis)
-    gram = seen.T @ seen + (0 if extra is None else extra)
-    size = np.linalg.norm(y) + np.linalg.norm(np.asarray(seen, dtype=float), axis=0) @ np.abs(u)
+    gram, rhs = seen.T @ seen + extra, seen.T @ y + extra_rhs
+    size = (
+        np.linalg.norm(y) + np.linalg.norm(wanted) + np.linalg.norm(np.asarray(seen, dtype=float), axis=0) @ np.abs(u)
+    )
     assert status == 0 and kkt < 1e-9
-    assert violations(gram, seen.T @ y, lower, free, u, passive) <= 1e-12 * size
+    assert violations(gram, rhs, lower, free, u, passive) <= 1e-12 * size
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 15), st.sampled_from(sorted(BASES)))
@@ -194,6 +206,20 @@ def test_random_plays_are_proved_by_their_gradient(seed, n, basis):
     seen = columns.astype(np.longdouble) @ steps(1, n, 0, basis)
     assert status == 0
     assert violations(seen.T @ seen, seen.T @ y, lower, 1, u, passive) <= 1e-12 * np.linalg.norm(y)
+
+
+def test_every_instruction_set_finds_the_same_weights():
+    columns, y, _ = example(100, 12)
+    used, found = _native.engine_level(), []
+    try:
+        for level in range(_native.engine_best_level() + 1):
+            _native.engine_use_level(level)
+            found.append(solve(columns, y, np.zeros(101), 1, 100, "weights"))
+    finally:
+        _native.engine_use_level(used)
+    for other in found[1:]:
+        assert np.array_equal(other[1], found[0][1])
+        np.testing.assert_allclose(other[0], found[0][0], rtol=0, atol=1e-10)
 
 
 # ---- Degenerate programs
