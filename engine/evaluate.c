@@ -46,6 +46,7 @@ engine_evaluator *engine_evaluator_new(int32_t n, const double *threshold, const
     }
     e->events.offset = offset;
     machine_start(&e->events, e->z);
+    choice_start(e, 1);
     return e;
 }
 
@@ -53,6 +54,8 @@ void engine_evaluator_free(engine_evaluator *e)
 {
     if (e != NULL) {
         machine_free(&e->events);
+        machine_free(&e->rest);
+        dense_free(e);
         free(e->r);
         free(e);
     }
@@ -60,20 +63,50 @@ void engine_evaluator_free(engine_evaluator *e)
 
 int engine_evaluator_method(engine_evaluator *e, int32_t method)
 {
-    (void)e;
-    return method == ENGINE_AUTO || method == ENGINE_EVENTS ? 0 : -1;
+    if (method == ENGINE_AUTO) {
+        choice_start(e, 1);
+        return 0;
+    }
+    const int prefix = method > 0 && method % 8 == 0 && method < e->n;
+    if ((method != ENGINE_EVENTS && method != ENGINE_DENSE && !prefix) || evaluator_switch(e, method) != 0) {
+        return -1;
+    }
+    choice_start(e, 0);
+    return 0;
 }
 
-/* Outputs of samples in memory that y does not overlap. */
+/* By the method in use. */
+static int64_t run_method(engine_evaluator *e, int64_t samples, const double *x, double *y, int stream)
+{
+    return e->method == ENGINE_EVENTS ? engine_kernels_in_use()->events(&e->events, samples, x, y, e->center, stream)
+                                      : dense_run(e, samples, x, y);
+}
+
+/* Outputs of samples in memory that y does not overlap. Decisions fall on the same samples however a signal is cut. */
 static int64_t run_apart(engine_evaluator *e, int64_t samples, const double *x, double *y)
 {
-    return engine_kernels_in_use()->events(&e->events, samples, x, y, e->center);
+    const int stream = samples >= STREAM_SAMPLES;
+    if (!e->choice.automatic) {
+        return run_method(e, samples, x, y, stream);
+    }
+    int64_t rejected = 0;
+    for (int64_t k = 0; k < samples;) {
+        const int64_t part = samples - k < e->choice.left ? samples - k : e->choice.left;
+        rejected += run_method(e, part, x + k, y + k, stream);
+        k += part;
+        e->choice.left -= part;
+        if (e->choice.left == 0) {
+            choice_decide(e);
+        }
+    }
+    return rejected;
 }
 
 int64_t engine_evaluator_run(engine_evaluator *e, int64_t samples, const double *x, double *y)
 {
     const uintptr_t from = (uintptr_t)x, to = (uintptr_t)y, bytes = (uintptr_t)samples * sizeof *x;
-    if (from + bytes <= to || to + bytes <= from) {
+    const int apart = from + bytes <= to || to + bytes <= from;
+    if (apart) {
         return run_apart(e, samples, x, y);
     }
     int64_t rejected = 0;
@@ -88,9 +121,11 @@ int64_t engine_evaluator_run(engine_evaluator *e, int64_t samples, const double 
 
 void engine_evaluator_state(const engine_evaluator *e, double *z)
 {
-    double *all = e->z;
-    machine_state(&e->events, all);
-    memcpy(z, all + e->front, (size_t)(e->n - e->front) * sizeof *z);
+    evaluator_state(e, e->z);
+    memcpy(z, e->z + e->front, (size_t)(e->n - e->front) * sizeof *z);
 }
 
-int64_t engine_evaluator_events(const engine_evaluator *e) { return e->events.events; }
+int64_t engine_evaluator_events(const engine_evaluator *e)
+{
+    return e->events.events + e->rest_events + e->rest.events;
+}

@@ -89,7 +89,9 @@ void machine_start(machine *m, const double *z)
     }
     m->grid.rest_is_flat &= z[n - 1] == z[0];
     m->stack.top = 1;
-    m->stack.segment[0] = (stack_segment){0.0, 0.0, n};
+    /* Equal rest states are one more segment: e - 0 r_i. */
+    m->stack.segment[0] = (stack_segment){z[0], 0.0, n};
+    m->frozen[0] = m->rest_sum[n - 1];
     m->stack.segment[1] = (stack_segment){z[0], 1.0, 1};
     stack_window(&m->grid, &m->stack);
     machine_line(m);

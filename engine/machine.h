@@ -2,6 +2,8 @@
 #ifndef DEHYST_MACHINE_H
 #define DEHYST_MACHINE_H
 
+#include <math.h>
+
 #include "stack.h"
 
 /* With slopes S_i = w_1 + ... + w_i and the loading curve phi_i = sum_{j<i} S_j (r_{j+1} - r_j) the output is
@@ -19,7 +21,9 @@ typedef struct machine {
     double base, gain, origin; /* of the present line y = base + gain (x - origin) */
     int64_t events;
     int64_t turns;    /* of them: changes of direction */
-    uint32_t *depth;  /* (n / 8 + 1,) events whose boundary ended in [8 i, 8 i + 8), since machine_forget */
+    double reach;     /* largest |x| at one */
+    double size;      /* largest |y - offset| at one */
+    uint32_t *depth;  /* (n / 8 + 1,) events whose boundary b ended in (8 i, 8 i + 8], since machine_forget */
     double *memory;   /* one block for all arrays */
     double *r;        /* (n,) thresholds */
     double *rest;     /* (n,) states in the beginning */
@@ -54,13 +58,17 @@ static inline void machine_event(machine *m, double x)
     stack *k = &m->stack;
     const stack_segment *top = &k->segment[k->top];
     if (top->b > 1 && top->s != stack_direction(k, x)) {
-        m->frozen[k->top] = m->above + m->gain * (top->e - m->origin);
+        const double moving = m->gain * (top->e - m->origin);
+        m->frozen[k->top] = m->above + moving;
+        const double reach = fabs(top->e), size = fabs(m->base - m->offset + moving);
+        m->reach = reach > m->reach ? reach : m->reach;
+        m->size = size > m->size ? size : m->size;
         ++m->turns;
     }
     stack_event(&m->grid, k, x);
     machine_line(m);
     ++m->events;
-    ++m->depth[k->segment[k->top].b >> 3];
+    ++m->depth[(k->segment[k->top].b - 1) >> 3];
 }
 
 #endif

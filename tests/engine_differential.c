@@ -136,7 +136,7 @@ static int32_t any_method(int32_t n)
 {
     const int32_t choice = below(4);
     const int32_t prefixes = (n - 1) / 8;
-    return choice < 9 ? ENGINE_EVENTS : choice == 0 ? ENGINE_AUTO : choice == 1 ? ENGINE_EVENTS : choice == 2 ? ENGINE_DENSE
+    return choice == 0 ? ENGINE_AUTO : choice == 1 ? ENGINE_EVENTS : choice == 2 ? ENGINE_DENSE
            : prefixes > 0 ? 8 * (1 + below(prefixes)) : ENGINE_EVENTS;
 }
 

@@ -135,6 +135,73 @@ static inline lanes lanes_shift(lanes a, lanes b)
 }
 #endif
 
+/* The first lane. */
+static inline void lanes_store_first(double *p, lanes a)
+{
+#if LANES_LEVEL == 2
+    _mm_store_sd(p, _mm512_castpd512_pd128(a));
+#elif LANES_LEVEL == 1
+    _mm_store_sd(p, _mm256_castpd256_pd128(a.l));
+#else
+    *p = a.v[0];
+#endif
+}
+
+/* Sums of eight: lanes_fold first, which may halve them, then lane k of lanes_sums is the sum of all of a[k]. */
+#if LANES_LEVEL == 2
+typedef __m512d lanes_folded;
+static inline lanes_folded lanes_fold(lanes a) { return a; }
+static inline lanes lanes_sums(const lanes_folded *a)
+{
+    const __m512d a01 = _mm512_add_pd(_mm512_unpacklo_pd(a[0], a[1]), _mm512_unpackhi_pd(a[0], a[1]));
+    const __m512d a23 = _mm512_add_pd(_mm512_unpacklo_pd(a[2], a[3]), _mm512_unpackhi_pd(a[2], a[3]));
+    const __m512d a45 = _mm512_add_pd(_mm512_unpacklo_pd(a[4], a[5]), _mm512_unpackhi_pd(a[4], a[5]));
+    const __m512d a67 = _mm512_add_pd(_mm512_unpacklo_pd(a[6], a[7]), _mm512_unpackhi_pd(a[6], a[7]));
+    /* quarters of a01: (sums of the pair) x 4; bring quarters together */
+    const __m512d low = _mm512_add_pd(_mm512_shuffle_f64x2(a01, a23, 0x88), _mm512_shuffle_f64x2(a01, a23, 0xdd));
+    const __m512d high = _mm512_add_pd(_mm512_shuffle_f64x2(a45, a67, 0x88), _mm512_shuffle_f64x2(a45, a67, 0xdd));
+    return _mm512_add_pd(_mm512_shuffle_f64x2(low, high, 0x88), _mm512_shuffle_f64x2(low, high, 0xdd));
+}
+#elif LANES_LEVEL == 1
+typedef __m256d lanes_folded;
+static inline lanes_folded lanes_fold(lanes a) { return _mm256_add_pd(a.l, a.h); }
+static inline __m256d lanes_sums_of_four(const lanes_folded *a)
+{
+    const __m256d a01 = _mm256_hadd_pd(a[0], a[1]), a23 = _mm256_hadd_pd(a[2], a[3]);
+    return _mm256_add_pd(_mm256_permute2f128_pd(a01, a23, 0x20), _mm256_permute2f128_pd(a01, a23, 0x31));
+}
+static inline lanes lanes_sums(const lanes_folded *a)
+{
+    const lanes r = {lanes_sums_of_four(a), lanes_sums_of_four(a + 4)};
+    return r;
+}
+#else
+typedef double lanes_folded;
+static inline lanes_folded lanes_fold(lanes a) { return lanes_sum(a); }
+static inline lanes lanes_sums(const lanes_folded *a) { return lanes_load(a); }
+#endif
+
+/* Store to an address that is a multiple of 64, past the caches where that exists. */
+static inline void lanes_stream(double *p, lanes a)
+{
+#if LANES_LEVEL == 2
+    _mm512_stream_pd(p, a);
+#elif LANES_LEVEL == 1
+    _mm256_stream_pd(p, a.l);
+    _mm256_stream_pd(p + 4, a.h);
+#else
+    lanes_store(p, a);
+#endif
+}
+
+/* Such stores are seen by others after it. */
+static inline void lanes_fence(void)
+{
+#if LANES_LEVEL > 0
+    _mm_sfence();
+#endif
+}
+
 /* a b + c of one number, as lanes_fma does it at this level */
 static inline double lanes_fma_one(double a, double b, double c)
 {

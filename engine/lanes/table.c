@@ -2,7 +2,10 @@
 #include "kernels.h"
 #include "lanes.h"
 
-int64_t LANES_NAME(engine_events)(struct machine *m, int64_t samples, const double *x, double *y, double center);
+int64_t LANES_NAME(engine_events)(struct machine *m, int64_t samples, const double *x, double *y, double center, int stream);
+void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples,
+                              const double *x, double *y, double base, double *moved);
+int64_t LANES_NAME(engine_centre)(int64_t samples, const double *x, double center, double limit, double *u);
 double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b);
 void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out);
@@ -16,6 +19,8 @@ int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low,
 
 const engine_kernels LANES_NAME(engine_kernels) = {
     .events = LANES_NAME(engine_events),
+    .dense = LANES_NAME(engine_dense),
+    .centre = LANES_NAME(engine_centre),
     .dot = LANES_NAME(engine_dot),
     .dot_eight = LANES_NAME(engine_dot_eight),
     .subtract = LANES_NAME(engine_subtract),
