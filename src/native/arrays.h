@@ -78,5 +78,6 @@ void bind_gram(nb::module_ &m);
 void bind_solver(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_stack(nb::module_ &m);
+void bind_signal(nb::module_ &m);
 
 #endif

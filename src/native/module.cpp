@@ -12,4 +12,5 @@ NB_MODULE(_native, m)
     bind_gram(m);
     bind_solver(m);
     bind_engine(m);
+    bind_signal(m);
 }

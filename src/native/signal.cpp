@@ -1,0 +1,56 @@
+// Signals on the host: turning points, and the samples that decide the states of plays.
+#include "arrays.h"
+
+#include <memory>
+
+#include "signal.h"
+
+using Indices = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>;
+
+// Room for as many indices as there are samples: never touched beyond what is found, so it costs nothing.
+struct Found {
+    explicit Found(std::size_t room) : values(new int64_t[room]) {}
+    Indices take(int64_t count) const
+    {
+        auto *kept = new std::vector<int64_t>(values.get(), values.get() + count);
+        nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<int64_t> *>(p); });
+        return Indices(kept->data(), {kept->size()}, owner);
+    }
+    std::unique_ptr<int64_t[]> values;
+};
+
+static Indices turning_points(const In &x, double swing)
+{
+    const Found point(x.size() + 2);
+    int64_t count = 0;
+    {
+        nb::gil_scoped_release released;
+        count = engine_turning_points(static_cast<int64_t>(x.size()), x.data(), swing, point.values.get());
+    }
+    return point.take(count);
+}
+
+static nb::tuple essential(const In &x, const Rows &rows)
+{
+    const std::size_t chosen = rows.size();
+    for (std::size_t j = 0; j < chosen; ++j)
+        require(rows.data()[j] >= (j == 0 ? 0 : rows.data()[j - 1] + 1) &&
+                    rows.data()[j] < static_cast<int64_t>(x.size()),
+                "rows must increase strictly and lie within the signal");
+    const Found kept(chosen == 0 ? 0 : static_cast<std::size_t>(rows.data()[chosen - 1]) + 1), place(chosen);
+    int64_t count = 0;
+    {
+        nb::gil_scoped_release released;
+        count = engine_essential(x.data(), static_cast<int64_t>(chosen), rows.data(), kept.values.get(),
+                                 place.values.get());
+    }
+    return nb::make_tuple(kept.take(count), place.take(static_cast<int64_t>(chosen)));
+}
+
+void bind_signal(nb::module_ &m)
+{
+    m.def("turning_points", &turning_points, "x"_a, "swing"_a,
+          "Indices where a signal turns by more than `swing`, its first and its last sample.");
+    m.def("essential", &essential, "x"_a, "rows"_a,
+          "(kept, place): samples that give every play the same state at the rows, and where the rows stand among them.");
+}
