@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.identification import regressors, static_curve
+from dehyst.identification import data
 from identification_oracles import (
     QUIET,
     kkt_residual,
@@ -179,8 +179,7 @@ def test_reduction_by_blocks_equals_one_reduction(monkeypatch):
     rec = recording(GENTLE, noise=0.03)
     results = []
     for chunk in (10**6, 37):
-        monkeypatch.setattr(regressors, "CHUNK", chunk)
-        monkeypatch.setattr(static_curve, "CHUNK", chunk)
+        monkeypatch.setattr(data, "CHUNK", chunk)
         results.append([dehyst.identify(rec, family) for family in ("pi", "modified-pi")])
     for whole, blocks in zip(*results, strict=True):
         assert whole.train.rmse == pytest.approx(blocks.train.rmse, rel=1e-11)

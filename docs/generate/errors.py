@@ -14,7 +14,7 @@ from unittest import mock
 import dehyst
 import dehyst.models
 from dehyst import errors
-from dehyst.identification import least_squares
+from dehyst.identification import families, least_squares
 from dehyst.units import convert
 
 HEAD = """# Errors
@@ -57,7 +57,11 @@ def _without_polars() -> None:
 
 
 def _no_optimum() -> None:
-    with mock.patch.object(least_squares, "nnls", side_effect=RuntimeError("Maximum number of iterations reached.")):
+    fault = RuntimeError("Maximum number of iterations reached.")
+    with (
+        mock.patch.object(families, "LARGEST_CONDITION", 0.0),
+        mock.patch.object(least_squares, "nnls", side_effect=fault),
+    ):
         dehyst.identify(_recording())
 
 

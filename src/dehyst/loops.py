@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst import _native
+
 Array = npt.NDArray[np.float64]
 
 # A swing counts as a turn when it exceeds this share of the signal's range: above sensor noise, below any
@@ -39,32 +41,7 @@ def turning_points(signal: npt.ArrayLike, swing: float | None = None) -> npt.NDA
         return np.zeros(0, dtype=np.int64)
     if swing is None:
         swing = TURN_FRACTION * float(np.ptp(x))
-    # Only local extremes can be turning points: the loop below runs over those, not over every sample.
-    step = np.sign(np.diff(x))
-    moving = np.flatnonzero(step)
-    if moving.size == 0 or swing <= 0.0:
-        return np.array([0, x.size - 1], dtype=np.int64)[: min(2, x.size)]
-    turns = moving[np.flatnonzero(np.diff(step[moving])) + 1]
-    candidates = [0, *turns.tolist(), x.size - 1]
-    values = x[candidates].tolist()
-    found = [0]
-    low = high = 0
-    direction = 0
-    for i, value in enumerate(values):
-        if value > values[high]:
-            high = i
-        if value < values[low]:
-            low = i
-        if direction >= 0 and values[high] - value > swing:
-            if direction > 0:  # before the first swing that counts, nothing has turned yet
-                found.append(candidates[high])
-            direction, low, high = -1, i, i
-        elif direction <= 0 and value - values[low] > swing:
-            if direction < 0:
-                found.append(candidates[low])
-            direction, low, high = 1, i, i
-    found.append(x.size - 1)
-    return np.unique(np.array(found, dtype=np.int64))
+    return _native.turning_points(np.ascontiguousarray(x), swing)
 
 
 @dataclass(frozen=True, slots=True)

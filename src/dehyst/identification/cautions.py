@@ -10,10 +10,10 @@ import numpy.typing as npt
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts
+from dehyst.identification.scores import Part
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 # A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
 RATE_SHARE = 0.25
@@ -115,8 +115,8 @@ def about_fit(
     data: DataSet,
     outputs: tuple[Array, ...],
     curves: tuple[Array, ...],
-    train_masks: tuple[Mask, ...],
-    test_masks: tuple[Mask, ...],
+    fitted: Part,
+    held_out: Part,
     certificate: Certificate,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
@@ -129,14 +129,14 @@ def about_fit(
             f"(thresholds from {certificate.undetermined[0]:.4g}{unit} on): their weights are unknown and left zero. "
             f"Sweep the input further than that, or give fewer thresholds.",
         )
-    beyond = _beyond_training(records, test_masks, data)
+    beyond = _beyond_training(records, held_out, data)
     if beyond > BEYOND:
         yield Finding(
             "extrapolation",
             f"the held-out input leaves the range that was fitted by {100 * beyond:.0f} %: the test measures "
             f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
         )
-    apart = _levels_apart(records, outputs, train_masks) / data.output_range
+    apart = _levels_apart(records, outputs, fitted) / data.output_range
     if apart > LEVELS_APART:
         yield Finding(
             "recordings-differ",
@@ -144,7 +144,7 @@ def about_fit(
             f"sensors have different zeros, or the actuator was in another condition. One model averages over that. "
             f"Align the zeros, or identify each recording by itself.",
         )
-    scored = test_masks if any(mask.any() for mask in test_masks) else train_masks
+    scored = held_out or fitted
     error, bar = rms(records, outputs, scored), rms(records, curves, scored)
     if error > STATIC_AS_GOOD * bar:
         yield Finding(
@@ -174,7 +174,7 @@ def about_fit(
             f"the model misses by {percent:.1f} % of the output's range: too much for compensation. See the other "
             f"warnings for the reason.",
         )
-    if not any(mask.any() for mask in test_masks):
+    if not held_out:
         yield Finding(
             "no-held-out",
             "nothing was held out, so the errors are those of the fit itself and flatter it. With enough loops in the "
@@ -188,26 +188,25 @@ def _cure_of_gain(certificate: Certificate) -> str:
     return f"Identify with --eps {certificate.affordable_eps:.2g}: it costs less than 5 % of the accuracy of the fit."
 
 
-def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
     """Largest difference of the mean residuals of two recordings. [output]"""
-    levels = [
-        float(np.mean((record.output - y)[mask]))
-        for record, y, mask in zip(records, outputs, chosen, strict=True)
-        if mask.any()
-    ]
+    if len(records) < 2:
+        return 0.0
+    measured = [record.output for record in records]
+    found = [part.moments(measured, outputs, index) for index in range(len(records))]
+    levels = [about.mean for about in found if about.count]
     return max(levels) - min(levels)
 
 
-def _beyond_training(records: tuple[Recording, ...], test_masks: tuple[Mask, ...], data: DataSet) -> float:
+def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) -> float:
     """How far the held-out input leaves [-1, 1] scaled, share of the range."""
-    worst = 0.0
-    for record, mask in zip(records, test_masks, strict=True):
-        if mask.any():
-            worst = max(worst, float(np.max(np.abs(record.input[mask] - data.center))) / data.half_range - 1.0)
-    return 0.5 * worst
+    if not part:
+        return 0.0
+    inputs = [record.input for record in records]
+    middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
+    return 0.5 * max(0.0, part.moments(inputs, middle).largest / data.half_range - 1.0)
 
 
-def rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+def rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
     """RMS error of `outputs` over the chosen samples of all recordings. [output]"""
-    errors = [y[mask] - record.output[mask] for record, y, mask in zip(records, outputs, chosen, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    return part.moments(outputs, [record.output for record in records]).rms

@@ -11,9 +11,10 @@ from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
-from dehyst.identification.regressors import Bank, training_rows
-from dehyst.identification.scores import inverse_miss, masks, predictions, round_trip, score
-from dehyst.identification.selection import Choice, output_knots
+from dehyst.identification.folds import output_knots
+from dehyst.identification.regressors import Bank
+from dehyst.identification.scores import inverse_miss, parts, predictions, round_trip, score
+from dehyst.identification.selection import Choice
 from dehyst.identification.static_curve import fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
 from dehyst.recording import Recording
@@ -29,35 +30,35 @@ def certify(
     affordable_eps: float | None,
     candidates: tuple[Candidate, ...],
     loop: facts.Orientation,
+    swings: tuple[facts.Rows, ...],
     settings: dict[str, Any],
 ) -> Fit:
     """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict."""
     knots = output_knots() if choice.family == "modified-pi" else None
-    rows = training_rows(data, choice.initial_state)
     model = build_model(estimate, data, bank, knots, ModelCard())
-    static = fit_static(data, rows, ModelCard())
-    train_masks, test_masks = masks(records, data, choice.initial_state)
+    static = fit_static(data, choice.initial_state, ModelCard())
+    fitted, held_out = parts(records, data, choice.initial_state)
     outputs, demands = predictions(records, data, bank, model)
     curves = tuple(static.simulate(record.input) for record in records)
-    train, test = (score(records, outputs, chosen, data.output_range) for chosen in (train_masks, test_masks))
-    static_train, static_test = (
-        score(records, curves, chosen, data.output_range) for chosen in (train_masks, test_masks)
-    )
+    train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
+    static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
     if train is None or static_train is None:
         raise AssertionError("no training samples")  # _fit has checked
     certificate = Certificate(
         kkt_residual=estimate.kkt_residual,
         round_trip_error=round_trip(model, records[0].input),
         inverse_gain=model.inverse_gain,
-        inverse_miss_percent=100.0 * inverse_miss(records, demands, train_masks if test is None else test_masks),
+        inverse_miss_percent=100.0 * inverse_miss(records, demands, fitted if test is None else held_out),
         affordable_eps=affordable_eps,
         nonzero_weights=model.nonzero_weights,
         operators=operators,
         undetermined=tuple(float(r) for r in bank.undetermined * data.half_range),
         initial_state=choice.initial_state,
+        route=estimate.route,
+        condition=estimate.condition,
     )
     loop_facts, findings = judge.examine(
-        records, data, loop, outputs, curves, train_masks, test_masks, certificate, choice.family
+        records, data, loop, swings, outputs, curves, fitted, held_out, certificate, choice.family
     )
     verdict = judge.verdict(choice.family, train, test, static_test or static_train, certificate, findings)
     card = _card(records, settings, choice, train, test, verdict)
@@ -67,8 +68,8 @@ def certify(
         recordings=records,
         predictions=outputs,
         inverse_predictions=demands,
-        train_masks=train_masks,
-        test_masks=test_masks,
+        train_masks=tuple(fitted.mask(index, len(record)) for index, record in enumerate(records)),
+        test_masks=tuple(held_out.mask(index, len(record)) for index, record in enumerate(records)),
         train=train,
         test=test,
         static=StaticCurve(static.curve, card),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,10 @@ Mask = npt.NDArray[np.bool_]
 
 # Correlation below which the overall trend of a wide loop is no evidence for a rising or falling curve.
 CLEAR_TREND = 0.3
+# Samples that are worked on at once: two or three arrays of them stay in the processor's cache.
+CHUNK = 1 << 15
+# Facts that are statistics are taken from about so many samples; a shorter log is used whole.
+ENOUGH = 200_000
 
 
 @dataclass(frozen=True)
@@ -29,29 +34,37 @@ class Piece:
         Scaled input in [-1, 1] over the training part and scaled, rising output, (T,).
     recording
         Index of the recording, and `start`, the index of the first sample in it.
-    train, test
-        Which samples are fitted and which are held out by the split alone, (T,).
+    split
+        Samples before this index are fitted, the others are held out by the split alone.
     known
         Index from which on the memory does not depend on what was before the first sample.
     after_break
         Whether nothing is known about the input before this piece.
+    weight
+        How much each sample counts, (T,), or None where all count alike.
     """
 
     x: Array
     y: Array
     recording: int
     start: int
-    train: Mask
-    test: Mask
+    split: int
     known: int
     after_break: bool
+    weight: Array | None = None
 
-    def usable(self, initial_state: str) -> Mask:
-        """Samples whose memory is known under the assumed initial state, (T,)."""
-        mask = np.ones(self.x.size, dtype=np.bool_)
-        if self.after_break or initial_state == "unknown":
-            mask[: self.known] = False
-        return mask
+    def usable_from(self, initial_state: str) -> int:
+        """First sample whose memory is known under the assumed initial state."""
+        return self.known if self.after_break or initial_state == "unknown" else 0
+
+    def fitted(self, initial_state: str) -> slice:
+        """Samples that are fitted."""
+        begin = self.usable_from(initial_state)
+        return slice(begin, max(begin, self.split))
+
+    def held_out(self, initial_state: str) -> slice:
+        """Samples that are held out."""
+        return slice(min(max(self.usable_from(initial_state), self.split), self.x.size), self.x.size)
 
 
 @dataclass(frozen=True)
@@ -80,29 +93,19 @@ class DataSet:
     trend: int
     output_range: float
 
-
-def _trend(x: Array, y: Array) -> int:
-    """+1 or -1: whether the output follows the input or opposes it.
-
-    For wide loops the overall trend says nothing; then the increments decide, since a loop of either
-    orientation moves its output with its input on average (sum dx dy > 0) when the curve rises.
-    """
-    correlation = float(np.corrcoef(x, y)[0, 1])
-    if abs(correlation) >= CLEAR_TREND:
-        return 1 if correlation > 0 else -1
-    # Increments over 2 % of the range rather than single samples, whose noise would decide otherwise.
-    grain = 0.02 * float(np.ptp(x))
-    level = np.round(x / grain) if grain > 0 else x
-    keep = np.flatnonzero(np.diff(level, prepend=np.nan) != 0)
-    return 1 if float(np.sum(np.diff(x[keep]) * np.diff(y[keep]))) >= 0 else -1
+    @property
+    def weighted(self) -> bool:
+        """Whether some samples count more than others."""
+        return any(piece.weight is not None for piece in self.pieces)
 
 
-def _split(recording: Recording, fraction: float) -> int:
-    count = int(fraction * len(recording))
-    return len(recording) if fraction >= 1.0 else max(1, min(len(recording) - 1, count))
+def chunks(span: slice) -> Iterator[slice]:
+    """Cut a span into consecutive parts that fit into the processor's cache."""
+    for begin in range(span.start, span.stop, CHUNK):
+        yield slice(begin, min(begin + CHUNK, span.stop))
 
 
-def prepare(recordings: Sequence[Recording], train_fraction: float) -> DataSet:
+def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Sequence[Array] | None = None) -> DataSet:
     """Split, scale and cut recordings into pieces.
 
     Raises
@@ -119,40 +122,83 @@ def prepare(recordings: Sequence[Recording], train_fraction: float) -> DataSet:
             train_fraction=train_fraction,
         )
     splits = [_split(recording, train_fraction) for recording in recordings]
-    x_train = np.concatenate([rec.input[:k] for rec, k in zip(recordings, splits, strict=True)])
-    y_train = np.concatenate([rec.output[:k] for rec, k in zip(recordings, splits, strict=True)])
-    _refuse_constant(recordings, x_train, "input", train_fraction)
-    _refuse_constant(recordings, y_train, "output", train_fraction)
-    center, half = _middle(x_train)
-    level, amplitude = _middle(y_train)
-    trend = _trend(x_train, y_train)
-    low, high = -1.0, 1.0
+    fitted_inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
+    fitted_outputs = [recording.output[:k] for recording, k in zip(recordings, splits, strict=True)]
+    center, half = _middle(recordings, fitted_inputs, "input", train_fraction)
+    level, amplitude = _middle(recordings, fitted_outputs, "output", train_fraction)
+    trend = _trend(fitted_inputs, fitted_outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
     for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
         for order, span in enumerate(recording.pieces):
-            x = np.ascontiguousarray((recording.input[span] - center) / half)
-            y = np.ascontiguousarray(trend * (recording.output[span] - level) / amplitude)
-            train = np.arange(span.start, span.stop) < split
-            pieces.append(Piece(x, y, index, span.start, train, ~train, known_from(x, low, high), order > 0))
-    everything = np.concatenate([recording.output for recording in recordings])
-    return DataSet(tuple(pieces), center, half, level, amplitude, trend, float(np.ptp(everything)))
+            x = _scaled(recording.input[span], center, half)
+            y = _scaled(recording.output[span], level, trend * amplitude)
+            inside = min(max(split - span.start, 0), x.size)
+            weight = None if weights is None else np.ascontiguousarray(weights[index][span])
+            pieces.append(Piece(x, y, index, span.start, inside, known_from(x, -1.0, 1.0), order > 0, weight))
+    low = min(float(np.min(recording.output)) for recording in recordings)
+    high = max(float(np.max(recording.output)) for recording in recordings)
+    return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
 
 
-def _middle(values: Array) -> tuple[float, float]:
-    low, high = float(np.min(values)), float(np.max(values))
-    return low + 0.5 * (high - low), 0.5 * (high - low)
+def _split(recording: Recording, fraction: float) -> int:
+    count = int(fraction * len(recording))
+    return len(recording) if fraction >= 1.0 else max(1, min(len(recording) - 1, count))
 
 
-def _refuse_constant(recordings: Sequence[Recording], values: Array, role: str, fraction: float) -> None:
-    span = float(np.ptp(values))
-    if span > 1e-9 * float(np.max(np.abs(values))) and span > 1e-150:
-        return
+def _scaled(values: Array, origin: float, unit: float) -> Array:
+    scaled: Array = np.subtract(values, origin)
+    scaled /= unit
+    return scaled
+
+
+def _middle(recordings: Sequence[Recording], parts: Sequence[Array], role: str, fraction: float) -> tuple[float, float]:
+    """Mid-range and half range of a signal; refuse one that does not move."""
+    low, high = min(float(np.min(part)) for part in parts), max(float(np.max(part)) for part in parts)
+    span = high - low
+    if span > 1e-9 * max(abs(low), abs(high)) and span > 1e-150:
+        return low + 0.5 * span, 0.5 * span
     first = recordings[0]
     name = first.input_label if role == "input" else first.output_label
     part = "" if fraction >= 1.0 else f" in the first {100 * fraction:g} % of the recording, which is fitted"
+    value = float(parts[0][0])
     raise ExcitationError(
-        f"{role} '{name}' stays at {float(values[0]):g}{part}. A loop needs a signal that moves, so nothing can be "
+        f"{role} '{name}' stays at {value:g}{part}. A loop needs a signal that moves, so nothing can be "
         f"identified. Check the column, choose a window in which it moves (--from, --to), or fit a larger part "
         f"(--train-fraction 1).",
-        value=float(values[0]),
+        value=value,
     )
+
+
+def _trend(
+    inputs: Sequence[Array], outputs: Sequence[Array], x_scale: tuple[float, float], y_scale: tuple[float, float]
+) -> int:
+    """+1 or -1: whether the output follows the input or opposes it.
+
+    For wide loops the overall trend says nothing; then the increments decide, since a loop of either
+    orientation moves its output with its input on average (sum dx dy > 0) when the curve rises.
+    """
+    moments = np.zeros(6)
+    for whole_x, whole_y in zip(inputs, outputs, strict=True):
+        for part in chunks(slice(0, whole_x.size)):
+            x, y = _scaled(whole_x[part], *x_scale), _scaled(whole_y[part], *y_scale)
+            moments += np.array([x.size, np.sum(x), np.sum(y), x @ x, y @ y, x @ y])
+    count, x_sum, y_sum, xx, yy, xy = moments.tolist()
+    spread = (xx - x_sum**2 / count) * (yy - y_sum**2 / count)
+    correlation = (xy - x_sum * y_sum / count) / np.sqrt(spread) if spread > 0.0 else 0.0
+    if abs(correlation) >= CLEAR_TREND:
+        return 1 if correlation > 0 else -1
+    # Increments over 2 % of the range rather than single samples, whose noise would decide otherwise.
+    grain = 0.02 * 2.0 * x_scale[1]
+    return 1 if _increments(np.concatenate(inputs), np.concatenate(outputs), grain) >= 0 else -1
+
+
+def _increments(x: Array, y: Array, grain: float) -> float:
+    """Sum of dx dy over steps of the grain; of long logs in twenty stretches."""
+    total = 0.0
+    edges = [0, x.size] if x.size <= ENOUGH else np.linspace(0, x.size, 21).astype(int).tolist()
+    for begin, end in itertools.pairwise(edges):
+        part = slice(begin, min(end, begin + ENOUGH // 20) if len(edges) > 2 else end)
+        level = np.round(x[part] / grain) if grain > 0 else x[part]
+        keep = np.flatnonzero(np.diff(level, prepend=np.nan) != 0)
+        total += float(np.sum(np.diff(x[part][keep]) * np.diff(y[part][keep])))
+    return total

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet
-from dehyst.loops import summarise_loops, turning_points
+from dehyst.identification.data import ENOUGH, DataSet
+from dehyst.loops import turning_points
 
 Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
 
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.
@@ -35,7 +35,12 @@ class Orientation:
     width: float
 
 
-def orientation(data: DataSet) -> Orientation:
+def swings(data: DataSet) -> tuple[Rows, ...]:
+    """Turning points of the fitted part of each piece, by swings of a twentieth of the range."""
+    return tuple(turning_points(piece.x[: piece.split], 0.1) for piece in data.pieces)
+
+
+def orientation(data: DataSet, turns: tuple[Rows, ...]) -> Orientation:
     """Compare the output on rising and falling branches at the same input, over the training part.
 
     The output of a lagging actuator is lower while its input rises: the loop runs counter-clockwise.
@@ -43,20 +48,24 @@ def orientation(data: DataSet) -> Orientation:
     edges = np.linspace(-0.9, 0.9, BINS + 1)
     sums = np.zeros((2, BINS))
     counts = np.zeros((2, BINS))
-    for piece in data.pieces:
-        x, y = piece.x[piece.train], piece.y[piece.train]
-        if x.size < 3:
+    fitted = sum(piece.split for piece in data.pieces)
+    for piece, points in zip(data.pieces, turns, strict=True):
+        if piece.split < 3:
             continue
-        points = turning_points(x, 0.1)
         # The first branch may be a virgin curve, which lies inside the loop.
         first = int(points[1]) if points.size > 3 else 0
-        direction = np.zeros(x.size, dtype=np.int64)
-        for begin, end in itertools.pairwise(points):
-            direction[begin:end] = 0 if x[end] > x[begin] else 1
+        rows = _spread(first, piece.split, max(1, round(ENOUGH * piece.split / fitted)))
+        x, y = piece.x[rows], piece.y[rows]
+        branch = np.minimum(np.searchsorted(points, rows, side="right"), points.size - 1)
+        falling = piece.x[points[branch]] <= piece.x[points[branch - 1]]
+        falling &= rows < points[-1]
         cell = np.digitize(x, edges) - 1
-        keep = (cell >= 0) & (cell < BINS) & (np.arange(x.size) >= first)
-        np.add.at(sums, (direction[keep], cell[keep]), y[keep])
-        np.add.at(counts, (direction[keep], cell[keep]), 1.0)
+        inside = (cell >= 0) & (cell < BINS)
+        cell = falling[inside] * BINS + cell[inside]
+        weight = None if piece.weight is None else piece.weight[rows][inside]
+        values = y[inside] if weight is None else y[inside] * weight
+        sums += np.bincount(cell, values, 2 * BINS).reshape(2, BINS)
+        counts += np.bincount(cell, weight, 2 * BINS).reshape(2, BINS)
     both = (counts > 0).all(axis=0)
     if not both.any():
         return Orientation("none", 0.0)
@@ -70,21 +79,41 @@ def orientation(data: DataSet) -> Orientation:
     return Orientation("counter-clockwise" if lag > lead else "clockwise", width)
 
 
-def count_loops(data: DataSet) -> tuple[int, int]:
+def _spread(first: int, end: int, most: int) -> Rows:
+    """All samples from `first` to `end`, or `most` of them in uneven steps, which no period of the signal meets."""
+    if end - first <= most:
+        return np.arange(first, end, dtype=np.int64)
+    golden = 0.6180339887498949
+    step = (end - first) / most
+    places = first + step * (np.arange(most) + np.modf(golden * np.arange(most))[0])
+    rows: Rows = np.minimum(places.astype(np.int64), end - 1)
+    return rows
+
+
+def count_loops(data: DataSet, turns: tuple[Rows, ...]) -> tuple[int, int]:
     """Input cycles and turning points over the training part."""
-    found = [summarise_loops(piece.x[piece.train], 0.1) for piece in data.pieces if piece.train.any()]
-    return sum(loops.loops for loops in found), sum(loops.turns for loops in found)
+    inner = [max(0, points.size - 2) for piece, points in zip(data.pieces, turns, strict=True) if piece.split]
+    return sum((found + 1) // 2 for found in inner), sum(inner)
 
 
 def velocity(time: Array, x: Array) -> Array:
     """Rate of a signal, smoothed over 1/40 of its mean cycle so that sensor noise does not pose as motion."""
     turns = max(2, turning_points(x).size - 1)
     window = max(1, round(x.size / turns / 20))
-    kernel = np.ones(window) / window
-    padded = np.concatenate([np.full(window, x[0]), x, np.full(window, x[-1])])
-    smooth = np.convolve(padded, kernel, mode="same")[window:-window] if window > 1 else x
-    rate: Array = np.gradient(smooth, time)
+    before, after = window // 2, (window - 1) // 2
+    padded = np.concatenate([np.full(before, x[0]), x, np.full(after, x[-1])])
+    middle = 0.5 * (float(np.max(x)) + float(np.min(x)))  # keeps the running sum small
+    running = np.concatenate([[0.0], np.cumsum(padded - middle)])
+    rate: Array = np.gradient((running[window:] - running[:-window]) / window if window > 1 else x, time)
     return rate
+
+
+def thinned(size: int, turns: int) -> slice:
+    """All samples of a log, or of a long one about 200 000: at least 40 to a swing, from its beginning."""
+    if size <= ENOUGH:
+        return slice(0, size)
+    step = max(1, min(-(-size // ENOUGH), size // (40 * max(1, turns))))
+    return slice(0, min(size, step * ENOUGH), step)
 
 
 def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_]) -> float:
@@ -111,12 +140,19 @@ def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.ND
     for fitted, scored in ((usable & even, usable & ~even), (usable & ~even, usable & even)):
         if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
             return 0.0
-        coefficients = np.linalg.lstsq(columns[fitted], y[fitted], rcond=None)[0]
-        trend = np.linalg.lstsq(slow[fitted], error[fitted], rcond=None)[0]
+        coefficients = _least_squares(columns[fitted], y[fitted])
+        trend = _least_squares(slow[fitted], error[fitted])
         before = float(np.mean((error[scored] - slow[scored] @ trend) ** 2))
         after = float(np.mean((y[scored] - columns[scored] @ coefficients) ** 2))
         shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
     return max(0.0, float(min(shares)))
+
+
+def _least_squares(columns: Array, y: Array) -> Array:
+    """Least squares of smallest norm, by way of the triangular factor, which is small."""
+    r = np.asarray(np.linalg.qr(np.column_stack([columns, y]), mode="r"))
+    solution: Array = np.linalg.lstsq(r[:, :-1], r[:, -1], rcond=None)[0]
+    return solution
 
 
 def drift(x: Array, residual: Array) -> tuple[float, float]:
@@ -125,12 +161,13 @@ def drift(x: Array, residual: Array) -> tuple[float, float]:
     A line through the mean residual of each full cycle; (0, 0) with fewer than four cycles.
     """
     points = turning_points(x)[1:-1]
-    cycles = [residual[a:b].mean() for a, b in zip(points[:-2:2], points[2::2], strict=False) if b > a]
-    if len(cycles) < 4:
+    begins = points[::2]
+    if begins.size < 5:
         return 0.0, 0.0
-    k = np.arange(len(cycles), dtype=np.float64)
+    cycles = np.add.reduceat(residual[: begins[-1]], begins[:-1]) / np.diff(begins)
+    k = np.arange(cycles.size, dtype=np.float64)
     k -= k.mean()
-    slope = float(k @ np.array(cycles) / (k @ k))
-    rest = np.array(cycles) - np.mean(cycles) - slope * k
-    error = float(np.sqrt(rest @ rest / (len(cycles) - 2) / (k @ k)))
-    return slope * (len(cycles) - 1), error * (len(cycles) - 1)
+    slope = float(k @ cycles / (k @ k))
+    rest = cycles - cycles.mean() - slope * k
+    error = float(np.sqrt(rest @ rest / (cycles.size - 2) / (k @ k)))
+    return slope * (cycles.size - 1), error * (cycles.size - 1)

@@ -1,53 +1,45 @@
-"""The four families as constrained least squares on one reduced system [1 | plays | ramps | y].
+"""One family fitted to sums over samples: the program, the route by which it is solved, parameters and predictions.
 
-Each family is a linear change of the play columns:
-
-    pi              y = c + sum w_i z_i,                    w_1 >= eps, w_i >= 0
-    pi-cumulative   y = c + sum S_i (z_i - z_{i+1}),        S_i = w_1 + ... + w_i >= eps
-    stop            y = c + k x + sum_{i>=2} s_i (x - z_i), k >= eps, s_i >= 0
-    modified-pi     T(y) = c + sum w_i z_i,                 w as in pi, T rising piecewise linear
-
-Scaled units throughout: input and output span [-1, 1] over the training part, so eps is relative to the ratio
-of the ranges.
+Two routes lead to the same optimum. Normal equations of the cells (`programs`) need sums only, whatever the number of
+samples. Orthogonal factors (`orthogonal`) keep the condition number of the plays where normal equations would square
+it; they are taken where the printed condition number exceeds `LARGEST_CONDITION`, or where a pivot vanishes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.least_squares import Solution, solve_bounded
+from dehyst import _native
+from dehyst.errors import IdentificationError
+from dehyst.identification.normal_equations import NormalEquations
+from dehyst.identification.programs import FAMILIES, MAP_PIECES, Regularisation, program
+
+__all__ = [
+    "FAMILIES",
+    "LARGEST_CONDITION",
+    "MAP_PIECES",
+    "NORMAL",
+    "ORTHOGONAL",
+    "Estimate",
+    "Regularisation",
+    "fit_family",
+    "map_points",
+    "predict",
+    "residual_norm",
+]
 
 Array = npt.NDArray[np.float64]
+Marks = npt.NDArray[np.bool_]
 
-FAMILIES = ("pi", "pi-cumulative", "modified-pi", "stop")
-
-# Output map of the modified model. Slopes below 0.05 would let the inverse's gain explode where the loop
-# saturates; 20 pieces resolve every measured saturation; the mean slope is 1, which fixes the scale of w.
-MAP_PIECES = 20
-SMALLEST_SLOPE = 0.05
-# Weight of the normalisation row against the rms of a sample's residual: the scale is met to 1e-6.
-NORMALISATION = 1e3
+NORMAL, ORTHOGONAL = "normal equations", "orthogonal factors"
+# Condition number of the scaled cells beyond which normal equations lose the digits that are promised.
+LARGEST_CONDITION = 1e6
 # Beyond the data the map continues at this slope at most: a saturated end must not explode when extrapolated.
 OUTSIDE_SLOPE = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class Regularisation:
-    """How strongly the modified model is smoothed, relative to the rms of the scaled output.
-
-    Attributes
-    ----------
-    smoothing
-        Weight of differences of successive slopes of the map.
-    ridge
-        Weight of each play weight.
-    """
-
-    smoothing: float
-    ridge: float
 
 
 @dataclass(frozen=True)
@@ -58,6 +50,8 @@ class Estimate:
     ----------
     family
         Which family.
+    parameters
+        u = [c | parameters of the plays | slopes of the map] of the program.
     offset
         c.
     weights
@@ -68,24 +62,36 @@ class Estimate:
         s (n,) and k of the stop form, or None.
     kkt_residual
         Of the quadratic program.
+    route, condition
+        How it was solved, and the condition number of the scaled cells that carry weight.
+    passive
+        Which unknowns of the program are off their bound, (N,): where a similar program starts. None by the other
+        route.
     """
 
     family: str
+    parameters: Array
     offset: float
     weights: Array
     slopes: Array | None
     stop_weights: Array | None
     stop_slope: float | None
     kkt_residual: float
+    route: str = NORMAL
+    condition: float = 1.0
+    passive: Marks | None = None
 
 
 def fit_family(
     family: str,
-    system: Array,
-    operators: int,
+    sums: NormalEquations,
     eps: float,
     knots: Array | None = None,
     regularisation: Regularisation | None = None,
+    *,
+    fold_ridge: float = 0.0,
+    warm: Marks | None = None,
+    triangle: Callable[[], Array] | None = None,
 ) -> Estimate:
     """Solve one family's quadratic program.
 
@@ -93,90 +99,71 @@ def fit_family(
     ----------
     family
         One of `FAMILIES`.
-    system
-        Triangular factor of [1 | plays | ramps | y]; the ramps only for "modified-pi".
-    operators
-        n, number of play columns.
+    sums
+        Sums of [1 | cells | ramps | y]; the ramps only for "modified-pi".
     eps
         Smallest slope right after a reversal, scaled.
     knots
         Knots of the output map, (p + 1,), for "modified-pi".
     regularisation
         For "modified-pi".
+    fold_ridge
+        Square of the weight of each w_i, over all samples.
+    warm
+        Unknowns that are expected off their bound, (N,).
+    triangle
+        Makes the triangular factor of [1 | plays | ramps | y] for the other route; None: there is no other route.
     """
-    one, plays, y = system[:, :1], system[:, 1 : 1 + operators], system[:, -1:]
-    if family == "pi":
-        solution = solve_bounded(np.hstack([one, plays, y]), 1, _first(operators, eps))
-        return _estimate(family, solution, solution.bounded)
-    if family == "pi-cumulative":
-        differences = plays.copy()
-        differences[:, :-1] -= plays[:, 1:]
-        solution = solve_bounded(np.hstack([one, differences, y]), 1, np.full(operators, eps))
-        return _estimate(family, solution, np.diff(solution.bounded, prepend=0.0))
+    problem = program(family, sums, eps, knots, regularisation, fold_ridge)
+    u, passive, kkt, condition, _, status = _native.solve_bounded(
+        problem.gram, problem.rhs, problem.lower, 1, sums.operators, problem.basis,
+        problem.extra, problem.extra_rhs, warm, problem.target,
+    )  # fmt: skip
+    if status == 0 and condition <= LARGEST_CONDITION:
+        return estimate_of(family, sums.operators, u, kkt, NORMAL, condition, passive)
+    if triangle is None:
+        raise _unsolved(sums.operators)
+    from dehyst.identification.orthogonal import solve_family  # scipy.optimize takes a third of a second to import
+
+    u, kkt = solve_family(family, triangle(), sums.operators, eps, knots, regularisation, fold_ridge)
+    return estimate_of(family, sums.operators, u, kkt, ORTHOGONAL, condition, None)
+
+
+def _unsolved(operators: int) -> IdentificationError:
+    return IdentificationError(
+        f"the quadratic program with {operators} weights did not reach its optimum. The operators are too alike "
+        f"for this data: identify fewer (--n {max(2, operators // 2)}), or give thresholds that lie further apart.",
+        operators=operators,
+    )
+
+
+def estimate_of(
+    family: str, n: int, u: Array, kkt: float, route: str, condition: float, passive: Marks | None
+) -> Estimate:
+    """Parameters of a family from the solution u = [c | plays | slopes of the map] of its program."""
+    offset, plays, slopes = float(u[0]), u[1 : 1 + n], u[1 + n :]
     if family == "stop":
-        stops = plays[:, :1] - plays
-        stops[:, 0] = plays[:, 0]
-        solution = solve_bounded(np.hstack([one, stops, y]), 1, _first(operators, eps))
-        return _stop_estimate(solution)
-    if knots is None or regularisation is None:
-        raise AssertionError("the modified model needs knots and a regularisation")  # the caller gives them
-    return _fit_modified(system, operators, eps, knots, regularisation)
+        s = plays.copy()
+        s[0] = 0.0
+        weights = -s
+        weights[0] = plays[0] + float(np.sum(s))
+        return Estimate(family, u, offset, weights, None, s, float(plays[0]), kkt, route, condition, passive)
+    weights = np.diff(plays, prepend=0.0) if family == "pi-cumulative" else plays
+    return Estimate(
+        family, u, offset, weights, slopes if slopes.size else None, None, None, kkt, route, condition, passive
+    )
 
 
-def _first(operators: int, eps: float) -> Array:
-    lower = np.zeros(operators)
-    lower[0] = eps
-    return lower
-
-
-def _estimate(family: str, solution: Solution, weights: Array, slopes: Array | None = None) -> Estimate:
-    return Estimate(family, float(solution.free[0]), weights, slopes, None, None, solution.kkt_residual)
-
-
-def _stop_estimate(solution: Solution) -> Estimate:
-    slope = float(solution.bounded[0])
-    s = solution.bounded.copy()
-    s[0] = 0.0
-    weights = -s
-    weights[0] = slope + float(np.sum(s))
-    return Estimate("stop", float(solution.free[0]), weights, None, s, slope, solution.kkt_residual)
-
-
-def _fit_modified(system: Array, operators: int, eps: float, knots: Array, regularisation: Regularisation) -> Estimate:
-    """minimise |c + H w - T(y)|^2 + smoothing + ridge, T's mean slope 1.
-
-    The residual stands in the operator's output, where it is linear in all unknowns: a quadratic program.
-    """
-    pieces = knots.size - 1
-    widths = np.diff(knots)
-    n = operators + pieces
-    one, plays, ramp = system[:, :1], system[:, 1 : 1 + operators], system[:, 1 + operators : 1 + n]
-    samples = float(np.linalg.norm(one))  # sqrt of the number of rows: QR keeps column lengths
-    zero = np.zeros((system.shape[0], 1))
-    extra = np.zeros((1 + (pieces - 1) + operators, 1 + n + 1))
-    extra[0, 1 + operators : 1 + n] = NORMALISATION * samples * widths
-    extra[0, -1] = NORMALISATION * samples * float(np.sum(widths))
-    rows = 1 + np.arange(pieces - 1)
-    first = 1 + operators + np.arange(pieces - 1)
-    extra[rows, first] = -regularisation.smoothing * samples
-    extra[rows, first + 1] = regularisation.smoothing * samples
-    diagonal = np.arange(operators)
-    extra[pieces + diagonal, 1 + diagonal] = regularisation.ridge * samples
-    whole = np.vstack([np.hstack([one, plays, -ramp, zero]), extra])
-    lower = np.concatenate([_first(operators, eps), np.full(pieces, SMALLEST_SLOPE)])
-    solution = solve_bounded(whole, 1, lower)
-    return _estimate("modified-pi", solution, solution.bounded[:operators], solution.bounded[operators:])
-
-
-def residual_norm(estimate: Estimate, system: Array) -> float:
-    """Norm of what is left of the reduced system, in the coordinates of the program."""
-    n = estimate.weights.size
-    left: Array = estimate.offset * system[:, 0] + system[:, 1 : 1 + n] @ estimate.weights
+def residual_norm(estimate: Estimate, sums: NormalEquations) -> float:
+    """Norm of what is left of the samples, in the coordinates of the program: |c + H w - y| or |c + H w - T(y)|."""
+    n = sums.operators
+    v = np.zeros(sums.matrix.shape[0])
+    v[0], v[1 : 1 + n] = estimate.offset, np.cumsum(estimate.weights)
     if estimate.slopes is None:
-        left = left - system[:, -1]
+        v[-1] = -1.0
     else:
-        left = left - system[:, 1 + n : 1 + n + estimate.slopes.size] @ estimate.slopes
-    return float(np.linalg.norm(left))
+        v[1 + n : -1] = -estimate.slopes
+    return float(np.sqrt(max(float(v @ (sums.matrix @ v)), 0.0)))
 
 
 def map_points(knots: Array, slopes: Array) -> tuple[Array, Array]:

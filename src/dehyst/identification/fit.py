@@ -72,6 +72,11 @@ class Certificate:
         and they carry no weight. [input]
     initial_state
         Memory assumed before the first sample: "zero", "rest", "rising", "falling" or "unknown".
+    route
+        How the quadratic program was solved: "normal equations" of the cells, refined on the data, or "orthogonal
+        factors" of all samples, where the condition number exceeds 1e6.
+    condition
+        Condition number of the scaled cells whose slopes are free; infinite where a pivot vanished.
     """
 
     kkt_residual: float
@@ -83,6 +88,8 @@ class Certificate:
     operators: int
     undetermined: tuple[float, ...]
     initial_state: str
+    route: str = "orthogonal factors"
+    condition: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,6 +259,8 @@ class Fit:
             "inverse_gain": self.certificate.inverse_gain,
             "inverse_miss_percent": self.certificate.inverse_miss_percent,
             "initial_state": self.certificate.initial_state,
+            "route": self.certificate.route,
+            "condition": self.certificate.condition,
             "verdict": self.verdict,
             "warnings": [finding.as_dict() for finding in self.warnings],
         }

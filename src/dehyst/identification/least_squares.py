@@ -1,4 +1,4 @@
-"""Least squares with bounds: QR reduction, then NNLS, then a polish on the support.
+"""Least squares with bounds by orthogonal factors: QR reduction, then NNLS, then a polish on the support.
 
     minimise |F a + P w - b|^2   subject to   w >= lower,   a free
 

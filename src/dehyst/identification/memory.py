@@ -64,11 +64,22 @@ def known_from(x: Array, low: float, high: float) -> int:
     3
     """
     slack = VISITED * (high - low)
-    visited = (np.minimum.accumulate(x) <= low + slack) & (np.maximum.accumulate(x) >= high - slack)
-    return int(np.argmax(visited)) if visited.any() else int(x.size)
+    return max(_first(x, low + slack, below=True), _first(x, high - slack, below=False))
+
+
+def _first(x: Array, bound: float, below: bool) -> int:
+    """First index at which x reaches a bound, its length if it never does; looks no further than needed."""
+    begin, size = 0, 1024
+    while begin < x.size:
+        part = x[begin : begin + size]
+        found = np.flatnonzero(part <= bound if below else part >= bound)
+        if found.size:
+            return begin + int(found[0])
+        begin, size = begin + size, 2 * size
+    return int(x.size)
 
 
 def largest_radius(kind: str, x: Array) -> float:
     """max |x - m|, m the value the memory starts from: beyond it no play ever moves. [input]"""
     origin = float(x[0]) if kind == "rest" else 0.0
-    return float(np.max(np.abs(x - origin)))
+    return max(abs(float(np.max(x)) - origin), abs(float(np.min(x)) - origin))

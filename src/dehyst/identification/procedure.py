@@ -16,7 +16,11 @@ from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import Estimate, fit_family, residual_norm
 from dehyst.identification.fit import Candidate, Fit
-from dehyst.identification.regressors import Bank, make_bank, reduce, training_rows
+from dehyst.identification.folds import output_knots
+from dehyst.identification.normal_equations import NormalEquations, sums_of
+from dehyst.identification.polish import polish
+from dehyst.identification.refine import refine
+from dehyst.identification.regressors import Bank, fitted_samples, make_bank
 from dehyst.identification.selection import (
     BY_ORIENTATION,
     REGULARISATIONS,
@@ -24,7 +28,6 @@ from dehyst.identification.selection import (
     Choice,
     choose,
     compare,
-    output_knots,
     possible_choices,
     start_of_paper,
     threshold_grid,
@@ -143,7 +146,8 @@ def _identify(
     # The paper's program bounds w_1 itself; everywhere else eps is relative to the ratio of the ranges.
     scaled = paper_eps(eps, records[0], data) if family == "pi" else eps
     problem = _Problem(data, n if given is None else given.size, scaled, given)
-    loop = facts.orientation(data)
+    swings = facts.swings(data)
+    loop = facts.orientation(data, swings)
     families = BY_ORIENTATION[loop.name] if family == "auto" else (family,)
     starts = STARTS if initial_state == "auto" else (initial_state,)
     if family == "pi" and initial_state == "auto":
@@ -163,7 +167,9 @@ def _identify(
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
-    return certify(records, data, problem.operators, choice, bank, estimate, affordable, candidates, loop, settings)
+    return certify(
+        records, data, problem.operators, choice, bank, estimate, affordable, candidates, loop, swings, settings
+    )
 
 
 def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5) -> Fit:
@@ -204,8 +210,7 @@ def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -
 
 def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate, float | None]:
     data = problem.data
-    rows = training_rows(data, choice.initial_state)
-    usable = sum(part.size for part in rows)
+    usable = fitted_samples(data, choice.initial_state)
     if usable < 4:
         raise ExcitationError(
             f"only {usable} training samples remain once the memory of the actuator is known: the input visits both "
@@ -216,21 +221,38 @@ def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate, float | Non
     grid = threshold_grid(data, problem.operators, choice, problem.given)
     bank = make_bank(data, grid, choice.initial_state)
     knots = output_knots() if choice.family == "modified-pi" else None
-    system = reduce(data, bank, rows, knots)
-    estimate = fit_family(choice.family, system, bank.thresholds.size, problem.eps, knots, choice.regularisation)
-    return bank, estimate, _affordable_eps(problem, choice, system, estimate)
+    sums = sums_of(data, bank, knots)
+    estimate = fit_family(
+        choice.family, sums, problem.eps, knots, choice.regularisation, triangle=lambda: _triangle(data, bank, knots)
+    )
+    if knots is None or choice.regularisation is None:
+        estimate = refine(data, bank, sums, problem.eps, estimate)
+    else:
+        estimate = polish(sums, problem.eps, knots, choice.regularisation, estimate)
+    return bank, estimate, _affordable_eps(problem, choice, bank, sums, estimate)
 
 
-def _affordable_eps(problem: _Problem, choice: Choice, system: Array, estimate: Estimate) -> float | None:
+def _triangle(data: DataSet, bank: Bank, knots: Array | None) -> Array:
+    from dehyst.identification.orthogonal import reduce  # only where normal equations will not do
+
+    return reduce(data, bank, knots)
+
+
+def _affordable_eps(
+    problem: _Problem, choice: Choice, bank: Bank, sums: NormalEquations, estimate: Estimate
+) -> float | None:
     """Largest eps, scaled, that raises the error of the fit by no more than 5 %; None if eps does not bind."""
     if float(np.min(np.cumsum(estimate.weights))) > 1.01 * problem.eps:
         return None
-    limit = AFFORDABLE * residual_norm(estimate, system)
+    limit = AFFORDABLE * residual_norm(estimate, sums)
     knots = output_knots() if choice.family == "modified-pi" else None
     for eps in (0.3, 0.1, 0.03, 0.01):
         if eps <= problem.eps:
             break
-        firmer = fit_family(choice.family, system, estimate.weights.size, eps, knots, choice.regularisation)
-        if residual_norm(firmer, system) <= limit:
+        firmer = fit_family(
+            choice.family, sums, eps, knots, choice.regularisation,
+            warm=estimate.passive, triangle=lambda: _triangle(problem.data, bank, knots),
+        )  # fmt: skip
+        if residual_norm(firmer, sums) <= limit:
             return eps
     return None

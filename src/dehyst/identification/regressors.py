@@ -1,4 +1,4 @@
-"""Regressors of one operator bank over a data set, reduced to triangles as they are made."""
+"""Plays of one operator bank over a data set."""
 
 from __future__ import annotations
 
@@ -9,16 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.identification.data import DataSet
-from dehyst.identification.least_squares import triangle
+from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.memory import state_before
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
-# Rows that are reduced at once: 1024 x 120 doubles, 1 MB, stay in the processor's cache, where the triangular
-# factor takes a quarter of the time of 8192 rows.
-CHUNK = 1024
 # A play that moved less than this share of the half range over the training samples tells nothing.
 MOVED = 1e-6
 
@@ -47,88 +43,59 @@ class Bank:
 
 def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
     """Choose the operators that the training samples set in motion, and their states before each piece."""
-    states = _states(data, thresholds, initial_state)
+    states = tuple(_state(data, piece, thresholds, initial_state) for piece in data.pieces)
     low = np.full(thresholds.size, np.inf)
     high = np.full(thresholds.size, -np.inf)
-    for piece, state, rows in zip(data.pieces, states, training_rows(data, initial_state), strict=True):
-        # A play reaches its extremes where the input turns: those rows suffice.
-        turns = np.ones(piece.x.size, dtype=np.bool_)
-        turns[1:-1] = np.diff(np.sign(np.diff(piece.x))) != 0
-        turns[rows[:1]] = turns[rows[-1:]] = True
-        for _, plays in _blocks(piece.x, thresholds, state, rows[turns[rows]]):
-            low, high = np.minimum(low, plays.min(axis=0)), np.maximum(high, plays.max(axis=0))
+    for piece, state in zip(data.pieces, states, strict=True):
+        fitted = piece.fitted(initial_state)
+        if fitted.stop > fitted.start:
+            least, most = _extremes(piece.x, fitted, thresholds, state)
+            low, high = np.minimum(low, least), np.maximum(high, most)
     moved = high - low > MOVED
     moved[0] = True
     kept = np.ascontiguousarray(thresholds[moved])
     return Bank(kept, thresholds[~moved], tuple(np.ascontiguousarray(s[moved]) for s in states), initial_state)
 
 
-def _blocks(x: Array, thresholds: Array, state: Array, rows: Rows) -> Iterator[tuple[Rows, Array]]:
-    """Play outputs at the given rows of one piece, a chunk at a time."""
-    position = 0
-    size = max(CHUNK, 2 * thresholds.size)  # fewer rows than columns would not reduce anything
-    for begin in range(0, rows.size, size):
-        part = rows[begin : begin + size]
-        stop = int(part[-1]) + 1
-        plays, state = _native.play_bank(x[position:stop], thresholds, state, part - position)
-        position = stop
-        yield part, plays
+def _extremes(x: Array, fitted: slice, thresholds: Array, state: Array) -> tuple[Array, Array]:
+    """Smallest and largest output of each play over the fitted samples.
+
+    A play rises only with x - r and falls only with x + r, so its largest value is that at the first sample or
+    max x - r, its smallest that at the first sample or min x + r: no need to look at every turn.
+    """
+    first = _native.play_bank(x[: fitted.start + 1], thresholds, state, np.array([fitted.start]))[0][0]
+    inside = x[fitted]
+    return np.minimum(first, inside.min() + thresholds), np.maximum(first, inside.max() - thresholds)
 
 
-def _states(data: DataSet, thresholds: Array, initial_state: str) -> tuple[Array, ...]:
-    return tuple(
-        state_before(
-            "unknown" if piece.after_break else initial_state,
-            thresholds,
-            float(piece.x[0]),
-            low=-1.0,
-            high=1.0,
-            origin=-data.center / data.half_range,
-        )
-        for piece in data.pieces
+def _state(data: DataSet, piece: Piece, thresholds: Array, initial_state: str) -> Array:
+    return state_before(
+        "unknown" if piece.after_break else initial_state,
+        thresholds,
+        float(piece.x[0]),
+        low=-1.0,
+        high=1.0,
+        origin=-data.center / data.half_range,
     )
 
 
-def training_rows(data: DataSet, initial_state: str) -> tuple[Rows, ...]:
-    """Indices of the training samples of each piece whose memory is known."""
-    return tuple(np.flatnonzero(piece.train & piece.usable(initial_state)).astype(np.int64) for piece in data.pieces)
+def fitted_samples(data: DataSet, initial_state: str) -> int:
+    """Number of samples that are fitted."""
+    spans = [piece.fitted(initial_state) for piece in data.pieces]
+    return sum(
+        span.stop - span.start if piece.weight is None else int(np.count_nonzero(piece.weight[span]))
+        for piece, span in zip(data.pieces, spans, strict=True)
+    )
 
 
-def plays_at(data: DataSet, bank: Bank, rows: tuple[Rows, ...]) -> tuple[Array, Array]:
-    """Play outputs (m, n) and scaled output (m,) at the given rows of all pieces."""
-    plays, outputs = [], []
-    for piece, state, chosen in zip(data.pieces, bank.states, rows, strict=True):
-        for part, block in _blocks(piece.x, bank.thresholds, state, chosen):
-            plays.append(block)
-            outputs.append(piece.y[part])
-    return np.concatenate(plays), np.concatenate(outputs)
-
-
-def reduce(data: DataSet, bank: Bank, rows: tuple[Rows, ...], knots: Array | None = None) -> Array:
-    """Triangular factor of [1 | plays | ramps | y] over the given rows, in constant memory.
-
-    Parameters
-    ----------
-    knots
-        Knots of the output map: adds the ramp columns of `ramps`. None leaves them out.
-    """
-    factor: Array | None = None
-    for piece, state, chosen in zip(data.pieces, bank.states, rows, strict=True):
-        for part, plays in _blocks(piece.x, bank.thresholds, state, chosen):
-            block = design(plays, piece.y[part], knots)
-            factor = triangle(block if factor is None else np.vstack([factor, block]))
-    if factor is None:
-        raise AssertionError("no rows to fit")  # the caller has checked
-    return factor
-
-
-def design(plays: Array, y: Array, knots: Array | None) -> Array:
-    """Rows [1 | plays | ramps | y], (m, 1 + n + p + 1)."""
-    columns = [np.ones((y.size, 1)), plays]
-    if knots is not None:
-        columns.append(ramps(y, knots))
-    columns.append(y[:, None])
-    return np.hstack(columns)
+def blocks(x: Array, thresholds: Array, state: Array, rows: slice, size: int) -> Iterator[tuple[slice, Array]]:
+    """Play outputs over a span of one piece, (size, n) at a time."""
+    for begin in range(rows.start, rows.stop, size):
+        part = slice(begin, min(begin + size, rows.stop))
+        position = 0 if begin == rows.start else begin
+        wanted = np.arange(part.start - position, part.stop - position, dtype=np.int64)
+        plays, state = _native.play_bank(x[position : part.stop], thresholds, state, wanted)
+        yield part, plays
 
 
 def ramps(y: Array, knots: Array) -> Array:

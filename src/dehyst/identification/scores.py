@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet
+from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StopOperatorModel
@@ -15,18 +18,92 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
-def masks(
-    records: tuple[Recording, ...], data: DataSet, initial_state: str
-) -> tuple[tuple[Mask, ...], tuple[Mask, ...]]:
-    """Train and test masks of each recording, without the samples whose memory is unknown."""
-    train = [np.zeros(len(record), dtype=np.bool_) for record in records]
-    test = [np.zeros(len(record), dtype=np.bool_) for record in records]
+@dataclass(frozen=True)
+class Part:
+    """Which samples of the recordings are meant, and how much each counts.
+
+    Attributes
+    ----------
+    spans
+        Spans of samples, for each recording.
+    weights
+        Weight of each sample of each recording, (T,), or None where all count alike.
+    """
+
+    spans: tuple[tuple[slice, ...], ...]
+    weights: tuple[Array | None, ...]
+
+    def __bool__(self) -> bool:
+        """Whether there are any samples."""
+        return any(True for _ in self.blocks())
+
+    def blocks(self, *numbers: int) -> Iterator[tuple[int, slice, Array | None]]:
+        """Recording, samples and their weights, a cacheful at a time; of some recordings only."""
+        for index, (spans, weight) in enumerate(zip(self.spans, self.weights, strict=True)):
+            if numbers and index not in numbers:
+                continue
+            for span in spans:
+                for part in chunks(span):
+                    chosen = None if weight is None else weight[part]
+                    if chosen is None or np.any(chosen > 0.0):
+                        yield index, part, chosen
+
+    def mask(self, index: int, size: int) -> Mask:
+        """Whether each sample of a recording of that size belongs to the part; those of no weight do not."""
+        mask, weight = np.zeros(size, dtype=np.bool_), self.weights[index]
+        for span in self.spans[index]:
+            mask[span] = True if weight is None else weight[span] > 0.0
+        return mask
+
+    def moments(self, signals: Sequence[Array], less: Sequence[Array] | None = None, *numbers: int) -> Moments:
+        """Count, mean, mean square and largest size of a signal, or of a difference of two."""
+        count = first = second = largest = 0.0
+        for index, part, weight in self.blocks(*numbers):
+            values = signals[index][part] if less is None else signals[index][part] - less[index][part]
+            scaled = values if weight is None else values * weight
+            count += values.size if weight is None else float(np.sum(weight))
+            first += float(np.sum(scaled))
+            second += float(scaled @ values)
+            sized = values if weight is None else values[weight > 0.0]
+            largest = max(largest, float(np.max(sized)), -float(np.min(sized)))
+        return Moments(count, first / count if count else 0.0, second / count if count else 0.0, largest)
+
+
+@dataclass(frozen=True, slots=True)
+class Moments:
+    """Sums over samples of a signal.
+
+    Attributes
+    ----------
+    count, mean, square, largest
+        Sum of the weights, weighted mean, weighted mean square, largest absolute value.
+    """
+
+    count: float
+    mean: float
+    square: float
+    largest: float
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square."""
+        return float(np.sqrt(self.square))
+
+
+def parts(records: tuple[Recording, ...], data: DataSet, initial_state: str) -> tuple[Part, Part]:
+    """Fitted and held-out samples of each recording, without those whose memory is unknown."""
+    fitted: list[list[slice]] = [[] for _ in records]
+    held_out: list[list[slice]] = [[] for _ in records]
+    weights: list[Array | None] = [None if not data.weighted else np.ones(len(record)) for record in records]
     for piece in data.pieces:
-        span = slice(piece.start, piece.start + piece.x.size)
-        usable = piece.usable(initial_state)
-        train[piece.recording][span] = piece.train & usable
-        test[piece.recording][span] = piece.test & usable
-    return tuple(train), tuple(test)
+        for spans, span in ((fitted, piece.fitted(initial_state)), (held_out, piece.held_out(initial_state))):
+            if span.stop > span.start:
+                spans[piece.recording].append(slice(piece.start + span.start, piece.start + span.stop))
+        given = weights[piece.recording]
+        if given is not None and piece.weight is not None:
+            given[piece.start : piece.start + piece.x.size] = piece.weight
+    first, second = (Part(tuple(map(tuple, spans)), tuple(weights)) for spans in (fitted, held_out))
+    return first, second
 
 
 def predictions(
@@ -36,16 +113,20 @@ def predictions(
 
     Every piece starts from its own memory.
     """
-    outputs = [np.empty(len(record)) for record in records]
-    demands = [np.empty(len(record)) for record in records]
+    outputs: list[list[Array]] = [[] for _ in records]
+    demands: list[list[Array]] = [[] for _ in records]
     thresholds = _thresholds(model)
     kept = np.searchsorted(bank.thresholds * data.half_range, thresholds)
     for piece, state in zip(data.pieces, bank.states, strict=True):
         span = slice(piece.start, piece.start + piece.x.size)
         started = model.with_state(state[kept] * data.half_range)
-        outputs[piece.recording][span] = started.simulate(records[piece.recording].input[span])
-        demands[piece.recording][span] = started.inverse().simulate(records[piece.recording].output[span])
-    return tuple(outputs), tuple(demands)
+        outputs[piece.recording].append(started.simulate(records[piece.recording].input[span]))
+        demands[piece.recording].append(started.inverse().simulate(records[piece.recording].output[span]))
+    return tuple(map(_joined, outputs)), tuple(map(_joined, demands))
+
+
+def _joined(pieces: list[Array]) -> Array:
+    return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
 def _thresholds(model: HysteresisModel) -> Array:
@@ -56,21 +137,20 @@ def _thresholds(model: HysteresisModel) -> Array:
     raise AssertionError(f"no thresholds in {type(model).__name__}")
 
 
-def score(
-    records: tuple[Recording, ...], outputs: tuple[Array, ...], chosen: tuple[Mask, ...], output_range: float
-) -> Score | None:
+def score(records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, output_range: float) -> Score | None:
     """Score of the chosen samples of all recordings together; None if there are none."""
-    measured = np.concatenate([record.output[mask] for record, mask in zip(records, chosen, strict=True)])
-    if measured.size == 0:
+    measured = [record.output for record in records]
+    about = part.moments(measured)
+    if about.count == 0.0:
         return None
-    error = np.concatenate([y[mask] for y, mask in zip(outputs, chosen, strict=True)]) - measured
-    rmse = float(np.sqrt(np.mean(error**2)))
-    deviation = float(np.std(measured))
+    error = part.moments(outputs, measured)
+    middle = [np.broadcast_to(about.mean, record.output.shape) for record in records]
+    deviation = part.moments(measured, middle).rms
     return Score(
-        rmse=rmse,
-        rmse_percent=100.0 * rmse / output_range,
-        nrmse=rmse / deviation if deviation > 0 else float("inf") if rmse > 0 else 0.0,
-        max=float(np.max(np.abs(error))),
+        rmse=error.rms,
+        rmse_percent=100.0 * error.rms / output_range,
+        nrmse=error.rms / deviation if deviation > 0 else float("inf") if error.rms > 0 else 0.0,
+        max=error.largest,
     )
 
 
@@ -80,13 +160,18 @@ def round_trip(model: HysteresisModel, x: Array) -> float:
     inverse = model.inverse()
     back = inverse.simulate(y)
     again = model.simulate(back)
-    input_error = float(np.max(np.abs(back - x))) / max(float(np.ptp(x)), 1e-300)
-    output_error = float(np.max(np.abs(again - y))) / max(float(np.ptp(y)), 1e-300)
-    return max(input_error, output_error)
+    return max(_farthest(back, x), _farthest(again, y))
 
 
-def inverse_miss(records: tuple[Recording, ...], demands: tuple[Array, ...], chosen: tuple[Mask, ...]) -> float:
+def _farthest(values: Array, reference: Array) -> float:
+    """Largest distance, relative to the range of the reference."""
+    span = float(np.max(reference)) - float(np.min(reference))
+    farthest = max(float(np.max(np.abs(values[part] - reference[part]))) for part in chunks(slice(0, values.size)))
+    return farthest / max(span, 1e-300)
+
+
+def inverse_miss(records: tuple[Recording, ...], demands: Sequence[Array], part: Part) -> float:
     """RMS of the input asked for less the input applied, over the chosen samples, share of the input's range."""
-    miss = np.concatenate([(x - rec.input)[mask] for rec, x, mask in zip(records, demands, chosen, strict=True)])
-    inputs = np.concatenate([record.input for record in records])
-    return float(np.sqrt(np.mean(miss**2))) / float(np.ptp(inputs))
+    inputs = [record.input for record in records]
+    span = max(float(np.max(x)) for x in inputs) - min(float(np.min(x)) for x in inputs)
+    return part.moments(demands, inputs).rms / span

@@ -15,23 +15,20 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.data import DataSet
-from dehyst.identification.families import FAMILIES, MAP_PIECES, Regularisation, fit_family, predict
+from dehyst.identification.families import FAMILIES, Regularisation
 from dehyst.identification.fit import Candidate
-from dehyst.identification.least_squares import triangle
+from dehyst.identification.folds import Folds, in_parallel
 from dehyst.identification.memory import largest_radius
-from dehyst.identification.regressors import Bank, Rows, design, make_bank, plays_at, training_rows
+from dehyst.identification.regressors import make_bank
+from dehyst.identification.short_signal import shorten
 
 Array = npt.NDArray[np.float64]
 
-BLOCKS = 5
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000
 # A finer grid changes the fit, not the choice.
 COMPARED_OPERATORS = 100
 FEWEST_ROWS = 40
-# What is left of a log without one block may not move every play; a trace of ridge keeps those at rest, whose
-# weights would otherwise be anything. Relative to the rms of the scaled output.
-FOLD_RIDGE = 1e-4
 # Errors below this share of the best candidate's are not told apart: a block at standstill must not decide.
 FLOOR = 0.1
 # A simpler family is preferred when its error is within this share of the best one.
@@ -75,9 +72,9 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
     if given is not None:
         return given / data.half_range
     radius = max(
-        largest_radius("rest" if choice.initial_state == "rest" else "zero", piece.x[piece.train])
+        largest_radius("rest" if choice.initial_state == "rest" else "zero", piece.x[: piece.split])
         for piece in data.pieces
-        if piece.train.any()
+        if piece.split
     )
     return (np.arange(operators) / operators) ** grid_power(choice.family) * radius
 
@@ -85,11 +82,6 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
 def grid_power(family: str) -> int:
     """Exponent of the threshold grid of a family."""
     return STOP_POWER if family == "stop" else 1
-
-
-def output_knots() -> Array:
-    """Knots of the output map over the training range, scaled."""
-    return np.linspace(-1.0, 1.0, MAP_PIECES + 1)
 
 
 def possible_choices(families: Sequence[str], starts: Sequence[str]) -> Iterator[Choice]:
@@ -107,17 +99,24 @@ def compare(
 ) -> list[tuple[Choice, Array]]:
     """Return each choice with its RMSE on every held-out block, scaled, (BLOCKS,)."""
     listed = list(choices)
-    results: list[tuple[Choice, Array]] = []
-    for group in _by_bank(listed):
+    shorts = {unknown: shorten(data, start, COMPARED_ROWS) for unknown, start in _memories(listed).items()}
+
+    def errors_of(group: list[Choice]) -> list[tuple[Choice, Array]]:
         start = group[0].initial_state
+        short = shorts[start == "unknown"]
+        if short.rows < FEWEST_ROWS:
+            return []
         bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), group[0], given), start)
-        rows = _thinned(training_rows(data, start))
-        if sum(part.size for part in rows) < FEWEST_ROWS:
-            continue
-        plays, y = plays_at(data, bank, rows)
-        folds = _Folds(plays, y)
-        results += [(choice, folds.errors(choice, bank, eps)) for choice in group]
+        folds = Folds(short, bank)
+        return [(choice, folds.errors(choice, eps)) for choice in group]
+
+    results = [result for part in in_parallel(errors_of, _by_bank(listed)) for result in part]
     return sorted(results, key=lambda result: listed.index(result[0]))
+
+
+def _memories(choices: list[Choice]) -> dict[bool, str]:
+    """Which samples count depends on the start only by whether it is unknown."""
+    return {choice.initial_state == "unknown": choice.initial_state for choice in choices}
 
 
 def _by_bank(choices: list[Choice]) -> list[list[Choice]]:
@@ -128,52 +127,19 @@ def _by_bank(choices: list[Choice]) -> list[list[Choice]]:
     return list(groups.values())
 
 
-class _Folds:
-    """The blocks of one operator bank, reduced once and fitted by every choice."""
-
-    def __init__(self, plays: Array, y: Array) -> None:
-        self._plays, self._y = plays, y
-        self._blocks = np.array_split(np.arange(y.size), BLOCKS)
-        self._knots = output_knots()
-        whole = design(plays, y, self._knots)
-        factors = [triangle(whole[block]) for block in self._blocks]
-        self._without = [
-            triangle(np.vstack([factor for other, factor in enumerate(factors) if other != left_out]))
-            for left_out in range(BLOCKS)
-        ]
-
-    def errors(self, choice: Choice, bank: Bank, eps: float) -> Array:
-        errors = []
-        n = bank.thresholds.size
-        ridge = np.zeros((n, self._without[0].shape[1]))
-        ridge[np.arange(n), 1 + np.arange(n)] = FOLD_RIDGE * np.sqrt(self._y.size)
-        for block, factor in zip(self._blocks, self._without, strict=True):
-            system = np.vstack([factor, ridge])
-            estimate = fit_family(choice.family, system, n, eps, self._knots, choice.regularisation)
-            residual = predict(estimate, self._plays[block], self._knots) - self._y[block]
-            errors.append(float(np.sqrt(np.mean(residual**2))))
-        return np.array(errors)
-
-
-def _thinned(rows: tuple[Rows, ...]) -> tuple[Rows, ...]:
-    stride = max(1, -(-sum(part.size for part in rows) // COMPARED_ROWS))
-    return tuple(part[::stride] for part in rows)
-
-
 def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | None) -> str:
     """Start state of the paper's program: "zero", unless another one halves the error of the fit.
 
     Data that were made by the operator from another state say so by orders of magnitude; measured data never do.
     """
     errors: dict[str, float] = {}
+    short = shorten(data, "zero", COMPARED_ROWS)
+    if short.rows < FEWEST_ROWS:
+        return "zero"
     for start in ("zero", "origin", "rest", "rising", "falling"):
         bank = make_bank(data, threshold_grid(data, operators, Choice("pi", start, None), given), start)
-        rows = _thinned(training_rows(data, start))
-        if sum(part.size for part in rows) < FEWEST_ROWS:
-            return "zero"
-        plays, y = plays_at(data, bank, rows)
-        estimate = fit_family("pi", triangle(design(plays, y, None)), bank.thresholds.size, eps)
-        errors[start] = float(np.sqrt(np.mean((predict(estimate, plays, None) - y) ** 2)))
+        folds = Folds(short, bank, blocks=1)
+        errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
     best = min(errors, key=errors.__getitem__)
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
 

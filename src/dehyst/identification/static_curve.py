@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet
-from dehyst.identification.least_squares import solve_bounded, triangle
-from dehyst.identification.regressors import CHUNK, Rows, ramps
+from dehyst import _native
+from dehyst.identification.data import DataSet, chunks
 from dehyst.models import ModelCard, MonotoneMap, StaticCurve
 
 Array = npt.NDArray[np.float64]
@@ -17,26 +16,55 @@ SMALLEST_SLOPE = 1e-3
 SMOOTHING = 0.01
 
 
-def fit_static(data: DataSet, rows: tuple[Rows, ...], card: ModelCard) -> StaticCurve:
+def fit_static(data: DataSet, initial_state: str, card: ModelCard) -> StaticCurve:
     """Fit a rising piecewise linear curve y = v(x) by least squares.
 
     minimise |c + sum_j m_j ramp_j(x) - y|^2 + smoothing |m_{j+1} - m_j|^2,  m_j >= 0.001, over [-1, 1] scaled.
     """
+    gram, rhs, square = _sums(data, initial_state)
+    difference = np.eye(PIECES - 1, PIECES, k=1) - np.eye(PIECES - 1, PIECES)
+    extra = np.zeros_like(gram)
+    extra[1:, 1:] = SMOOTHING**2 * gram[0, 0] * (difference.T @ difference)
+    lower = np.full(1 + PIECES, SMALLEST_SLOPE)
+    u, *_ = _native.solve_bounded(
+        gram, rhs, lower, 1, 0, _native.SLOPES, extra, np.zeros(1 + PIECES), None, np.sqrt(square)
+    )
     knots = np.linspace(-1.0, 1.0, PIECES + 1)
-    factor: Array | None = None
-    for piece, chosen in zip(data.pieces, rows, strict=True):
-        for begin in range(0, chosen.size, CHUNK):
-            part = chosen[begin : begin + CHUNK]
-            block = np.hstack([np.ones((part.size, 1)), ramps(piece.x[part], knots), piece.y[part][:, None]])
-            factor = triangle(block if factor is None else np.vstack([factor, block]))
-    if factor is None:
-        raise AssertionError("no rows to fit")  # the caller has checked
-    samples = float(np.linalg.norm(factor[:, 0]))
-    smooth = np.zeros((PIECES - 1, PIECES + 2))
-    rows_index = np.arange(PIECES - 1)
-    smooth[rows_index, 1 + rows_index] = -SMOOTHING * samples
-    smooth[rows_index, 2 + rows_index] = SMOOTHING * samples
-    solution = solve_bounded(np.vstack([factor, smooth]), 1, np.full(PIECES, SMALLEST_SLOPE))
-    y = solution.free[0] + np.concatenate([[0.0], np.cumsum(solution.bounded * np.diff(knots))])
+    y = u[0] + np.concatenate([[0.0], np.cumsum(u[1:] * np.diff(knots))])
     curve = MonotoneMap(data.center + data.half_range * knots, data.level + data.trend * data.amplitude * y)
     return StaticCurve(curve, card)
+
+
+def _sums(data: DataSet, initial_state: str) -> tuple[Array, Array, float]:
+    """Normal equations of [1 | ramps] and y.
+
+    Within a bin between two knots all ramps below are full, all above zero, and one is t = x - knot: the sums of 1, t,
+    t^2, y and t y over each bin are enough.
+    """
+    moments, square = np.zeros((5, PIECES)), 0.0
+    for piece in data.pieces:
+        for part in chunks(piece.fitted(initial_state)):
+            x, y = piece.x[part], piece.y[part]
+            position = np.clip(0.5 * PIECES * (x + 1.0), 0.0, float(PIECES))
+            cell = np.minimum(position.astype(np.int64), PIECES - 1)
+            t = position - cell
+            one = np.ones(x.size) if piece.weight is None else piece.weight[part]
+            for row, values in enumerate((one, one * t, one * t * t, one * y, one * t * y)):
+                moments[row] += np.bincount(cell, values, PIECES)
+            square += float(one * y @ y)
+    return *_from_bins(moments), square
+
+
+def _from_bins(moments: Array) -> tuple[Array, Array]:
+    """Gram matrix of [1 | ramps] and its right-hand side from the sums over bins, t in units of a bin."""
+    count, t, tt, y, ty = moments
+    width = 2.0 / PIECES
+    above = np.concatenate([np.cumsum(count[::-1])[::-1][1:], [0.0]])  # samples beyond each bin: its ramp is full
+    full = np.concatenate([np.cumsum(y[::-1])[::-1][1:], [0.0]])
+    total = width * (t + above)  # sum of each ramp
+    gram = np.zeros((1 + PIECES, 1 + PIECES))
+    gram[0, 0] = count.sum()
+    gram[0, 1:] = gram[1:, 0] = total
+    later = np.triu(np.ones((PIECES, PIECES)), 1) * (width * total)  # j < k: ramp j is full where ramp k is not zero
+    gram[1:, 1:] = later + later.T + np.diag(width**2 * (tt + above))
+    return gram, np.concatenate([[y.sum()], width * (ty + full)])

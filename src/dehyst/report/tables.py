@@ -111,6 +111,7 @@ def _certificate(fit: Fit) -> Table:
         (),
         (
             ("KKT residual of the optimisation", number(c.kkt_residual, 2)),
+            ("Solved by", f"{c.route}, condition {number(c.condition, 2)}"),
             ("Round trip error, of the range", number(c.round_trip_error, 2)),
             ("Largest slope of the inverse", with_unit(c.inverse_gain, gain_unit)),
             ("Operators with weight", f"{c.nonzero_weights} of {c.operators}"),

@@ -1,0 +1,114 @@
+"""Blocks of a short signal, summed once for one bank of operators, fitted and scored by every choice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.families import MAP_PIECES, Estimate, Regularisation, fit_family, predict
+from dehyst.identification.normal_equations import NormalEquations, ramp_columns
+from dehyst.identification.regressors import Bank
+from dehyst.identification.short_signal import ShortSignal
+
+Array = npt.NDArray[np.float64]
+Marks = npt.NDArray[np.bool_]
+In = TypeVar("In")
+Out = TypeVar("Out")
+
+BLOCKS = 5
+# What is left of a log without one block may not move every play; a trace of ridge keeps those at rest, whose
+# weights would otherwise be anything. Relative to the rms of the scaled output.
+FOLD_RIDGE = 1e-4
+
+
+def output_knots() -> Array:
+    """Knots of the output map over the training range, scaled."""
+    return np.linspace(-1.0, 1.0, MAP_PIECES + 1)
+
+
+class Setting(Protocol):
+    """What a choice says about the program."""
+
+    @property
+    def family(self) -> str:
+        """Model family."""
+
+    @property
+    def regularisation(self) -> Regularisation | None:
+        """Of the output map."""
+
+
+class Folds:
+    """Consecutive blocks of the rows under one bank of operators."""
+
+    def __init__(self, short: ShortSignal, bank: Bank, blocks: int = BLOCKS, ramps: bool = True) -> None:
+        self._thresholds = bank.thresholds
+        self._plays, self._y, self._weight = short.plays(bank.thresholds, bank.states), short.y, short.weight
+        rows = np.array_split(np.arange(short.rows), blocks)
+        self._blocks = [slice(int(part[0]), int(part[-1]) + 1) for part in rows]
+        self._knots = output_knots()
+        cells = self._plays.copy()
+        cells[:, :-1] -= self._plays[:, 1:]
+        parts = [np.ones((1, short.rows)), cells.T, self._y[None, :]]
+        if ramps:
+            parts.insert(2, ramp_columns(self._y, self._knots))
+        self._columns = np.vstack(parts)
+        self._sums = [self._sum(block) for block in self._blocks]
+        self._warm: dict[tuple[str, int], Marks | None] = {}
+
+    def _sum(self, block: slice) -> Array:
+        columns = self._columns[:, block]
+        product: Array = columns @ (columns if self._weight is None else columns * self._weight[block]).T
+        return product
+
+    def errors(self, choice: Setting, eps: float) -> Array:
+        """RMSE on every block of the fit to the others, scaled, (blocks,)."""
+        return np.array([self._error(choice, eps, left_out) for left_out in range(len(self._blocks))])
+
+    def _error(self, choice: Setting, eps: float, left_out: int) -> float:
+        others = [block for k, block in enumerate(self._sums) if k != left_out]
+        sums = NormalEquations(self._thresholds, np.sum(others, axis=0))
+        estimate = fit_family(
+            choice.family, sums, eps, self._knots, choice.regularisation,
+            fold_ridge=FOLD_RIDGE**2 * self._y.size,
+            warm=self._warm.get((choice.family, left_out)),
+            triangle=lambda: self._triangle(left_out),
+        )  # fmt: skip
+        self._warm[choice.family, left_out] = estimate.passive
+        return self._rms(estimate, self._blocks[left_out])
+
+    def fitted_error(self, choice: Setting, eps: float) -> float:
+        """RMSE of the fit to all rows on these, scaled."""
+        sums = NormalEquations(self._thresholds, np.sum(self._sums, axis=0))
+        estimate = fit_family(
+            choice.family, sums, eps, self._knots, choice.regularisation, triangle=lambda: self._triangle(None)
+        )
+        return self._rms(estimate, slice(0, self._y.size))
+
+    def _rms(self, estimate: Estimate, block: slice) -> float:
+        residual = predict(estimate, self._plays[block], self._knots) - self._y[block]
+        return float(np.sqrt(np.average(residual**2, weights=None if self._weight is None else self._weight[block])))
+
+    def _triangle(self, left_out: int | None) -> Array:
+        from dehyst.identification.least_squares import triangle  # only where normal equations will not do
+
+        rows = self._columns.T.copy()
+        rows[:, 1 : 1 + self._thresholds.size] = self._plays
+        if self._weight is not None:
+            rows *= np.sqrt(self._weight)[:, None]
+        return triangle(rows if left_out is None else np.delete(rows, self._blocks[left_out], axis=0))
+
+
+def in_parallel(function: Callable[[In], Out], items: Iterable[In]) -> list[Out]:
+    """Results in order; on threads where there are several processors, since the engine releases Python's lock."""
+    listed = list(items)
+    workers = min(len(listed), os.cpu_count() or 1)
+    if workers < 2:
+        return [function(item) for item in listed]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(function, listed))

@@ -1,0 +1,168 @@
+"""One step of refinement on the data: what sums over millions of samples have lost comes back.
+
+    r_k = y_k - c - sum_i w_i z_i[k]         by the model itself, sample by sample
+    g = sum_k c_k r_k                        over the columns [1 | cells]
+    G_P d = g_P                              on the slopes that are free, those between two operators with weight
+
+The gradient of small residuals has an error in proportion to them, not to y. The step is kept if the gradient on the
+data, which becomes the certificate's KKT residual, is no larger after it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst._native import SLOPES, STOPS, WEIGHTS, Evaluator, Gram
+from dehyst.identification.data import DataSet, chunks
+from dehyst.identification.families import NORMAL, Estimate, estimate_of
+from dehyst.identification.normal_equations import NormalEquations
+from dehyst.identification.programs import BASIS, lower_bounds
+from dehyst.identification.regressors import Bank
+
+Array = npt.NDArray[np.float64]
+Marks = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """Of the sum of squares at an estimate.
+
+    Attributes
+    ----------
+    cells
+        Sums of [1 | cells] times the residual, (1 + n,).
+    square
+        Sum of squared residuals.
+    """
+
+    cells: Array
+    square: float
+
+
+def gradient_of(data: DataSet, bank: Bank, estimate: Estimate) -> Gradient:
+    """Residuals of an estimate without output map over the fitted samples, summed against the columns."""
+    total, square = np.zeros(1 + bank.thresholds.size), 0.0
+    for piece, state in zip(data.pieces, bank.states, strict=True):
+        span = piece.fitted(bank.initial_state)
+        if span.stop <= span.start:
+            continue
+        model = Evaluator(bank.thresholds, estimate.weights, 0.0, estimate.offset, state)
+        gram = Gram(bank.thresholds, state, 1)
+        gram.only_targets(True)
+        model.run(piece.x[: span.start])
+        gram.skip(piece.x[: span.start])
+        for part in chunks(span):
+            residual = piece.y[part] - model.run(piece.x[part])
+            weight = None if piece.weight is None else piece.weight[part]
+            gram.add(piece.x[part], residual[None, :], weight)
+            square += float(residual @ (residual if weight is None else weight * residual))
+        total += gram.take()[: 1 + bank.thresholds.size, -1]
+    return Gradient(total, square)
+
+
+def refine(data: DataSet, bank: Bank, sums: NormalEquations, eps: float, estimate: Estimate) -> Estimate:
+    """Return the estimate, refined on the data where that improves it, with the KKT residual of the data."""
+    if estimate.slopes is not None or estimate.passive is None or estimate.route != NORMAL:
+        return estimate
+    before = gradient_of(data, bank, estimate)
+    kept = replace(estimate, kkt_residual=kkt_residual(sums, estimate.family, estimate.passive, before))
+    better = _step(sums, eps, estimate, before)
+    if better is None:
+        return kept
+    after = gradient_of(data, bank, better)
+    better = replace(better, kkt_residual=kkt_residual(sums, better.family, estimate.passive, after))
+    return better if better.kkt_residual <= max(kept.kkt_residual, 1e-15) else kept
+
+
+def _step(sums: NormalEquations, eps: float, estimate: Estimate, gradient: Gradient) -> Estimate | None:
+    """Solve G_P d = g_P; None where a weight would leave its bound or nothing is free."""
+    n, passive = sums.operators, estimate.passive
+    if passive is None:
+        return None
+    starts, free = _groups(estimate.family, passive[1 : 1 + n])
+    matrix = sums.matrix[: 1 + n, : 1 + n]
+    edges = np.concatenate([[0], 1 + starts])
+    chosen = np.concatenate([[True], free])
+    block = np.add.reduceat(np.add.reduceat(matrix, edges, axis=0), edges, axis=1)[np.ix_(chosen, chosen)]
+    right = np.add.reduceat(gradient.cells, edges)[chosen]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(block), 1e-300))
+    try:
+        step = scale * np.linalg.solve(block * scale[:, None] * scale, scale * right)
+    except np.linalg.LinAlgError:
+        return None
+    slopes = np.zeros(free.size)
+    slopes[free] = step[1:]
+    change = np.repeat(slopes, np.diff(np.append(starts, n)))
+    u = estimate.parameters + np.concatenate([step[:1], _from_slopes(estimate.family, change)])
+    lower = lower_bounds(estimate.family, n, eps)
+    if not np.all(u[1:][passive[1 : 1 + n]] > lower[passive[1 : 1 + n]]):
+        return None
+    return estimate_of(estimate.family, n, u, 0.0, estimate.route, estimate.condition, passive)
+
+
+def _groups(family: str, passive: Marks) -> tuple[npt.NDArray[np.int64], Marks]:
+    """First cell of each group of cells with one slope, and whether that slope is free."""
+    if BASIS[family] == SLOPES:
+        return np.arange(passive.size), passive
+    inner = 1 + np.flatnonzero(passive[1:])
+    starts = np.concatenate([[0], inner])
+    free = np.ones(starts.size, dtype=np.bool_)
+    free[-1 if BASIS[family] == STOPS else 0] = passive[0]
+    return starts, free
+
+
+def _from_slopes(family: str, change: Array) -> Array:
+    """Parameters u of the plays from their slopes v = T u."""
+    if BASIS[family] == SLOPES:
+        return change
+    if BASIS[family] == STOPS:
+        return np.concatenate([change[-1:], change[:-1] - change[1:]])
+    return np.diff(change, prepend=0.0)
+
+
+def kkt_residual(sums: NormalEquations, family: str, passive: Marks, gradient: Gradient) -> float:
+    """Largest violation of the optimality conditions, relative to |column| |y|, both as the offset leaves them."""
+    n, matrix = sums.operators, sums.matrix
+    slope = transposed(family, gradient.cells[1:])
+    means = transposed(family, matrix[0, 1 : 1 + n])
+    length = np.sqrt(np.maximum(_squares(sums, family) - means**2 / sums.samples, 0.0))
+    target = np.sqrt(max(float(matrix[-1, -1]) - float(matrix[0, -1]) ** 2 / sums.samples, 1e-300))
+    # A column that the offset explains says nothing: what is left of it is rounding.
+    told = length > 1e-7 * np.sqrt(sums.samples)
+    relative = np.where(told, slope, 0.0) / (np.where(told, length, 1.0) * target)
+    violation = np.where(passive[1 : 1 + n], np.abs(relative), np.maximum(relative, 0.0))
+    offset = abs(float(gradient.cells[0])) / (np.sqrt(sums.samples) * target)
+    return max(float(np.max(violation)), float(offset))
+
+
+def transposed(family: str, cells: Array) -> Array:
+    """T' g: sums over the columns of the parameters from those over cells."""
+    if BASIS[family] == SLOPES:
+        return cells
+    if BASIS[family] == STOPS:
+        return np.concatenate([[np.sum(cells)], np.cumsum(cells)[:-1]])
+    return np.cumsum(cells[::-1])[::-1]
+
+
+def _squares(sums: NormalEquations, family: str) -> Array:
+    """Squared lengths of the columns of the parameters, (n,): sums over squares of G's corner."""
+    n, size = sums.operators, sums.matrix.shape[0]
+    diagonal = np.diag(sums.matrix)[1 : 1 + n]
+    if BASIS[family] == SLOPES:
+        return diagonal
+    row = np.arange(1, 1 + n)
+    upper = np.zeros(n)
+    if n > 1:
+        ends = np.column_stack([row * size + row + 1, row * size + 1 + n])[:-1]  # G[i, i + 1:]
+        upper[:-1] = np.add.reduceat(sums.matrix.reshape(-1), ends.reshape(-1))[::2]
+    tails = np.cumsum((diagonal + 2.0 * upper)[::-1])[::-1]
+    if BASIS[family] == WEIGHTS:
+        return tails
+    lower = np.zeros(n)
+    if n > 1:
+        ends = np.column_stack([row * size + 1, row * size + row])[1:]  # G[i, :i]
+        lower[1:] = np.add.reduceat(sums.matrix.reshape(-1), ends.reshape(-1))[::2]
+    return np.concatenate([tails[:1], np.cumsum(diagonal + 2.0 * lower)[:-1]])
