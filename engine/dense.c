@@ -78,16 +78,15 @@ static int64_t run_block(engine_evaluator *e, int64_t samples, const double *x, 
     for (int64_t k = samples; k < eights; ++k) {
         u[k] = u[samples - 1];
     }
+    const engine_ahead ahead = {x + samples, y};
     const int hybrid = d->operators < e->n;
-    kernels->dense((d->operators + 7) / 8, d->p, d->width, d->weight, eights, u, out, d->base, hybrid ? moved : NULL);
+    kernels->dense((d->operators + 7) / 8, d->p, d->width, d->weight, eights, u, out, d->base, hybrid ? moved : NULL, &ahead);
     if (!hybrid) {
         memcpy(y, out, (size_t)samples * sizeof *y);
         return rejected;
     }
     kernels->events(&e->rest, samples, moved, rest, e->r[d->operators - 1], 0);
-    for (int64_t k = 0; k < samples; ++k) {
-        y[k] = out[k] + rest[k];
-    }
+    kernels->sum(samples, out, rest, y);
     return rejected;
 }
 

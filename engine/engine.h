@@ -44,6 +44,11 @@ int64_t engine_evaluator_run(engine_evaluator *evaluator, int64_t samples, const
 void engine_evaluator_state(const engine_evaluator *evaluator, double *z); /* (n,) */
 int64_t engine_evaluator_events(const engine_evaluator *evaluator);        /* so far; what a sample costs follows them */
 
+/* Outputs out (rows, n), row-major, of n play operators at the increasing samples row (rows,) of a signal x (samples,) from
+ * admissible states (n,), which it advances. Samples that the core rejects move nothing. Returns 0, or -1 if memory is short. */
+int engine_plays(int32_t n, const double *threshold, double *state, int64_t samples, const double *x, int64_t rows,
+                 const int64_t *row, double *out);
+
 /* ---- Normal equations of the cells, streamed: memory does not depend on the number of samples.
  * Columns c = [1 | cell_1 .. cell_n | f_1 .. f_m], sums over samples k of weight_k c_i c_j. */
 typedef struct engine_gram engine_gram;

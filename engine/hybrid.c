@@ -78,8 +78,8 @@ int evaluator_switch(engine_evaluator *e, int32_t method)
  * Events: a change of direction is four to five branches that nobody foresees, a boundary that moves on is none or one. */
 static const double LINE = 0.3, TURN = 28.0, ADVANCE = 5.0;
 /* Dense: a sample, an operator, and what a prefix costs besides. By level. */
-static const double DENSE_SAMPLE[ENGINE_LEVELS] = {3.0, 1.5, 1.0};
-static const double DENSE_OPERATOR[ENGINE_LEVELS] = {0.4, 0.14, 0.085};
+static const double DENSE_SAMPLE[ENGINE_LEVELS] = {0.7, 0.9, 1.0};
+static const double DENSE_OPERATOR[ENGINE_LEVELS] = {0.25, 0.115, 0.07};
 static const double PREFIX = 0.6;
 /* sum |w| (r + reach) of dense operators may be so often the largest output: the error stays below 1e-14 of that. */
 static const double HARMLESS = 8.0;

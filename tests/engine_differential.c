@@ -190,7 +190,7 @@ int main(int count, char **argument)
         random_state = seed * UINT64_C(1000003) + (uint64_t)number;
         operator_ o;
         make_operator(&o, 1 + (int32_t)(number % MOST_N), below(4) == 0);
-        const int64_t samples = number % 512 == 511 ? MOST_T : 1 + below(below(8) == 0 ? 200 : 40);
+        const int64_t samples = number % 4096 == 4095 ? MOST_T : 1 + below(below(8) == 0 ? 120 : 30);
         make_signal(&o, samples, x);
         const int32_t method = any_method(o.n);
         if (differs(&o, samples, x, method, &worst)) {

@@ -7,22 +7,26 @@
 #include "lanes.h"
 
 void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples,
-                              const double *x, double *y, double base, double *moved);
+                              const double *x, double *y, double base, double *moved, const engine_ahead *ahead);
 int64_t LANES_NAME(engine_centre)(int64_t samples, const double *x, double center, double limit, double *u);
+void LANES_NAME(engine_sum)(int64_t samples, const double *a, const double *b, double *y);
 
 #if LANES_LEVEL == 2
-enum { MOST = 8, COMPOSE = 2 }; /* vectors in registers; up to so many the clamps of two samples are composed */
+#define MOST 8 /* vectors in registers */
+enum { COMPOSE = 2 }; /* up to so many vectors the clamps of two samples are composed */
 #elif LANES_LEVEL == 1
-enum { MOST = 4, COMPOSE = 1 };
+#define MOST 4
+enum { COMPOSE = 1 };
 #else
-enum { MOST = 4, COMPOSE = 0 };
+#define MOST 4
+enum { COMPOSE = 0 };
 #endif
 
 #define INLINE static inline __attribute__((always_inline))
 
 /* Samples by eight for `vectors` vectors, which the compiler knows. */
 INLINE void plain(int vectors, double *p, const double *width, const double *weight, int64_t samples, const double *x,
-                  double *y, double base, int add, double *moved)
+                  double *y, double base, int add, double *moved, const engine_ahead *ahead)
 {
     lanes play[MOST], wide[MOST], gain[MOST];
 #pragma GCC unroll 8
@@ -33,6 +37,10 @@ INLINE void plain(int vectors, double *p, const double *width, const double *wei
     }
     for (int64_t k = 0; k < samples; k += 8) {
         lanes_folded sums[8];
+        if (!add) {
+            __builtin_prefetch(ahead->read + k);
+            __builtin_prefetch(ahead->write + k, 1);
+        }
 #pragma GCC unroll 8
         for (int j = 0; j < 8; ++j) {
             const lanes now = lanes_all(x[k + j]);
@@ -58,7 +66,7 @@ INLINE void plain(int vectors, double *p, const double *width, const double *wei
 
 /* The same bits where one sample would wait for the one before: max(a, min(c, p)) of two samples is one such clamp. */
 INLINE void composed(int vectors, double *p, const double *width, const double *weight, int64_t samples, const double *x,
-                     double *y, double base, int add, double *moved)
+                     double *y, double base, int add, double *moved, const engine_ahead *ahead)
 {
     lanes play[MOST], wide[MOST], gain[MOST];
 #pragma GCC unroll 8
@@ -69,6 +77,10 @@ INLINE void composed(int vectors, double *p, const double *width, const double *
     }
     for (int64_t k = 0; k < samples; k += 8) {
         lanes_folded sums[8];
+        if (!add) {
+            __builtin_prefetch(ahead->read + k);
+            __builtin_prefetch(ahead->write + k, 1);
+        }
 #pragma GCC unroll 4
         for (int j = 0; j < 8; j += 2) {
             const lanes one = lanes_all(x[k + j]), two = lanes_all(x[k + j + 1]);
@@ -102,7 +114,7 @@ INLINE void composed(int vectors, double *p, const double *width, const double *
 /* y_k (samples, a multiple of 8) = base + sum_i weight_i p_i; the p of operator i stands in lane 7 - i % 8 of its vector.
  * `moved` (samples,), or a null pointer, receives that of the last operator. */
 void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples,
-                              const double *x, double *y, double base, double *moved)
+                              const double *x, double *y, double base, double *moved, const engine_ahead *ahead)
 {
     int add = 0;
     int32_t groups = (vectors + MOST - 1) / MOST;
@@ -113,16 +125,18 @@ void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, c
 #define CASE(number)                                                                 \
     case number:                                                                     \
         if (number <= COMPOSE) {                                                     \
-            composed(number, p, width, weight, samples, x, y, base, add, last);           \
+            composed(number, p, width, weight, samples, x, y, base, add, last, ahead);           \
         } else {                                                                     \
-            plain(number, p, width, weight, samples, x, y, base, add, last);              \
+            plain(number, p, width, weight, samples, x, y, base, add, last, ahead);              \
         }                                                                            \
         break;
             CASE(1)
             CASE(2)
+#if MOST >= 4
             CASE(3)
             CASE(4)
-#if LANES_LEVEL == 2
+#endif
+#if MOST >= 8
             CASE(5)
             CASE(6)
             CASE(7)
@@ -156,4 +170,16 @@ int64_t LANES_NAME(engine_centre)(int64_t samples, const double *x, double cente
         u[k] = x[k] - center;
     }
     return k;
+}
+
+/* y = a + b */
+void LANES_NAME(engine_sum)(int64_t samples, const double *a, const double *b, double *y)
+{
+    int64_t k = 0;
+    for (; k + 8 <= samples; k += 8) {
+        lanes_store(y + k, lanes_add(lanes_load(a + k), lanes_load(b + k)));
+    }
+    for (; k < samples; ++k) {
+        y[k] = a[k] + b[k];
+    }
 }

@@ -13,14 +13,20 @@ typedef struct engine_window {
     int begin; /* 1: the first sample belongs to the run whatever the bounds say */
 } engine_window;
 
+/* Memory to be fetched meanwhile, as long as the samples. */
+typedef struct engine_ahead {
+    const double *read, *write;
+} engine_ahead;
+
 typedef struct engine_kernels {
     /* Evaluation by events: y (samples,) of x (samples,), centred by `center`, continuing the machine; they do not overlap.
      * Returns the number of samples that were rejected: the last output is held for them. `stream`: y is larger than caches. */
     int64_t (*events)(struct machine *m, int64_t samples, const double *x, double *y, double center, int stream);
     /* Dense evaluation (dense.c) and centred samples for it: the number until one is not within +-limit. */
     void (*dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples, const double *x,
-                  double *y, double base, double *moved);
+                  double *y, double base, double *moved, const engine_ahead *ahead);
     int64_t (*centre)(int64_t samples, const double *x, double center, double limit, double *u);
+    void (*sum)(int64_t samples, const double *a, const double *b, double *y);
     /* Of the solver: sum a_k b_k; the same for eight rows, n a multiple of 8; out_k -= factor row_k;
      * out_k -= sum_r factor_r row_r,k. */
     double (*dot)(int64_t n, const double *a, const double *b);

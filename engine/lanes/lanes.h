@@ -87,52 +87,7 @@ static inline lanes lanes_shift(lanes a, lanes b)
     return r;
 }
 #else
-#define LANES_NAME(name) name##_portable
-typedef struct lanes { double v[8]; } lanes;
-static inline lanes lanes_load(const double *p) { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = p[k]; return r; }
-static inline void lanes_store(double *p, lanes a) { for (int k = 0; k < 8; ++k) p[k] = a.v[k]; }
-static inline lanes lanes_all(double a) { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = a; return r; }
-#define LANES_TWO(name, op) static inline lanes name(lanes a, lanes b) \
-    { lanes r; for (int k = 0; k < 8; ++k) r.v[k] = (op); return r; }
-LANES_TWO(lanes_add, a.v[k] + b.v[k])
-LANES_TWO(lanes_sub, a.v[k] - b.v[k])
-LANES_TWO(lanes_mul, a.v[k] * b.v[k])
-LANES_TWO(lanes_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
-LANES_TWO(lanes_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
-#undef LANES_TWO
-static inline lanes lanes_fma(lanes a, lanes b, lanes c)
-{
-    lanes r;
-    for (int k = 0; k < 8; ++k) r.v[k] = a.v[k] * b.v[k] + c.v[k];
-    return r;
-}
-static inline unsigned lanes_le(lanes a, lanes b)
-{
-    unsigned mask = 0;
-    for (int k = 0; k < 8; ++k) mask |= (unsigned)(a.v[k] <= b.v[k]) << k;
-    return mask;
-}
-static inline double lanes_sum(lanes a)
-{
-    const double s0 = a.v[0] + a.v[4], s1 = a.v[1] + a.v[5], s2 = a.v[2] + a.v[6], s3 = a.v[3] + a.v[7];
-    return (s0 + s2) + (s1 + s3);
-}
-static inline lanes lanes_load_first(const double *p, int count)
-{
-    lanes r;
-    for (int k = 0; k < 8; ++k) r.v[k] = k < count ? p[k] : 0.0;
-    return r;
-}
-static inline lanes lanes_keep(lanes a, int count)
-{
-    for (int k = 0; k < 8; ++k) a.v[k] = k < count ? a.v[k] : 0.0;
-    return a;
-}
-static inline lanes lanes_shift(lanes a, lanes b)
-{
-    lanes r = {{b.v[7], a.v[0], a.v[1], a.v[2], a.v[3], a.v[4], a.v[5], a.v[6]}};
-    return r;
-}
+#include "lanes_portable.h"
 #endif
 
 /* The first lane. */
@@ -143,7 +98,7 @@ static inline void lanes_store_first(double *p, lanes a)
 #elif LANES_LEVEL == 1
     _mm_store_sd(p, _mm256_castpd256_pd128(a.l));
 #else
-    *p = a.v[0];
+    pair_store_first(p, a.v[0]);
 #endif
 }
 

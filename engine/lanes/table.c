@@ -4,8 +4,9 @@
 
 int64_t LANES_NAME(engine_events)(struct machine *m, int64_t samples, const double *x, double *y, double center, int stream);
 void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples,
-                              const double *x, double *y, double base, double *moved);
+                              const double *x, double *y, double base, double *moved, const engine_ahead *ahead);
 int64_t LANES_NAME(engine_centre)(int64_t samples, const double *x, double center, double limit, double *u);
+void LANES_NAME(engine_sum)(int64_t samples, const double *a, const double *b, double *y);
 double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b);
 void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out);
@@ -21,6 +22,7 @@ const engine_kernels LANES_NAME(engine_kernels) = {
     .events = LANES_NAME(engine_events),
     .dense = LANES_NAME(engine_dense),
     .centre = LANES_NAME(engine_centre),
+    .sum = LANES_NAME(engine_sum),
     .dot = LANES_NAME(engine_dot),
     .dot_eight = LANES_NAME(engine_dot_eight),
     .subtract = LANES_NAME(engine_subtract),

@@ -58,6 +58,13 @@ class Buffer {
         return Out(given, {size_}, owner);
     }
 
+    Matrix release(std::size_t rows, std::size_t columns)
+    {
+        double *given = std::exchange(data_, nullptr);
+        nb::capsule owner(given, [](void *p) noexcept { std::free(p); });
+        return Matrix(given, {rows, columns}, owner);
+    }
+
   private:
     std::size_t size_;
     double *data_;

@@ -105,6 +105,18 @@ class Stepper : public SampleCall<Stepper> {
     dehyst_state state_{};
 };
 
+// The same by the definition: for states that no input leaves, which the engine does not hold.
+void step_plays(const In &x, const In &r, const Rows &rows, std::vector<double> &z, double *bank)
+{
+    const std::size_t n = r.size();
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        if (dehyst_accept(x.data()[k])) dehyst_play_step(static_cast<int32_t>(n), r.data(), x.data()[k], z.data());
+        if (next < rows.size() && rows.data()[next] == static_cast<int64_t>(k))
+            std::copy(z.begin(), z.end(), bank + n * next++);
+    }
+}
+
 // Play outputs at chosen samples only: a long log is fitted in pieces that fit into memory.
 nb::tuple play_bank(const In &x, const In &r, const In &z0, const Rows &rows)
 {
@@ -114,18 +126,17 @@ nb::tuple play_bank(const In &x, const In &r, const In &z0, const Rows &rows)
         require(rows.data()[j] >= (j == 0 ? 0 : rows.data()[j - 1] + 1) &&
                     rows.data()[j] < static_cast<int64_t>(samples),
                 "rows must increase strictly and lie within the signal");
-    auto *bank = new std::vector<double>(kept * n);
-    nb::capsule owner(bank, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    Buffer bank(kept * n);
     std::vector<double> z = copy(z0);
-    std::size_t next = 0;
-    for (std::size_t k = 0; k < samples; ++k) {
-        if (dehyst_accept(x.data()[k])) dehyst_play_step(static_cast<int32_t>(n), r.data(), x.data()[k], z.data());
-        if (next < kept && rows.data()[next] == static_cast<int64_t>(k)) {
-            for (std::size_t i = 0; i < n; ++i) (*bank)[next * n + i] = z[i];
-            ++next;
-        }
+    if (engine_takes(n, r.data(), r.data(), 0.0, 0.0, z.data())) {
+        const nb::gil_scoped_release release;
+        if (engine_plays(static_cast<int32_t>(n), r.data(), z.data(), static_cast<int64_t>(samples), x.data(),
+                         static_cast<int64_t>(kept), rows.data(), bank.data()) != 0)
+            throw std::bad_alloc();
+    } else {
+        step_plays(x, r, rows, z, bank.data());
     }
-    return nb::make_tuple(Matrix(bank->data(), {kept, n}, owner), own(std::move(z)));
+    return nb::make_tuple(bank.release(kept, n), own(std::move(z)));
 }
 
 nb::tuple pi_invert(const In &r, const In &w, const In &z)
