@@ -91,3 +91,15 @@ def test_works_take_turns_and_a_slow_one_is_not_repeated(monkeypatch):
     assert order == ["fast", "slow", "fast", "fast"]
     assert times.seconds == {"slow": [5.0], "fast": [0.5, 0.5]}
     assert times.ratio("slow", "fast") == pytest.approx(10.0)
+
+
+def test_every_limit_of_evaluation_and_normal_equations_is_measured(monkeypatch):
+    from speed import evaluation, normal_equations
+
+    monkeypatch.setattr(normal_equations, "data_to_weights", lambda *_: None)  # needs a million samples
+    figures = Figures()
+    evaluation.run(2000, 1, figures, quick=True)
+    normal_equations.run(2048, 1, figures, quick=True)
+    parts = ("evaluation /", "numpy loop", "normal equations", "chunked BLAS")
+    wanted = {(limit.what, limit.signal) for limit in limits.LIMITS if limit.what.startswith(parts)}
+    assert len(wanted) > 15 and wanted <= set(figures.values)
