@@ -44,7 +44,7 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
     parts: dict[str, Callable[[], None]] = {
         "evaluation": lambda: evaluation.run(samples, rounds, figures, quick),
         "normal": lambda: normal_equations.run(samples, rounds, figures, quick),
-        "program": lambda: program.run(rounds, figures),
+        "program": lambda: program.run(rounds, figures, quick),
         "accuracy": lambda: accuracy.run(samples, figures),
         "overhead": lambda: overhead.run(rounds, figures),
     }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from dehyst import PrandtlIshlinskii
@@ -24,7 +22,8 @@ def run(samples: int, rounds: int, figures: Figures, quick: bool) -> None:
     for signal in BOUNDED if quick else SIGNALS:
         x = SIGNALS[signal](samples)
         for n in OPERATORS[quick:]:
-            times = measure(works(x, out, n), rounds)
+            works = bounded(x, out, n) if quick else everything(x, out, n)
+            times = measure(works, rounds)
             figures.times(f"evaluation, n = {n}", signal, times)
             figures.ratio(f"evaluation / memcpy, n = {n}", signal, times, "engine", "memcpy")
             figures.ratio(f"evaluation / dense SIMD, n = {n}", signal, times, "engine", "engine, dense")
@@ -32,19 +31,33 @@ def run(samples: int, rounds: int, figures: Figures, quick: bool) -> None:
             figures.ratio(f"numba / evaluation, n = {n}", signal, times, "numba", "engine")
 
 
-def works(x: Array, out: Array, n: int) -> dict[str, Work | None]:
-    """What is timed; dense methods on a prefix of the signal that takes them some tenths of a second."""
+def bounded(x: Array, out: Array, n: int) -> dict[str, Work | None]:
+    """What the limits are about."""
     r, w = operator(n)
-    model: Any = PrandtlIshlinskii(r, w)
-    numba = alternatives.numba_loop()
-    core, dense = x[: int(2e8 / n)], x[: int(3e9 / n)]
-    short = x[:NUMPY_SAMPLES]
-    return {
+    dense, short = x[: int(1e9 / n)], x[:NUMPY_SAMPLES]
+    works: dict[str, Work | None] = {
         "memcpy": Work(lambda: np.copyto(out, x), x.size),
         "engine": Work(lambda: engine.evaluator(r, w).run(x, out), x.size),
+    }
+    if n == 100:
+        works["engine, dense"] = Work(
+            lambda: engine.evaluator(r, w, engine.DENSE).run(dense, out[: dense.size]), dense.size
+        )
+        works["numpy loop"] = Work(lambda: alternatives.numpy_loop(short, r, w), short.size)
+    return works
+
+
+def everything(x: Array, out: Array, n: int) -> dict[str, Work | None]:
+    """And the others; slow ones on a prefix of the signal that takes them some tenths of a second."""
+    r, w = operator(n)
+    model = PrandtlIshlinskii(r, w)
+    numba = alternatives.numba_loop()
+    core, dense, short = x[: int(1e8 / n)], x[: int(1e9 / n)], x[:NUMPY_SAMPLES]
+    return {
+        **bounded(x, out, n),
         "engine, events only": Work(lambda: engine.evaluator(r, w, engine.EVENTS).run(x, out), x.size),
         "engine, dense": Work(lambda: engine.evaluator(r, w, engine.DENSE).run(dense, out[: dense.size]), dense.size),
-        "model.simulate": Work(lambda: model.simulate(x if n <= 1000 else core), x.size if n <= 1000 else core.size),
+        "model.simulate": Work(lambda: model.simulate(x), x.size),
         "core, dense": Work(lambda: alternatives.core_dense(core, r, w), core.size),
         "numba": Work(lambda: numba(core, r, w), core.size) if numba else None,
         "numpy loop": Work(lambda: alternatives.numpy_loop(short, r, w), short.size),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +22,8 @@ class Figures:
         self.values[what, signal] = float(f"{value:.4g}")  # more digits would be noise
 
     def times(self, group: str, signal: str, times: Times) -> None:
-        """Keep the times of a group of methods."""
+        """Keep the times of a group of methods, and say on standard error that it is done."""
+        print(f"measured: {group}, {signal}", file=sys.stderr, flush=True)
         self.groups[group, signal] = times.as_dict()
 
     def ratio(self, what: str, signal: str, times: Times, name: str, other: str) -> None:

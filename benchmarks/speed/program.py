@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from functools import partial
 
 import numpy as np
@@ -17,6 +17,7 @@ SAMPLES = 40_000
 DATA = "modulated"
 Solver = Callable[[Array, Array], Array]
 SLOW = {"qpOASES"}  # minutes at n = 1000: not run there
+SLOW_IF_QUICK = {"qpOASES", "quadprog", "DAQP"}  # seconds
 
 
 def excitation(samples: int = SAMPLES) -> Array:
@@ -26,20 +27,21 @@ def excitation(samples: int = SAMPLES) -> Array:
     return np.asarray(np.where(x > 0, x / x.max(), x / -x.min()))
 
 
-def run(rounds: int, figures: Figures) -> None:
+def run(rounds: int, figures: Figures, quick: bool) -> None:
     """Time the solvers on the same normal equations and compare what they find."""
     for n in (100, 1000):
-        compare(n, rounds, figures)
+        left_out = (SLOW_IF_QUICK if quick else SLOW) if n > 100 else set()
+        compare(n, rounds, figures, left_out)
 
 
-def compare(n: int, rounds: int, figures: Figures) -> None:
+def compare(n: int, rounds: int, figures: Figures, left_out: Set[str]) -> None:
     """All solvers on one program with n weights."""
     x = excitation()
     r, _ = operator(n)
     posed = engine.program(engine.cell_sums(x, outputs(x, n), r))
     found, _ = engine.solve(posed)
     in_weights = engine.in_weights(posed)
-    others = {name: solve for name, solve in alternatives.solvers().items() if n <= 100 or name not in SLOW}
+    others = {name: solve for name, solve in alternatives.solvers().items() if name not in left_out}
     times = measure(works(posed, others), 4 * rounds, patience=2.0)
     figures.times(f"quadratic program, n = {n}", DATA, times)
     figures.ratio(f"scipy nnls / solver, n = {n}", DATA, times, "scipy nnls", "engine")
