@@ -1,23 +1,32 @@
 /* The streaming normal equations: interface. See engine.h for what, gram.h for how. */
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "dehyst.h"
 #include "engine.h"
 #include "gram.h"
 
-enum { CHUNK = 1024 }; /* samples at once: with a few columns they stay in the first cache */
-
-struct engine_gram {
-    int32_t n, targets;
-    int only_targets;
+/* The prefix and the events behind it, at these states; what is there already goes. 0, or -1 and nothing has changed. */
+static int build(engine_gram *g, int32_t prefix, const double *state)
+{
+    const int32_t n = g->n;
+    gram_dense dense;
     gram_machine machine;
-    double *scratch;       /* (n,) */
-    double *pairs;         /* (targets, targets) sums of target products, lower triangle */
-    double *weighted;      /* (targets, CHUNK) */
-    const double **column; /* (targets,) */
-};
+    memset(&machine, 0, sizeof machine);
+    if (gram_dense_start(&dense, prefix, n, g->r, state, g->targets) != 0 ||
+        (prefix < n &&
+         gram_machine_start(&machine, n - prefix, g->r + prefix, state + prefix, prefix, g->targets) != 0)) {
+        gram_dense_free(&dense);
+        gram_machine_free(&machine);
+        return -1;
+    }
+    gram_dense_free(&g->dense);
+    gram_machine_free(&g->machine);
+    g->dense = dense;
+    g->machine = machine;
+    g->machine.only_targets = g->only_targets;
+    g->events_then = 0;
+    return 0;
+}
 
 engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *state, int32_t targets)
 {
@@ -25,15 +34,27 @@ engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *s
     if (g == NULL) {
         return NULL;
     }
-    const size_t m = (size_t)targets;
+    const size_t m = (size_t)targets, bytes = (size_t)n * sizeof(double);
     g->n = n;
     g->targets = targets;
-    g->scratch = malloc((size_t)n * sizeof *g->scratch);
+    g->method = ENGINE_AUTO;
+    g->empty = 1;
+    g->r = malloc(bytes);
+    g->state = malloc(bytes);
     g->pairs = calloc(m * m + 1, sizeof *g->pairs);
-    g->weighted = malloc((m * CHUNK + 1) * sizeof *g->weighted);
+    g->total = calloc(m + 1, sizeof *g->total);
+    g->weighted = malloc((m * GRAM_SAMPLES + 1) * sizeof *g->weighted);
+    g->square = malloc((m + 1) * sizeof *g->square);
     g->column = malloc((m + 1) * sizeof *g->column);
-    if (gram_machine_start(&g->machine, n, threshold, state, targets) != 0 || g->scratch == NULL || g->pairs == NULL ||
-        g->weighted == NULL || g->column == NULL) {
+    g->here = malloc((m + 1) * sizeof *g->here);
+    if (g->r == NULL || g->state == NULL || g->pairs == NULL || g->total == NULL || g->weighted == NULL ||
+        g->square == NULL || g->column == NULL || g->here == NULL) {
+        engine_gram_free(g);
+        return NULL;
+    }
+    memcpy(g->r, threshold, bytes);
+    g->input = state[0];
+    if (build(g, 0, state) != 0) {
         engine_gram_free(g);
         return NULL;
     }
@@ -46,85 +67,71 @@ void engine_gram_free(engine_gram *g)
         return;
     }
     gram_machine_free(&g->machine);
-    free(g->scratch);
+    gram_dense_free(&g->dense);
+    free(g->r);
+    free(g->state);
     free(g->pairs);
+    free(g->total);
     free(g->weighted);
+    free(g->square);
     free((void *)(uintptr_t)g->column);
+    free((void *)(uintptr_t)g->here);
+    free(g->earlier);
     free(g);
 }
 
+static void clear(engine_gram *g)
+{
+    if (g->machine.n > 0) {
+        gram_machine_clear(&g->machine);
+    }
+    gram_dense_clear(&g->dense);
+    memset(g->pairs, 0, (size_t)g->targets * (size_t)g->targets * sizeof *g->pairs);
+    memset(g->total, 0, (size_t)g->targets * sizeof *g->total);
+    g->weight = 0.0;
+}
+
+void gram_finish_log(engine_gram *g)
+{
+    if (g->machine.n > 0) {
+        engine_kernels_in_use()->gram_empty(&g->machine);
+    }
+}
+
+/* Another prefix: sums so far are put aside, the states go on. */
+int gram_change_prefix(engine_gram *g, int32_t prefix)
+{
+    const size_t size = 1 + (size_t)g->n + (size_t)g->targets;
+    if (prefix == g->dense.prefix) {
+        return 0;
+    }
+    gram_finish_log(g);
+    if (!g->empty) {
+        if (g->earlier == NULL && (g->earlier = calloc(size * size, sizeof *g->earlier)) == NULL) {
+            return -1;
+        }
+        gram_sum_up(g, g->earlier);
+        clear(g);
+    }
+    engine_gram_state(g, g->state);
+    return build(g, prefix, g->state);
+}
+
+/* A prefix of a multiple of 8 operators, all of them if there are few. */
 int engine_gram_method(engine_gram *g, int32_t method)
 {
-    (void)g;
-    return method == ENGINE_AUTO || method == ENGINE_EVENTS ? 0 : -1;
-}
-
-/* How many samples of a chunk can be used. */
-static int64_t usable(const engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *x,
-                      const double *const *targets, const double *weight, int64_t from)
-{
-    int64_t good = kernels->between(samples, x + from, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
-    for (int32_t j = 0; j < g->targets; ++j) {
-        good = kernels->between(good, targets[j] + from, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
+    const int32_t all = (g->n + 7) / 8 * 8;
+    if (method == ENGINE_DENSE) {
+        method = all;
     }
-    return weight == NULL ? good : kernels->between(good, weight + from, 0.0, DEHYST_INPUT_LIMIT);
-}
-
-/* Columns of a chunk, multiplied by the weights, and their sums and products. */
-static void prepare(engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *const *targets,
-                    const double *weight, int64_t from)
-{
-    for (int32_t i = 0; i < g->targets; ++i) {
-        const double *f = targets[i] + from;
-        g->column[i] = f;
-        if (weight != NULL) {
-            double *product = g->weighted + (ptrdiff_t)i * CHUNK;
-            for (int64_t k = 0; k < samples; ++k) {
-                product[k] = weight[from + k] * f[k];
-            }
-            g->column[i] = product;
-        }
-        for (int32_t j = 0; j <= i; ++j) {
-            g->pairs[i * g->targets + j] += kernels->dot(samples, g->column[i], targets[j] + from);
-        }
+    if (method > 0 && (method % 8 != 0 || method > GRAM_PREFIX_LIMIT || method > all)) {
+        return -1;
     }
-}
-
-int64_t engine_gram_add(engine_gram *g, int64_t samples, const double *x, const double *const *targets,
-                        const double *weight)
-{
-    const engine_kernels *kernels = engine_kernels_in_use();
-    for (int64_t from = 0; from < samples;) {
-        const int64_t count = samples - from < CHUNK ? samples - from : CHUNK;
-        const int64_t good = usable(g, kernels, count, x, targets, weight, from);
-        prepare(g, kernels, good, targets, weight, from);
-        gram_run(&g->machine, kernels, good, x + from, weight == NULL ? NULL : weight + from, g->column);
-        from += good;
-        if (good < count) {
-            return from;
-        }
+    if (method < ENGINE_AUTO) {
+        return -1;
     }
-    return samples;
-}
-
-int64_t engine_gram_skip(engine_gram *g, int64_t samples, const double *x)
-{
-    const engine_kernels *kernels = engine_kernels_in_use();
-    const int64_t good = kernels->between(samples, x, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
-    gram_empty_log(&g->machine, kernels);
-    gram_pass_by(&g->machine, kernels, good, x);
-    return good;
-}
-
-/* What targets have to do with ones, cells and each other: the last rows of the lower triangle. */
-static void write_targets(const engine_gram *g, double *out, ptrdiff_t stride)
-{
-    for (int32_t i = 0; i < g->targets; ++i) {
-        double *row = out + (1 + g->n + i) * stride;
-        row[0] = g->machine.sums.total[i];
-        gram_finish_column(&g->machine, i, row + 1);
-        memcpy(row + 1 + g->n, g->pairs + (ptrdiff_t)i * g->targets, (size_t)(i + 1) * sizeof *row);
-    }
+    g->method = method;
+    return method == ENGINE_AUTO ? 0 : gram_change_prefix(g, method);
 }
 
 static void mirror(double *out, ptrdiff_t size)
@@ -143,34 +150,39 @@ static void mirror(double *out, ptrdiff_t size)
 
 void engine_gram_take(engine_gram *g, double *out)
 {
-    const ptrdiff_t size = 1 + (ptrdiff_t)g->n + g->targets;
-    gram_empty_log(&g->machine, engine_kernels_in_use());
+    const size_t size = 1 + (size_t)g->n + (size_t)g->targets, bytes = size * size * sizeof *out;
+    gram_finish_log(g);
     if (out != NULL) {
-        memset(out, 0, (size_t)(size * size) * sizeof *out);
-        out[0] = g->machine.sums.weight;
-        if (!g->machine.only_columns) {
-            gram_finish_column(&g->machine, -1, out + 1);
-            for (int32_t c = 0; c < g->n; ++c) {
-                out[(1 + c) * size] = out[1 + c];
-            }
-            gram_finish_cells(&g->machine, g->scratch, out + size + 1, size);
+        if (g->earlier != NULL) {
+            memcpy(out, g->earlier, bytes);
+        } else {
+            memset(out, 0, bytes);
         }
-        write_targets(g, out, size);
-        mirror(out, size);
+        gram_sum_up(g, out);
+        mirror(out, (ptrdiff_t)size);
     }
-    gram_machine_clear(&g->machine);
-    memset(g->pairs, 0, (size_t)g->targets * (size_t)g->targets * sizeof *g->pairs);
+    free(g->earlier);
+    g->earlier = NULL;
+    g->empty = 1;
+    clear(g);
 }
 
+/* What was added so far must keep its meaning: it is put aside, if there is something. */
 void engine_gram_only_targets(engine_gram *g, int only)
 {
-    gram_empty_log(&g->machine, engine_kernels_in_use());
-    g->machine.only_columns = only != 0;
+    gram_finish_log(g);
+    g->only_targets = only != 0;
+    g->machine.only_targets = g->only_targets;
 }
 
 void engine_gram_state(const engine_gram *g, double *z)
 {
-    for (int32_t i = 0; i < g->n; ++i) {
-        z[i] = gram_machine_play(&g->machine, i);
+    const int32_t prefix = g->dense.prefix;
+    if (g->machine.n > 0) {
+        gram_machine_state(&g->machine, z + prefix);
     }
+    for (int32_t i = 1; i <= prefix && i < g->n; ++i) {
+        z[i] = g->dense.z[i - 1];
+    }
+    z[0] = g->input;
 }

@@ -18,12 +18,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "engine.h"
 #include "lanes/kernels.h"
 #include "stack.h"
 
+typedef double gram_two __attribute__((vector_size(16), aligned(8), may_alias));
+
 /* Sums over samples of the two differences beside a boundary. */
 typedef struct gram_pair {
-    double up, down;
+    gram_two g; /* up, down */
     int32_t cell;
 } gram_pair;
 
@@ -34,21 +37,22 @@ typedef struct gram_frozen {
     double since; /* weight of samples before */
 } gram_frozen;
 
-/* Sums over samples, of places 0 .. n; place 0 is nobody's: what lands there is not read. */
+/* Columns are the first target (zeros if there is none), the cells of a dense prefix, the other targets. */
+enum { GRAM_SQUARE, GRAM_NEXT, GRAM_ONES, GRAM_COLUMNS };
+
+/* Sums over samples at places 0 .. n; place 0 is nobody's: what lands there is not read. */
 typedef struct gram_sums {
-    double *cross;    /* g_p g_q of different boundaries, p from the deeper one: packed lower triangle */
-    double *diagonal; /* (n + 1,) g_p^2 of the same boundary */
-    double *next;     /* (n + 1,) g_p g_{p-1} of the same boundary */
-    double *ones;     /* (n + 1,) g_p */
-    double *with;     /* (n + 1, columns) g_p f_k */
-    double weight;    /* of the samples, up to when the log was last emptied */
-    double *total;    /* (columns,) f_k, likewise */
+    double *cross; /* g_p g_q of different boundaries, p from the deeper one: packed lower triangle */
+    double *place; /* (n + 1, stride): g_p^2 and g_p g_{p-1} of the same boundary, g_p, and g_p f_k for each column f_k */
+    double weight; /* of the samples, up to when the log was last emptied */
+    double *total; /* (columns,) f_k, likewise */
 } gram_sums;
 
-/* Events: the operators behind one play, driven by it. */
+/* Events: operators behind one play, driven by it. */
 typedef struct gram_machine {
-    int32_t n, columns;
-    int only_columns; /* cells are not paired with cells */
+    int32_t n, dense, targets, columns;
+    ptrdiff_t stride;    /* GRAM_COLUMNS + columns */
+    int only_targets;    /* cells are paired with targets alone */
     stack_grid grid;
     stack stack;
     double *scale;       /* (n,) 1 / (r_{c+1} - r_c), 1 for the last */
@@ -57,10 +61,11 @@ typedef struct gram_machine {
     int outermost;       /* boundary 0 rests: no segment has reached the last operator */
     gram_pair *log;
     int32_t logged, log_size;
-    double *block;       /* (n + 1,) and up to a multiple of 8: the log summed by place */
+    double *block;       /* (n + 1,) the log summed by place */
     gram_sums sums;
     double weight;       /* of the samples since the log was emptied */
     double *total;       /* (columns,) their sums */
+    int64_t events;
     /* the present run: samples with the same moving cell and sign */
     int32_t cell;
     double sign, below, origin, last;
@@ -68,32 +73,72 @@ typedef struct gram_machine {
     double *run_f, *run_df; /* (columns,) */
 } gram_machine;
 
+/* Column of target t. */
+static inline int32_t gram_column_of(const gram_machine *m, int32_t t) { return t == 0 ? 0 : m->dense + t; }
+
+/* Cells 0 .. prefix - 1, written out: z_0 .. z_prefix, of which the last drives the events. */
+typedef struct gram_dense {
+    int32_t prefix, targets; /* prefix: a multiple of 8, 0 for none */
+    double *r, *z;           /* (prefix,) of operators 1 .. prefix; those beyond the last have r infinite and z = 0 */
+    double *rows, *weighted; /* (SAMPLES, prefix) cells, and times weight */
+    double *drive;           /* (SAMPLES,) z_prefix */
+    double *products;        /* (prefix, prefix) cell_i cell_j, lower triangle of blocks of 8 */
+    double *with;            /* (targets, prefix) */
+    double *ones;            /* (prefix,) */
+} gram_dense;
+
+enum { GRAM_SAMPLES = 1024, GRAM_DENSE_SAMPLES = 128, GRAM_PREFIX_LIMIT = 64 };
+
+struct engine_gram {
+    int32_t n, targets, method;
+    int only_targets;
+    double *r, *state;      /* (n,) thresholds; scratch for states */
+    double input;           /* the last sample, z_0 */
+    gram_dense dense;
+    gram_machine machine;   /* operators prefix .. n - 1; n = 0 if there are none */
+    double *pairs;          /* (targets, targets) lower triangle */
+    double weight, *total;  /* of samples that no machine has seen, and sums of targets (targets,) */
+    double *weighted;       /* (targets, GRAM_SAMPLES) targets times weight */
+    double *square;         /* (targets,) sums of squares in a chunk */
+    const double **column;  /* (targets,) those of a chunk, times weight if there is one */
+    const double **here;    /* (targets,) within it */
+    double *earlier;        /* (size, size) sums taken over from other prefixes, lower triangle; a null pointer if none */
+    int empty;              /* nothing was added since the last take */
+    int64_t until_choice, since_choice, events_then; /* samples until the prefix is considered again, and since */
+};
+
 /* gram_machine.c */
-int gram_machine_start(gram_machine *m, int32_t n, const double *threshold, const double *state, int32_t columns);
+int gram_machine_start(gram_machine *m, int32_t n, const double *threshold, const double *state, int32_t dense,
+                       int32_t targets);
 void gram_machine_free(gram_machine *m);
-double gram_machine_play(const gram_machine *m, int32_t i);
+void gram_machine_state(const gram_machine *m, double *z);
 void gram_machine_clear(gram_machine *m);
+void gram_freeze_all(gram_machine *m);
 
 /* gram_stack.c: a state as a stack of segments */
 int gram_grid_start(stack_grid *grid, int32_t n, const double *threshold);
 void gram_grid_free(stack_grid *grid);
-void gram_stack_from_state(const stack_grid *grid, stack *k, double *rest, const double *state);
+void gram_stack_from_state(stack_grid *grid, stack *k, const double *state);
 
-/* gram_events.c */
-void gram_begin_run(gram_machine *m);
-void gram_end_run(gram_machine *m);
-void gram_event(gram_machine *m, double x);
-void gram_empty_log(gram_machine *m, const engine_kernels *kernels);
-void gram_freeze_all(gram_machine *m);
-
-/* gram_run.c: samples of x with their columns f, already multiplied by the weights if there are any */
-void gram_run(gram_machine *m, const engine_kernels *kernels, int64_t samples, const double *x, const double *weight,
-              const double *const *f);
-void gram_pass_by(gram_machine *m, const engine_kernels *kernels, int64_t samples, const double *x);
+/* gram_dense.c */
+int gram_dense_start(gram_dense *d, int32_t prefix, int32_t n, const double *threshold, const double *state,
+                     int32_t targets);
+void gram_dense_free(gram_dense *d);
+void gram_dense_clear(gram_dense *d);
 
 /* gram_finish.c: sums over cells, added to what is there */
 void gram_finish_cells(const gram_machine *m, double *column, double *out, ptrdiff_t stride);
-void gram_finish_column(const gram_machine *m, int32_t column, double *out);
+void gram_finish_column(const gram_machine *m, int32_t entry, double *out, ptrdiff_t step);
+
+/* gram.c: the log emptied, so that all sums are complete */
+void gram_finish_log(engine_gram *g);
+int gram_change_prefix(engine_gram *g, int32_t prefix);
+
+/* gram_take.c */
+void gram_sum_up(engine_gram *g, double *out);
+
+/* gram_choice.c */
+int32_t gram_choose(engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *x);
 
 /* Where row p of the packed triangle begins; columns 0 .. p, its length a multiple of 8. */
 static inline size_t gram_row(int32_t p)

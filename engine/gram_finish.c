@@ -5,15 +5,17 @@ enum { GROUP = 8 }; /* rows at once: mirrored rows are columns of the packed tri
 
 static double gap(const gram_machine *m, int32_t c) { return c + 1 < m->n ? m->grid.r[c + 1] - m->grid.r[c] : 1.0; }
 
+static double own(const gram_machine *m, int32_t p, int entry) { return m->sums.place[p * m->stride + entry]; }
+
 /* g_p g_q with p and q in one group of rows, symmetric. */
-static double within_group(const gram_sums *s, int32_t p, int32_t q)
+static double within_group(const gram_machine *m, int32_t p, int32_t q)
 {
     const int32_t high = p > q ? p : q, low = p > q ? q : p;
-    const double cross = s->cross[gram_row(high) + (size_t)low];
+    const double cross = m->sums.cross[gram_row(high) + (size_t)low];
     if (high == low) {
-        return 2 * cross + s->diagonal[p];
+        return 2 * cross + own(m, p, GRAM_SQUARE);
     }
-    return high == low + 1 ? cross + s->next[high] : cross;
+    return high == low + 1 ? cross + own(m, high, GRAM_NEXT) : cross;
 }
 
 /* A column of sums over rows goes on upwards through the group, writing the cells of the lower triangle. */
@@ -44,15 +46,15 @@ static void finish_group(const gram_machine *m, int32_t first, double *column, d
         }
     }
     if (first + GROUP < n) {
-        right[GROUP - 1] += s->next[first + GROUP];
+        right[GROUP - 1] += own(m, first + GROUP, GRAM_NEXT);
     }
     for (int32_t q = first + rows - 1; q >= first && q > 0; --q) {
         for (int32_t j = 0; j < rows; ++j) {
-            right[j] += within_group(s, first + j, q);
+            right[j] += within_group(m, first + j, q);
         }
         add_column(m, first, rows, q, right, column, out, stride);
     }
-    right[0] += first > 0 ? s->next[first] : 0.0;
+    right[0] += first > 0 ? own(m, first, GRAM_NEXT) : 0.0;
     for (int32_t q = first - 1; q > 0; --q) {
         for (int32_t j = 0; j < rows; ++j) {
             right[j] += s->cross[gram_row(first + j) + (size_t)q];
@@ -73,24 +75,22 @@ void gram_finish_cells(const gram_machine *m, double *column, double *out, ptrdi
         finish_group(m, first, column, out, stride);
     }
     const double *row = s->cross + gram_row(n); /* the last cell */
-    double *last = out + (n - 1) * stride, right = s->next[n];
+    double *last = out + (n - 1) * stride, right = own(m, n, GRAM_NEXT);
     for (int32_t q = n - 1; q > 0; --q) {
         right += row[q];
         last[q - 1] += right * gap(m, q - 1);
     }
-    last[n - 1] += s->diagonal[n];
+    last[n - 1] += own(m, n, GRAM_SQUARE);
 }
 
-/* Adds the sums of cells with one column of the machine (-1: the ones) to out (n,). */
-void gram_finish_column(const gram_machine *m, int32_t column, double *out)
+/* Adds the sums of cells with ones or a column (an entry of a place) to out (n,), whose elements are `step` apart. */
+void gram_finish_column(const gram_machine *m, int32_t entry, double *out, ptrdiff_t step)
 {
-    const double *with = column < 0 ? m->sums.ones : m->sums.with + column;
-    const ptrdiff_t step = column < 0 ? 1 : m->columns;
     const int32_t n = m->n;
     double sum = 0.0;
-    out[n - 1] += with[n * step];
+    out[(n - 1) * step] += own(m, n, entry);
     for (int32_t p = n - 1; p > 0; --p) {
-        sum += with[p * step];
-        out[p - 1] += sum * gap(m, p - 1);
+        sum += own(m, p, entry);
+        out[(p - 1) * step] += sum * gap(m, p - 1);
     }
 }

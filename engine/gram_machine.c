@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gram.h"
+#include "gram_boundaries.h"
 
-static double *zeros(size_t count) { return calloc(count + 1, sizeof(double)); } /* pages of zeros cost nothing unread */
+static double *zeros(size_t count) { return calloc(count + 8, sizeof(double)); } /* pages of zeros cost nothing unread */
 
 static int allocate(gram_machine *m)
 {
@@ -16,29 +16,29 @@ static int allocate(gram_machine *m)
     m->frozen = calloc(n + 2, sizeof *m->frozen);
     m->log = malloc(((size_t)m->log_size + n + 4) * sizeof *m->log);
     m->frozen_at = zeros((n + 2) * columns);
-    m->block = zeros(n + 16);
+    m->block = zeros(n + 8);
     m->sums.cross = zeros(gram_row(m->n + 1));
-    m->sums.diagonal = zeros(n + 1);
-    m->sums.next = zeros(n + 1);
-    m->sums.ones = zeros(n + 1);
-    m->sums.with = zeros((n + 1) * columns);
+    m->sums.place = zeros((n + 1) * (size_t)m->stride);
     m->sums.total = zeros(columns);
     m->total = zeros(columns);
     m->run_f = zeros(columns);
     m->run_df = zeros(columns);
     return m->scale == NULL || m->stack.segment == NULL || m->frozen == NULL || m->log == NULL ||
-                   m->frozen_at == NULL || m->block == NULL || m->sums.cross == NULL || m->sums.diagonal == NULL ||
-                   m->sums.next == NULL || m->sums.ones == NULL || m->sums.with == NULL || m->sums.total == NULL || m->total == NULL ||
-                   m->run_f == NULL || m->run_df == NULL
+                   m->frozen_at == NULL || m->block == NULL || m->sums.cross == NULL || m->sums.place == NULL ||
+                   m->sums.total == NULL || m->total == NULL || m->run_f == NULL || m->run_df == NULL
                ? -1
                : 0;
 }
 
-int gram_machine_start(gram_machine *m, int32_t n, const double *threshold, const double *state, int32_t columns)
+int gram_machine_start(gram_machine *m, int32_t n, const double *threshold, const double *state, int32_t dense,
+                       int32_t targets)
 {
     memset(m, 0, sizeof *m);
     m->n = n;
-    m->columns = columns;
+    m->dense = dense;
+    m->targets = targets;
+    m->columns = 1 + dense + (targets > 1 ? targets - 1 : 0);
+    m->stride = GRAM_COLUMNS + m->columns;
     if (allocate(m) != 0 || gram_grid_start(&m->grid, n, threshold) != 0) {
         return -1;
     }
@@ -48,7 +48,7 @@ int gram_machine_start(gram_machine *m, int32_t n, const double *threshold, cons
         m->scale[i] = gap > 8 * DBL_EPSILON * r[n - 1] ? 1 / gap : 0.0;
     }
     m->scale[n - 1] = 1.0;
-    gram_stack_from_state(&m->grid, &m->stack, (double *)(uintptr_t)m->grid.rest, state);
+    gram_stack_from_state(&m->grid, &m->stack, state);
     gram_freeze_all(m);
     return 0;
 }
@@ -63,10 +63,7 @@ void gram_machine_free(gram_machine *m)
     free(m->log);
     free(m->block);
     free(m->sums.cross);
-    free(m->sums.diagonal);
-    free(m->sums.next);
-    free(m->sums.ones);
-    free(m->sums.with);
+    free(m->sums.place);
     free(m->sums.total);
     free(m->total);
     free(m->run_f);
@@ -76,24 +73,40 @@ void gram_machine_free(gram_machine *m)
 
 void gram_machine_clear(gram_machine *m)
 {
-    const size_t n = (size_t)m->n + 1;
     memset(m->sums.cross, 0, gram_row(m->n + 1) * sizeof(double));
-    memset(m->sums.diagonal, 0, n * sizeof(double));
-    memset(m->sums.next, 0, n * sizeof(double));
-    memset(m->sums.ones, 0, n * sizeof(double));
-    memset(m->sums.with, 0, n * (size_t)m->columns * sizeof(double));
+    memset(m->sums.place, 0, ((size_t)m->n + 1) * (size_t)m->stride * sizeof(double));
     memset(m->sums.total, 0, (size_t)m->columns * sizeof(double));
     m->sums.weight = 0.0;
 }
 
-double gram_machine_play(const gram_machine *m, int32_t i)
+/* All boundaries of the stack as it is, resting from now; nothing is pending. */
+void gram_freeze_all(gram_machine *m)
 {
-    int32_t q = m->stack.top;
-    if (i == 0) {
-        return m->last;
+    const stack *k = &m->stack;
+    const int32_t n = m->n;
+    m->outermost = k->segment[1].b < n;
+    if (m->outermost) {
+        gram_freeze(m, 0, gram_beside(m, n - 1, 0.0, gram_value(m, n - 1, m->grid.rest[n - 1], 0.0), 0.0));
     }
-    while (q > 0 && m->stack.segment[q].b <= i) {
-        --q;
+    for (int32_t q = 1; q < k->top; ++q) {
+        const int32_t c = k->segment[q].b - 1;
+        const double z = stack_play(&m->grid, k, q, c);
+        const double v = gram_value(m, c, z, c + 1 < n ? stack_play(&m->grid, k, q - 1, c + 1) : 0.0);
+        gram_freeze(m, q, gram_beside(m, c, k->segment[q].s, v, c + 1 < n ? k->segment[q - 1].s : 0.0));
     }
-    return q == m->stack.top ? m->last - m->stack.segment[q].s * m->grid.r[i] : stack_play(&m->grid, &m->stack, q, i);
+    m->last = k->segment[k->top].e;
+    gram_begin_run(m);
+}
+
+/* Present states (n,). */
+void gram_machine_state(const gram_machine *m, double *z)
+{
+    const stack *k = &m->stack;
+    for (int32_t q = k->top, i = 0; q >= 0; --q) {
+        const stack_segment *segment = &k->segment[q];
+        const double e = q == k->top ? m->last : segment->e;
+        for (; i < segment->b; ++i) {
+            z[i] = q == 0 ? m->grid.rest[i] : e - segment->s * m->grid.r[i];
+        }
+    }
 }

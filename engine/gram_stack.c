@@ -62,9 +62,10 @@ static int32_t line_from(const stack_grid *g, const double *z, int32_t from, int
 
 /* Operators at the end with one common value rest in the lowest segment; all others get segments of their own, as long as
  * lines reach, at worst one each. Either sign describes a single operator: both bounds of its play are the same. */
-void gram_stack_from_state(const stack_grid *grid, stack *k, double *rest, const double *state)
+void gram_stack_from_state(stack_grid *grid, stack *k, const double *state)
 {
     const int32_t n = grid->n;
+    double *rest = (double *)(uintptr_t)grid->rest;
     int32_t moved = n;
     while (moved > 0 && state[moved - 1] == state[n - 1]) {
         --moved;

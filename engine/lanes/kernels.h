@@ -5,13 +5,7 @@
 #include <stdint.h>
 
 struct machine;
-
-/* Where only one cell moves: low <= x <= high and, if monotone is +1 (-1), x never falls (rises) from `last` on. */
-typedef struct engine_window {
-    double low, high, last, origin;
-    int monotone;
-    int begin; /* 1: the first sample belongs to the run whatever the bounds say */
-} engine_window;
+struct gram_machine;
 
 /* Memory to be fetched meanwhile, as long as the samples. */
 typedef struct engine_ahead {
@@ -33,11 +27,15 @@ typedef struct engine_kernels {
     void (*dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
     void (*subtract)(int64_t n, double factor, const double *row, double *out);
     void (*subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
-    /* Of the normal equations (moments.c): see there. */
-    int64_t (*run)(int64_t samples, const double *x, const double *f, const engine_window *window, double *sums);
-    int64_t (*scan)(int64_t samples, const double *x, const engine_window *window);
-    void (*moments)(int64_t samples, const double *x, const double *f, double origin, double *sums);
-    void (*add_to_rows)(int64_t n, const double *from, double factor_1, double *row_1, double factor_2, double *row_2);
+    /* Of the normal equations: gram_events.c and gram_rows.c say what they do. */
+    int64_t (*gram_run)(struct gram_machine *m, int64_t samples, const double *x, const double *weight, const double *const *f,
+                     const double *rows);
+    void (*gram_pass_by)(struct gram_machine *m, int64_t samples, const double *x);
+    void (*gram_empty)(struct gram_machine *m);
+    void (*cells)(int64_t samples, int32_t prefix, const double *r, double *z, const double *x, double *cells, double *drive);
+    void (*products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f, double *out,
+                     double *with);
+    void (*row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out);
     int64_t (*between)(int64_t samples, const double *x, double low, double high);
 } engine_kernels;
 

@@ -23,12 +23,23 @@ static inline lanes lanes_max(lanes a, lanes b) { return _mm512_max_pd(a, b); }
 /* bit k set where a_k <= b_k; false for NaN */
 static inline unsigned lanes_le(lanes a, lanes b) { return (unsigned)_mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
 static inline double lanes_sum(lanes a) { return _mm512_reduce_add_pd(a); }
-/* the first `count` < 8 of p, the others 0 and not read; the first `count` lanes of a; the last lane of b, then a */
-static inline lanes lanes_load_first(const double *p, int count) { return _mm512_maskz_loadu_pd((__mmask8)((1u << count) - 1), p); }
+/* the first `count` <= 8 of p, the others 0 and not read; the first `count` lanes of a; the last lane of b, then a */
+static inline lanes lanes_load_first(const double *p, int64_t count) { return _mm512_maskz_loadu_pd((__mmask8)((1u << count) - 1), p); }
 static inline lanes lanes_keep(lanes a, int count) { return _mm512_maskz_mov_pd((__mmask8)((1u << count) - 1), a); }
 static inline lanes lanes_shift(lanes a, lanes b)
 {
     return _mm512_castsi512_pd(_mm512_alignr_epi64(_mm512_castpd_si512(a), _mm512_castpd_si512(b), 7));
+}
+static inline void lanes_store_last(double *p, lanes a) { _mm512_mask_storeu_pd(p - 7, 0x80, a); }
+/* sums[0 .. 3] += sums of a, b, c, d */
+static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
+{
+    const __m512d ab = _mm512_add_pd(_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+    const __m512d cd = _mm512_add_pd(_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+    const __m512d two = _mm512_add_pd(_mm512_shuffle_f64x2(ab, cd, 0x88), _mm512_shuffle_f64x2(ab, cd, 0xdd));
+    const __m512d one = _mm512_add_pd(two, _mm512_shuffle_f64x2(two, two, 0xb1)); /* ab in [0, 1], cd in [4, 5] */
+    _mm_storeu_pd(sums, _mm_add_pd(_mm_loadu_pd(sums), _mm512_castpd512_pd128(one)));
+    _mm_storeu_pd(sums + 2, _mm_add_pd(_mm_loadu_pd(sums + 2), _mm512_extractf64x2_pd(one, 2)));
 }
 #elif LANES_LEVEL == 1
 #include <immintrin.h>
@@ -61,12 +72,12 @@ static inline double lanes_sum(lanes a)
     const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(four), _mm256_extractf128_pd(four, 1));
     return _mm_cvtsd_f64(two) + _mm_cvtsd_f64(_mm_unpackhi_pd(two, two));
 }
-static inline __m256i lanes_below(int count, int first) /* all bits where first + lane < count */
+static inline __m256i lanes_below(int64_t count, int first) /* all bits where first + lane < count */
 {
     const __m256i lane = _mm256_set_epi64x(first + 3, first + 2, first + 1, first);
     return _mm256_cmpgt_epi64(_mm256_set1_epi64x(count), lane);
 }
-static inline lanes lanes_load_first(const double *p, int count)
+static inline lanes lanes_load_first(const double *p, int64_t count)
 {
     lanes r = {_mm256_maskload_pd(p, lanes_below(count, 0)), _mm256_setzero_pd()};
     if (count > 4) {
@@ -85,6 +96,17 @@ static inline lanes lanes_shift(lanes a, lanes b)
     lanes r = {_mm256_shuffle_pd(_mm256_permute2f128_pd(b.h, a.l, 0x21), a.l, 5),
                _mm256_shuffle_pd(_mm256_permute2f128_pd(a.l, a.h, 0x21), a.h, 5)};
     return r;
+}
+static inline void lanes_store_last(double *p, lanes a)
+{
+    _mm_storeh_pd(p, _mm256_extractf128_pd(a.h, 1));
+}
+static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
+{
+    const __m256d ab = _mm256_hadd_pd(_mm256_add_pd(a.l, a.h), _mm256_add_pd(b.l, b.h)); /* a01, b01, a23, b23 */
+    const __m256d cd = _mm256_hadd_pd(_mm256_add_pd(c.l, c.h), _mm256_add_pd(d.l, d.h));
+    const __m256d all = _mm256_add_pd(_mm256_permute2f128_pd(ab, cd, 0x20), _mm256_permute2f128_pd(ab, cd, 0x31));
+    _mm256_storeu_pd(sums, _mm256_add_pd(_mm256_loadu_pd(sums), all));
 }
 #else
 #include "lanes_portable.h"

@@ -2,6 +2,8 @@
 #ifndef DEHYST_LANES_PORTABLE_H
 #define DEHYST_LANES_PORTABLE_H
 
+#include <stdint.h>
+
 #if defined(__SSE2__) && !defined(LANES_PLAIN)
 #include <emmintrin.h>
 typedef __m128d pair;
@@ -15,6 +17,7 @@ static inline pair pair_mul(pair a, pair b) { return _mm_mul_pd(a, b); }
 static inline pair pair_min(pair a, pair b) { return _mm_min_pd(a, b); }
 static inline pair pair_max(pair a, pair b) { return _mm_max_pd(a, b); }
 static inline unsigned pair_le(pair a, pair b) { return (unsigned)_mm_movemask_pd(_mm_cmple_pd(a, b)); }
+static inline pair pair_shift(pair a, pair b) { return _mm_shuffle_pd(b, a, 1); } /* the last of b, the first of a */
 static inline double pair_sum(pair a) { return _mm_cvtsd_f64(a) + _mm_cvtsd_f64(_mm_unpackhi_pd(a, a)); }
 #elif defined(__aarch64__) && !defined(LANES_PLAIN)
 #include <arm_neon.h>
@@ -33,6 +36,7 @@ static inline unsigned pair_le(pair a, pair b)
     const uint64x2_t bits = vcleq_f64(a, b);
     return (unsigned)((vgetq_lane_u64(bits, 0) & 1) | (vgetq_lane_u64(bits, 1) & 2));
 }
+static inline pair pair_shift(pair a, pair b) { return vextq_f64(b, a, 1); }
 static inline double pair_sum(pair a) { return vgetq_lane_f64(a, 0) + vgetq_lane_f64(a, 1); }
 #else
 typedef struct pair { double l, h; } pair;
@@ -46,6 +50,7 @@ static inline pair pair_mul(pair a, pair b) { pair r = {a.l * b.l, a.h * b.h}; r
 static inline pair pair_min(pair a, pair b) { pair r = {a.l < b.l ? a.l : b.l, a.h < b.h ? a.h : b.h}; return r; }
 static inline pair pair_max(pair a, pair b) { pair r = {a.l > b.l ? a.l : b.l, a.h > b.h ? a.h : b.h}; return r; }
 static inline unsigned pair_le(pair a, pair b) { return (unsigned)(a.l <= b.l) | (unsigned)(a.h <= b.h) << 1; }
+static inline pair pair_shift(pair a, pair b) { pair r = {b.h, a.l}; return r; }
 static inline double pair_sum(pair a) { return a.l + a.h; }
 #endif
 
@@ -84,7 +89,7 @@ static inline double lanes_sum(lanes a)
 {
     return pair_sum(pair_add(pair_add(a.v[0], a.v[2]), pair_add(a.v[1], a.v[3])));
 }
-static inline lanes lanes_load_first(const double *p, int count)
+static inline lanes lanes_load_first(const double *p, int64_t count)
 {
     double v[8];
     for (int k = 0; k < 8; ++k) v[k] = k < count ? p[k] : 0.0;
@@ -99,10 +104,17 @@ static inline lanes lanes_keep(lanes a, int count)
 }
 static inline lanes lanes_shift(lanes a, lanes b)
 {
-    double v[16];
-    lanes_store(v, b);
-    lanes_store(v + 8, a);
-    return lanes_load(v + 7);
+    lanes r = {{pair_shift(a.v[0], b.v[3]), pair_shift(a.v[1], a.v[0]), pair_shift(a.v[2], a.v[1]),
+                pair_shift(a.v[3], a.v[2])}};
+    return r;
+}
+static inline void lanes_store_last(double *p, lanes a) { pair_store_first(p, pair_shift(a.v[3], a.v[3])); }
+static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
+{
+    sums[0] += lanes_sum(a);
+    sums[1] += lanes_sum(b);
+    sums[2] += lanes_sum(c);
+    sums[3] += lanes_sum(d);
 }
 
 #endif

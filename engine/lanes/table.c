@@ -11,11 +11,15 @@ double LANES_NAME(engine_dot)(int64_t n, const double *a, const double *b);
 void LANES_NAME(engine_dot_eight)(int64_t n, const double *const *row, const double *v, double *out);
 void LANES_NAME(engine_subtract)(int64_t n, double factor, const double *row, double *out);
 void LANES_NAME(engine_subtract_rows)(int64_t n, int32_t rows, const double *const *row, const double *factor, double *out);
-int64_t LANES_NAME(engine_run)(int64_t samples, const double *x, const double *f, const engine_window *window, double *sums);
-int64_t LANES_NAME(engine_scan)(int64_t samples, const double *x, const engine_window *window);
-void LANES_NAME(engine_moments)(int64_t samples, const double *x, const double *f, double origin, double *sums);
-void LANES_NAME(engine_add_to_rows)(int64_t n, const double *from, double factor_1, double *row_1, double factor_2,
-                                    double *row_2);
+int64_t LANES_NAME(engine_gram_run)(struct gram_machine *m, int64_t samples, const double *x, const double *weight,
+                                 const double *const *f, const double *rows);
+void LANES_NAME(engine_gram_pass_by)(struct gram_machine *m, int64_t samples, const double *x);
+void LANES_NAME(engine_gram_empty)(struct gram_machine *m);
+void LANES_NAME(engine_cells)(int64_t samples, int32_t prefix, const double *r, double *z, const double *x, double *cells,
+                              double *drive);
+void LANES_NAME(engine_products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f,
+                                 double *out, double *with);
+void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out);
 int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low, double high);
 
 const engine_kernels LANES_NAME(engine_kernels) = {
@@ -27,9 +31,11 @@ const engine_kernels LANES_NAME(engine_kernels) = {
     .dot_eight = LANES_NAME(engine_dot_eight),
     .subtract = LANES_NAME(engine_subtract),
     .subtract_rows = LANES_NAME(engine_subtract_rows),
-    .run = LANES_NAME(engine_run),
-    .scan = LANES_NAME(engine_scan),
-    .moments = LANES_NAME(engine_moments),
-    .add_to_rows = LANES_NAME(engine_add_to_rows),
+    .gram_run = LANES_NAME(engine_gram_run),
+    .gram_pass_by = LANES_NAME(engine_gram_pass_by),
+    .gram_empty = LANES_NAME(engine_gram_empty),
+    .cells = LANES_NAME(engine_cells),
+    .products = LANES_NAME(engine_products),
+    .row_sums = LANES_NAME(engine_row_sums),
     .between = LANES_NAME(engine_between),
 };

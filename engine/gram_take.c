@@ -1,0 +1,53 @@
+/* All sums in one matrix. */
+#include "gram.h"
+
+/* Cells of the dense prefix with ones and each other, rows 1 .. prefix of out, and with the cells behind them. */
+static void add_dense(const engine_gram *g, double *out, ptrdiff_t size)
+{
+    const gram_dense *d = &g->dense;
+    const int32_t prefix = d->prefix, cells = prefix < g->n ? prefix : g->n;
+    for (int32_t i = 0; i < cells && !g->only_targets; ++i) {
+        double *row = out + (1 + i) * size;
+        row[0] += g->machine.n > 0 ? g->machine.sums.total[1 + i] : d->ones[i];
+        for (int32_t j = 0; j <= i; ++j) {
+            row[1 + j] += d->products[i * (ptrdiff_t)prefix + j];
+        }
+        if (g->machine.n > 0) {
+            gram_finish_column(&g->machine, GRAM_COLUMNS + 1 + i, out + (1 + prefix) * size + 1 + i, size);
+        }
+    }
+}
+
+/* What targets have to do with ones, cells and each other: the last rows. */
+static void add_targets(const engine_gram *g, double *out, ptrdiff_t size)
+{
+    const int32_t prefix = g->dense.prefix, cells = prefix < g->n ? prefix : g->n;
+    for (int32_t t = 0; t < g->targets; ++t) {
+        double *row = out + (1 + g->n + t) * size;
+        row[0] += g->total[t];
+        for (int32_t i = 0; i < cells; ++i) {
+            row[1 + i] += g->dense.with[t * (ptrdiff_t)prefix + i];
+        }
+        if (g->machine.n > 0) {
+            const int32_t column = gram_column_of(&g->machine, t);
+            row[0] += g->machine.sums.total[column];
+            gram_finish_column(&g->machine, GRAM_COLUMNS + column, row + 1 + prefix, 1);
+        }
+        for (int32_t j = 0; j <= t; ++j) {
+            row[1 + g->n + j] += g->pairs[t * (ptrdiff_t)g->targets + j];
+        }
+    }
+}
+
+/* Adds the present sums to the lower triangle of out (size, size), size = 1 + n + targets. The log must be empty. */
+void gram_sum_up(engine_gram *g, double *out)
+{
+    const ptrdiff_t size = 1 + (ptrdiff_t)g->n + g->targets, cells = 1 + (ptrdiff_t)g->dense.prefix;
+    out[0] += g->weight + (g->machine.n > 0 ? g->machine.sums.weight : 0.0);
+    add_dense(g, out, size);
+    if (g->machine.n > 0 && !g->only_targets) {
+        gram_finish_column(&g->machine, GRAM_ONES, out + cells * size, size);
+        gram_finish_cells(&g->machine, g->state, out + cells * size + cells, size);
+    }
+    add_targets(g, out, size);
+}
