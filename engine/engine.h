@@ -55,11 +55,12 @@ typedef struct engine_gram engine_gram;
 
 engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *state, int32_t targets);
 void engine_gram_free(engine_gram *gram);
-/* Method as for the evaluator: events only, a dense prefix, or the choice of the signal. */
+/* Method as for the evaluator: events only, a dense prefix (a multiple of 8, at most 64), or the choice of the signal.
+ * ENGINE_DENSE: up to 64 operators. Sums and states go on. Returns 0, or -1 if it does not apply. */
 int engine_gram_method(engine_gram *gram, int32_t method);
 /* Add samples. x (samples,) centred; targets: m pointers to (samples,) columns, the output y among them; weight
- * (samples,) >= 0 or a null pointer for ones. All must be finite: returns samples, or the index of the first x that the
- * core would reject, where it stopped. */
+ * (samples,) >= 0 or a null pointer for ones. All must be finite: returns samples, or the index of the first sample of
+ * which the core would reject x, a target or the weight, where it stopped: those before it are in the sums. */
 int64_t engine_gram_add(engine_gram *gram, int64_t samples, const double *x, const double *const *targets,
                         const double *weight);
 /* Advance the state by x without adding anything; returns as engine_gram_add. */
@@ -67,8 +68,9 @@ int64_t engine_gram_skip(engine_gram *gram, int64_t samples, const double *x);
 /* Write the sums since the last take as a full symmetric matrix (1 + n + m)^2, row-major, and start new ones; the state
  * goes on. sums may be a null pointer: forget. */
 void engine_gram_take(engine_gram *gram, double *sums);
-/* Only sums of targets with the columns: out (1 + n, m), row-major; a pass of refinement needs no more. After
- * engine_gram_only_targets(gram, 1) the n^2 part is not accumulated and engine_gram_take leaves it zero. */
+/* Only sums of targets with the columns and each other; a pass of refinement needs no more. After
+ * engine_gram_only_targets(gram, 1) sums of cells with cells and with ones are not accumulated and engine_gram_take leaves
+ * them zero. Meant for the time between two takes as a whole. */
 void engine_gram_only_targets(engine_gram *gram, int only);
 void engine_gram_state(const engine_gram *gram, double *z); /* (n,) */
 

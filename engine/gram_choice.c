@@ -10,7 +10,7 @@ enum { TRIAL = 512, FEWEST = 128, SOONEST = 1 << 14, LATEST = 1 << 18, PREFIXES 
 /* What a sample costs with a prefix of 0, 8, 16, 24, 32 operators, and what an event adds: ns, measured at each level. Only
  * their ratios matter. */
 static const double prefix_cost[ENGINE_LEVELS][PREFIXES] = {
-    {3.0, 50.0, 124.0, 208.0, 334.0}, {0.7, 8.5, 17.0, 27.0, 39.0}, {0.6, 4.5, 9.3, 14.8, 22.0}};
+    {4.0, 20.0, 40.0, 66.0, 100.0}, {0.7, 8.5, 17.0, 27.0, 39.0}, {0.6, 4.5, 9.3, 14.8, 22.0}};
 static const double event_cost[ENGINE_LEVELS] = {110.0, 75.0, 65.0};
 static const double column_cost = 1.0; /* of a cell of the prefix, per event */
 static const double few = 0.03;        /* events a sample that leave nothing to gain */

@@ -77,8 +77,9 @@ class Gram {
         const std::lock_guard<std::mutex> alone(busy_);
         if (engine_gram_method(gram_.get(), prefix) != 0)
             throw std::invalid_argument("method " + std::to_string(prefix) +
-                                        " does not apply: -1 (the signal decides), 0 (events only) or a dense prefix, a "
-                                        "multiple of 8 up to 64 and below the number of operators");
+                                        " does not apply: -1 (the signal decides), 0 (events only), a dense prefix (a "
+                                        "multiple of 8, up to 64 and up to what holds all operators), or ENGINE_DENSE (up "
+                                        "to 64 operators)");
     }
 
     void only_targets(bool only)
@@ -144,7 +145,7 @@ void bind_gram(nb::module_ &m)
              "Add the samples x (T,) with targets (m, T) and weights (T,) >= 0, ones if None.")
         .def("skip", &Gram::skip, "x"_a, "Advance the state by x without adding anything.")
         .def("take", &Gram::take, "Sums (1 + n + m, 1 + n + m) since the last take; the state goes on.")
-        .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; else a dense prefix.")
+        .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; a dense prefix of 8, 16, ..., or ENGINE_DENSE.")
         .def("only_targets", &Gram::only_targets, "only"_a, "Leave out sums of cells with cells and with ones.")
         .def_prop_ro("state", &Gram::state, nb::rv_policy::move, "Play states z (n,).");
 }
