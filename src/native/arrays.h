@@ -82,6 +82,8 @@ void bind_joint(nb::module_ &m);
 void bind_plant(nb::module_ &m);
 void bind_robot(nb::module_ &m);
 void bind_gram(nb::module_ &m);
+
+void bind_text(nb::module_ &m);
 void bind_solver(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_stack(nb::module_ &m);

@@ -13,4 +13,5 @@ NB_MODULE(_native, m)
     bind_solver(m);
     bind_engine(m);
     bind_signal(m);
+    bind_text(m);
 }

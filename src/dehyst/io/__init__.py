@@ -1,11 +1,13 @@
 """Logs in, tables out: bar and degrees stop here."""
 
+from dehyst.io.chunks import ChunkedLog, open_chunks
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
 from dehyst.io.logs import Signal, list_runs, read_log, read_signal
 from dehyst.io.mcap_log import write_mcap
 from dehyst.io.write import format_csv, write_csv
 
 __all__ = [
+    "ChunkedLog",
     "ColumnSummary",
     "LogSummary",
     "Sampling",
@@ -13,6 +15,7 @@ __all__ = [
     "format_csv",
     "inspect_log",
     "list_runs",
+    "open_chunks",
     "read_log",
     "read_signal",
     "write_csv",

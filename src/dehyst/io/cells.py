@@ -120,17 +120,17 @@ def parse_numbers(cells: Sequence[str], decimal_comma: bool) -> tuple[Array, int
     return np.array([nan if value is None else value for value in values], dtype=np.float64), bad
 
 
-def parse_date_times(cells: Sequence[str]) -> Array:
+def parse_date_times(cells: Sequence[str], order: str | None = None) -> Array:
     """Seconds since 1970 (or since midnight for a time of day), NaN where a cell is no date-time.
 
-    Where the year stands last, day or month may come first; see `date_order`.
+    Where the year stands last, day or month may come first: as `order` says, by default as `date_order` finds.
 
     Examples
     --------
     >>> parse_date_times(["1970-01-01T00:01:00Z", "x", "01.02.1970 00:00:00,5"]).tolist()
     [60.0, nan, 2678400.5]
     """
-    return _parse(cells, date_order(cells)[0])
+    return _parse(cells, order or date_order(cells)[0])
 
 
 def _parse(cells: Sequence[str], order: str) -> Array:

@@ -1,62 +1,83 @@
 """Logs larger than memory: input and output in chunks, in constant memory, as often as they are needed.
 
-``open_chunks(path, input, output, time=None, *, rows=131072) -> ChunkedLog``
+``open_chunks(path, input, output, time=None, *, run=None, time_unit=None, rows=131072) -> ChunkedLog``
 
     log = open_chunks("long.csv", input="pressure", output="angle")
     for time, x, y in log:                 # float64 (K,), 1 <= K <= rows; time is None without a time column
-        progress(log.consumed, log.size)   # bytes
+        show(log.consumed, log.size)       # bytes
     for time, x, y in log: ...             # and again from the start
+    log.samples, log.findings, log.provenance, log.input_label
 
-A `ChunkedLog` has ``name``, ``input_name``, ``output_name``, ``input_unit``, ``output_unit``, ``input_label``,
-``output_label``, ``has_time``, ``size`` and ``consumed`` (bytes), ``findings`` and ``provenance``; the last two tell of
-the rows of the whole log once a pass has ended.
-
-What needs the whole log at once is not done here: outliers stay in, angles are not unwrapped, rows are not sorted.
+Rows in which a signal or the time is no number are left out and counted. What needs the whole log at once is not done:
+outliers stay in, angles are not unwrapped, rows are not sorted, gaps and a clock that jumps back are findings only.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from dehyst.errors import ColumnError, LogError, TimeError
+from dehyst.errors import ColumnError, LogError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.clocks import EPOCH, choose_clock, refuse_clock, seconds
-from dehyst.io.columns import count_runs, find_column
-from dehyst.io.formats import NPY, ZIP, PathLike
-from dehyst.io.streams import ArraySource, Piece, Source, TextSource
-from dehyst.io.table import LARGEST, Array, Table, list_rows
-from dehyst.units import TABLE, parse_unit
+from dehyst.io.clocks import choose_clock, counting, in_seconds, refuse_clock, with_time_unit
+from dehyst.io.columns import find_column, labels_of, run_column, select_run
+from dehyst.io.formats import BINARY, PathLike, path_of, readable, require_file
+from dehyst.io.streams import Piece, Source, open_source
+from dehyst.io.table import Array, Table, finite
+from dehyst.io.tally import Tally
+from dehyst.units import parse_unit
 
 Chunk = tuple[Array | None, Array, Array]
 
 ROWS = 1 << 17
-BLOCK = 1 << 20
-SHOWN = 4  # rows named in a finding
+STREAMED = {".npz", ".npy", ".bag", ".db3", ".mcap", ".parquet", ".feather"}
 
 
-def open_chunks(path: PathLike, input: str, output: str, time: str | None = None, *, rows: int = ROWS) -> ChunkedLog:
+def open_chunks(
+    path: PathLike,
+    input: str,
+    output: str,
+    time: str | None = None,
+    *,
+    run: str | None = None,
+    time_unit: str | None = None,
+    rows: int = ROWS,
+) -> ChunkedLog:
     """Open a log to be read in chunks.
 
     Parameters
     ----------
     path
-        .csv .txt .tsv .dat (also .gz), .npz, .npy.
+        .csv .txt .tsv .dat (also .gz), .npz, .npy; with extras .bag .db3 .mcap, .parquet .feather.
     input, output
         Columns, named as for `read_log`.
     time
         Time column; by default the one that looks like it.
+    run
+        Run to read, needed when the log holds several.
+    time_unit
+        Unit of the time column where its name does not tell; by default seconds.
     rows
         Most samples in a chunk.
+
+    Returns
+    -------
+    log : ChunkedLog
 
     Raises
     ------
     LogError
-        If the file cannot be read, or not in chunks; ColumnError and TimeError as `read_log`.
+        If the file cannot be read, or not in chunks; ColumnError, RunError and TimeError if it does not hold what was
+        asked for.
+    MissingExtraError
+        If the format needs a package that is not installed.
+    UnitError
+        If `time_unit` is no unit of time.
 
     Examples
     --------
@@ -67,9 +88,10 @@ def open_chunks(path: PathLike, input: str, output: str, time: str | None = None
     >>> [x.size for _, x, _ in log], log.input_unit, log.consumed == log.size
     ([30, 30, 30, 10], 'bar', True)
     """
-    source = _source(Path(path))
-    table = source.head()
-    x_name, y_name = find_column(table, input, "input"), find_column(table, output, "output")
+    source = _open(path)
+    table = with_time_unit(source.head(), time_unit, time)
+    x_name = find_column(table, input, "input")
+    y_name = find_column(table, output, "output")
     if x_name == y_name:
         raise ColumnError(
             f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
@@ -78,38 +100,69 @@ def open_chunks(path: PathLike, input: str, output: str, time: str | None = None
         )
     refuse_clock(table, x_name, "input")
     refuse_clock(table, y_name, "output")
-    clocks = [choose_clock(table, name, time) for name in (x_name, y_name)]
-    if clocks[0] != clocks[1]:
-        raise TimeError(
-            f"'{x_name}' and '{y_name}' of {table.name} are on two clocks ({clocks[0]} and {clocks[1]}), which cannot "
-            f"be merged in chunks. Name one clock with --time, or cut the log so that it fits into memory.",
-            columns=(x_name, y_name),
-        )
-    if len(count_runs(table)) > 1:
-        raise LogError(
-            f"{table.name} holds several runs, which are not told apart in chunks. Save each run as a file of its own.",
-            file=table.name,
-        )
-    return ChunkedLog(source, table, x_name, y_name, clocks[0], rows)
+    for name in (x_name, y_name):
+        if name in table.refused:
+            raise ColumnError(table.refused[name], column=name)
+    clock = _clock(source, table, x_name, y_name, time)
+    runs, named = run_column(table), run is not None
+    if runs is None or run is None:
+        run = select_run(table, run)[0]  # refuses a run where there are none, and none where there are several
+    return ChunkedLog(source, table, (x_name, y_name, clock, runs), run, rows, named)
 
 
-def _source(path: Path) -> Source:
-    with path.open("rb") as stream:
-        head = stream.read(16)
-    if head.startswith((*ZIP, NPY)):
-        return ArraySource(path)
-    return TextSource(path)
+def _open(path: PathLike) -> Source:
+    source = path_of(path)
+    with readable(source):
+        if source.is_dir():
+            raise LogError(
+                f"'{source}' is a folder, which cannot be read in chunks. Name the .db3 or .mcap file inside it.",
+                path=str(source),
+            )
+        require_file(source)
+        with source.open("rb") as stream:
+            head = stream.read(16)
+        if source.suffix.lower() in {*BINARY, ".mat"} - STREAMED:
+            raise LogError(
+                f"'{source.name}' cannot be read in chunks; CSV, NPZ, NPY, Parquet, Feather, ROS bags and MCAP can. "
+                f"Read it at once, with dehyst.read_log, or export it as one of these.",
+                path=str(source),
+            )
+        return open_source(source, head)
+
+
+def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | None) -> str | None:
+    """The one clock of both signals.
+
+    Raises
+    ------
+    TimeError
+        If there are two.
+    """
+    same = source.lengths.get(x_name, 0)
+    others = {name for name, length in source.lengths.items() if length != same}
+    if y_name not in others:
+        kept = {name: values for name, values in table.columns.items() if name not in others}
+        table = replace(table, columns=kept, order=tuple(name for name in table.order if name not in others))
+        clocks = [choose_clock(table, name, time) for name in (x_name, y_name)]
+        if clocks[0] == clocks[1]:
+            return clocks[0]
+    raise TimeError(
+        f"'{x_name}' and '{y_name}' of {table.name} are on two clocks, which cannot be merged in chunks. Name one "
+        f"clock with --time if it is that of both, or read the log at once, with dehyst.read_log.",
+        columns=(x_name, y_name),
+    )
 
 
 class ChunkedLog:
     """A log that is read in chunks; iterate over it as often as needed.
 
-    Iteration gives ``(time, x, y)``, float64, (K,) each with 1 <= K <= rows; time [s] is None for a log without one.
+    Iteration gives ``(time, x, y)``, float64, (K,) each with 1 <= K <= rows, in the units of the log; time [s] is None
+    for a log without a time column. One pass at a time.
 
     Attributes
     ----------
     name
-        File name without its folder.
+        File name without its folder, and the run.
     input_name, output_name, input_unit, output_unit
         As in a `Recording`.
     has_time
@@ -118,17 +171,52 @@ class ChunkedLog:
         Bytes that a pass reads.
     consumed
         Bytes read so far in the present pass; `size` at its end.
+    samples
+        Samples given out in the present pass.
     """
 
-    def __init__(self, source: Source, table: Table, x_name: str, y_name: str, clock: str | None, rows: int) -> None:
-        self._source, self._clock, self._rows = source, clock, rows
-        self._columns = (x_name, y_name)
+    __slots__ = (
+        "_columns",
+        "_counting",
+        "_first",
+        "_named",
+        "_rows",
+        "_run",
+        "_sha256",
+        "_source",
+        "_table",
+        "_tally",
+        "consumed",
+        "has_time",
+        "input_name",
+        "input_unit",
+        "name",
+        "output_name",
+        "output_unit",
+        "samples",
+        "size",
+    )
+
+    def __init__(
+        self,
+        source: Source,
+        table: Table,
+        columns: tuple[str, str, str | None, str | None],
+        run: str | None,
+        rows: int,
+        named: bool,
+    ) -> None:
+        self._source, self._table, self._rows = source, table, max(1, int(rows))
+        self._columns, self._run, self._named = columns, run, named
+        x_name, y_name, clock, _ = columns
         (self.input_name, x_unit), (self.output_name, y_unit) = parse_unit(x_name), parse_unit(y_name)
         self.input_unit, self.output_unit = table.units.get(x_name) or x_unit, table.units.get(y_name) or y_unit
-        self.name, self.size, self.consumed = table.name, source.size, 0
+        self.name = table.name if run is None else f"{table.name}, run {run}"
+        self.size, self.consumed, self.samples = source.size, 0, 0
         self.has_time = clock is not None
-        self._head = table
-        self._samples, self._first, self._last, self._bad, self._shown = 0, 0, 0, 0, [0][:0]
+        self._first: float | None = None
+        self._counting = counting(table, clock) if clock else (1.0, False)
+        self._tally = Tally(table, columns)
         self._sha256 = ""
 
     @property
@@ -142,80 +230,109 @@ class ChunkedLog:
         return f"{self.output_name} [{self.output_unit}]" if self.output_unit else self.output_name
 
     def __iter__(self) -> Iterator[Chunk]:
-        x_name, y_name = self._columns
-        names = [x_name, y_name, *([self._clock] if self._clock else [])]
-        self.consumed, self._samples, self._bad, self._shown = 0, 0, 0, []
-        for piece in self._source.pieces(names):
-            self.consumed = piece.consumed
-            yield from self._chunks(piece)
-        self.consumed = self.size
-        if self._samples == 0:
-            raise LogError(f"{self.name} has no row in which both are numbers.", file=self.name)
+        """Read the log from its start.
 
-    def _chunks(self, piece: Piece) -> Iterator[Chunk]:
-        parts = piece.columns
-        good = np.logical_and.reduce([np.abs(part) <= LARGEST for part in parts])
+        Raises
+        ------
+        LogError
+            If the file is damaged further on, or cannot be read in chunks there.
+        RunError
+            If there is more than one run and none was named, or not the one that was.
+        RecordingError
+            If no row is left.
+        """
+        self.consumed, self.samples, self._first = 0, 0, None
+        self._tally = tally = Tally(self._table, self._columns)
+        names = [name for name in self._columns if name is not None]
+        pieces = self._source.pieces(names, self._rows)
+        while True:
+            with readable(self._source.path):
+                piece = next(pieces, None)
+            if piece is None:
+                break
+            self.consumed = piece.consumed
+            chunk = self._chunk(piece, tally)
+            if chunk:
+                self.samples += chunk[1].size
+                yield chunk
+        self.consumed = self.size
+        self._require_samples(tally)
+
+    def _chunk(self, piece: Piece, tally: Tally) -> Chunk | None:
+        columns: list[Any] = list(piece.columns)
         rows = piece.rows
+        if self._columns[3] is not None:
+            mask = self._of_run(columns.pop(), tally)
+            columns, rows = [column[mask] for column in columns], rows[mask]
+        if self.has_time:
+            columns[2] = self._seconds(columns[2])
+        good = np.logical_and.reduce([finite(column) for column in columns])
         if not good.all():
-            bad = rows[~good]
-            self._bad += bad.size
-            self._shown += bad[: SHOWN - len(self._shown)].tolist()
-            parts, rows = [part[good] for part in parts], rows[good]
+            tally.leave_out(rows[~good])
+            columns, rows = [column[good] for column in columns], rows[good]
         if rows.size == 0:
-            return
-        if self._samples == 0:
-            self._first = int(rows[0])
-        self._last = int(rows[-1])
-        self._samples += rows.size
-        time = self._seconds(parts[2]) if self._clock else None
-        for k in range(0, rows.size, self._rows):
-            part = slice(k, k + self._rows)
-            yield (None if time is None else time[part]), parts[0][part], parts[1][part]
+            return None
+        time = columns[2] if self.has_time else None
+        tally.count(rows, time)
+        return time, columns[0], columns[1]
+
+    def _of_run(self, labels: npt.NDArray[Any], tally: Tally) -> npt.NDArray[np.bool_]:
+        """Rows of the run that was named, or of the only one."""
+        text = labels_of(labels) if labels.dtype.kind == "f" else labels
+        tally.meet_runs(text)
+        if not self._named and len(tally.runs) > 1:
+            raise RunError(
+                f"{self._table.name} holds several runs and none was named: {', '.join(list(tally.runs)[:40])} and "
+                f"perhaps more. What the actuator remembers does not carry over from one to the next, so name one: "
+                f"--run {self._run}",
+                runs=tuple(tally.runs),
+            )
+        return np.asarray(text == self._run)
 
     def _seconds(self, stamps: Array) -> Array:
-        """Stamps in seconds as `clocks.seconds` gives them, with scale and origin of the log's first rows."""
-        table, clock = self._head, self._clock
-        assert clock is not None
-        _, shift = seconds(table, clock)
-        middle = float(np.nanmedian(table.columns[clock]))
-        scale = TABLE["time"].get(table.units.get(clock, ""), 0.0)
-        if not scale:
-            scale = next((s for s in (1.0, 1e-3, 1e-6, 1e-9) if EPOCH[0] <= middle * s < EPOCH[1]), 1.0)
-        moved = stamps - (shift / scale if shift else 0.0)
-        return np.asarray(moved / round(1 / scale) if scale < 1 else moved * scale)
+        scale, is_epoch = self._counting
+        good = stamps[finite(stamps)] if is_epoch and self._first is None else stamps[:0]
+        if good.size:
+            self._first = float(good[0])
+        return in_seconds(stamps, scale, self._first or 0.0)
+
+    def _require_samples(self, tally: Tally) -> None:
+        if self.samples:
+            return
+        if self._run is not None and self._run not in tally.runs:
+            raise RunError(
+                f"{self._table.name} has no run '{self._run}'. It holds: {', '.join(list(tally.runs)[:40])}.",
+                run=self._run,
+                runs=tuple(tally.runs),
+            )
+        raise RecordingError(
+            f"{self._table.name} has no {self._table.row_word} in which {self._columns[0]} and {self._columns[1]} are "
+            f"both numbers. Check the columns with: dehyst inspect LOG",
+            columns=self._columns[:2],
+        )
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was noticed: at the start of the log, and in its rows once a pass has ended."""
-        found = list(self._head.findings)
-        if self._bad:
-            what = f"{list_rows(self._shown, self._head.row_word)}{' and more' if self._bad > SHOWN else ''}"
-            found.append(
-                Finding(
-                    "non-finite",
-                    f"{self._bad} of {self._samples + self._bad} rows of {self.name} were left out because a cell of "
-                    f"{', '.join(self._columns)} is empty, infinite or not a number: {what}. Nothing to do if the "
-                    f"sensor is known to drop out; otherwise check its cable.",
-                )
-            )
-        return tuple(found)
+        """What was noticed: at the start of the log, and in the rows that the present pass has met."""
+        return (*self._table.findings, *self._source.findings(), *self._tally.findings())
 
     @property
     def provenance(self) -> Mapping[str, Any]:
-        """File, fingerprint, columns and rows, as `read_log` gives them."""
+        """File, fingerprint, columns and rows, as `read_log` gives them; the rows are those of the present pass."""
         if not self._sha256:
-            with self._source.path.open("rb") as stream:
+            with readable(self._source.path), self._source.path.open("rb") as stream:
                 self._sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
+        x_name, y_name, clock, runs = self._columns
         return {
-            "file": self.name,
+            "file": self._table.name,
             "sha256": self._sha256,
-            "input": self._columns[0],
-            "output": self._columns[1],
-            "time": self._clock,
-            "run_column": None,
-            "run": None,
+            "input": x_name,
+            "output": y_name,
+            "time": clock,
+            "run_column": runs if self._run is not None else None,
+            "run": self._run,
             "window": [None, None],
-            "rows": self._samples,
-            "first_row": self._first,
-            "last_row": self._last,
+            "rows": self.samples,
+            "first_row": self._tally.first,
+            "last_row": self._tally.last,
         }

@@ -122,18 +122,26 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
     good = values[finite(values)]
     if good.size == 0:
         return np.full(values.size, np.nan), 0.0
-    middle = float(np.median(good))
-    unit = table.units.get(name, "")
-    scale = TABLE["time"].get(unit, 0.0)
+    scale, is_epoch = counting(table, name)
+    first = float(good[0]) if is_epoch else 0.0
+    return in_seconds(values, scale, first), first * scale
+
+
+def counting(table: Table, name: str) -> tuple[float, bool]:
+    """Unit of a time column in seconds, and whether it counts from 1970."""
+    middle = float(np.median(table.columns[name][finite(table.columns[name])]))
+    scale = TABLE["time"].get(table.units.get(name, ""), 0.0)
     if not scale:
         fits = [s for s in (1.0, 1e-3, 1e-6, 1e-9) if EPOCH[0] <= middle * s < EPOCH[1]]
         scale = fits[0] if fits else 1.0
-    is_epoch = name in table.stamps or EPOCH[0] <= middle * scale < EPOCH[1]
+    return scale, name in table.stamps or EPOCH[0] <= middle * scale < EPOCH[1]
+
+
+def in_seconds(values: Array, scale: float, first: float) -> Array:
+    """Stamps from `first` on, in seconds; NaN where there is none."""
     # Subtract before scaling: 1.7e18 ns has no digits to lose.
-    first = float(good[0]) if is_epoch else 0.0
     stamps = np.where(finite(values), values, np.nan) - first
-    divisor = round(1 / scale)
-    return (stamps / divisor if scale < 1 else stamps * scale), first * scale
+    return np.asarray(stamps / round(1 / scale) if scale < 1 else stamps * scale)
 
 
 def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:

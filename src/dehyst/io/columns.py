@@ -137,7 +137,11 @@ def run_labels(table: Table) -> npt.NDArray[np.str_] | None:
         return None
     if name in table.labels:
         return table.labels[name]
-    values = table.columns[name]
+    return labels_of(table.columns[name])
+
+
+def labels_of(values: Array) -> npt.NDArray[np.str_]:
+    """Labels of runs that are numbered, "" where there is no number."""
     good = finite(values)
     labels = np.full(values.size, "", dtype="U24")
     labels[good] = np.char.mod("%d", values[good].astype(np.int64)) if good.any() else ""

@@ -1,34 +1,31 @@
 """Text logs: .csv .txt .tsv .dat, also packed with gzip.
 
-Two ways: numpy's C parser for logs without a blemish, and a careful one, line by line, as soon as it refuses.
+Two ways: the engine's parser for logs without a blemish, and a careful one, line by line, as soon as it refuses.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import compress
-from typing import Any
+from itertools import compress, islice
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.io.cells import date_order, is_data, is_date_time, number, parse_date_times, parse_numbers
+from dehyst.io.cells import date_order, is_data, is_date_time, parse_date_times, parse_numbers
 from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undress_units
-from dehyst.io.layout import BLANKS, Layout, find_layout, is_comment, split_line
+from dehyst.io.layout import Layout, find_layout, is_comment, split_line
+from dehyst.io.plain import PROBE, find_plain, read_plain
 from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, unique_names
-from dehyst.io.text import decode, expand, lines_of
+from dehyst.io.text import Text, expand, open_text
 from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
 from dehyst.units import parse_unit
 
-LABEL_WIDTH = 64  # characters of a text cell on the fast way; longer ones take the careful way
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
-PROBE = 200
 TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out
-NUMBERISH = "+-(.,0123456789"  # first characters of numbers, plain or not
 
 
 def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
@@ -48,15 +45,29 @@ def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
     LogError
         If it is not text, or holds no table of numbers.
     """
-    lines = lines_of(decode(expand(data, name), name))
+    text = open_text(expand(data, name), name)
+    layout = layout_of(text, name)
+    findings: list[Finding] = []
+    quick = _quick(text, layout, findings) if layout else None
+    if layout and quick:
+        return _assemble(name, sha256, layout, quick[1], quick[0], findings)
+    lines = text.all_lines()
     layout = find_layout(lines, name)
     body, rows = _body(lines, layout.first)
-    findings: list[Finding] = []
-    content = _fast(body, layout, findings)
-    if content is None:
-        cells, rows = _split(body, rows, layout, name, findings)
-        content = _careful(cells, rows, layout, name, findings)
+    cells, rows = _split(body, rows, layout, name, findings)
+    content = _careful(cells, rows, layout, name, findings)
     return _assemble(name, sha256, layout, rows, content, findings)
+
+
+def layout_of(text: Text, name: str) -> Layout | None:
+    """Layout by the first lines of a log; None if only all of it can tell, or what is wrong with it."""
+    if text.complete:
+        return find_layout(text.lines, name)
+    with suppress(LogError):
+        layout = find_layout(text.lines, name)
+        if layout.first + 2 * PROBE <= len(text.lines):
+            return layout
+    return None
 
 
 def _body(lines: Sequence[str], first: int) -> tuple[list[str], Rows]:
@@ -82,60 +93,26 @@ class Content:
     units: dict[int, str] = field(default_factory=dict)
 
 
-def _fast(body: Sequence[str], layout: Layout, findings: list[Finding]) -> Content | None:
-    """Read with numpy's C parser; None if any line or cell is not as the first lines promise."""
-    if not body or '"' in body[0] or (layout.decimal_comma and layout.delimiter == ","):
+def _quick(text: Text, layout: Layout, findings: list[Finding]) -> tuple[Content, Rows] | None:
+    """Read with the engine; None if any line or cell is not as the first lines promise."""
+    body = list(islice((line for line in text.lines[layout.first :] if not is_comment(line)), PROBE))
+    if len(body) < PROBE and not text.complete:
         return None
-    probe = [split_line(line, layout.delimiter) for line in body[:PROBE]]
-    if any(len(row) != layout.width for row in probe):
+    plain = find_plain(body, layout)
+    read = read_plain(text.data, text.offset(layout.first), layout.first + 1, plain) if plain else None
+    if plain is None or read is None:
         return None
-    if layout.decimal_comma:
-        if any(_may_be_thousands([row[j] for row in probe]) for j in range(layout.width)):
-            return None
-        if any("." in line for line in body):
-            return None  # points beside decimal commas may separate thousands
-        whole = [j for j in range(layout.width) if not any("," in row[j] for row in probe)]
-        body = [line.replace(",", ".") for line in body]
-        probe = [[cell.replace(",", ".") for cell in row] for row in probe]
-    texts = {j for j in range(layout.width) if all(number(row[j]) is None for row in probe)}
-    if texts and layout.decimal_comma:
-        return None  # commas within text are not decimal signs
-    if any(row[j].strip()[:1] in NUMBERISH and not is_date_time(row[j]) for row in probe for j in texts):
-        return None  # 1.234.567, (3.21) or 1.2 bar: numbers in disguise
-    width = min(LABEL_WIDTH, 8 + max((len(row[j]) for row in probe for j in texts), default=0))
-    fields = [(f"c{j}", f"U{width}" if j in texts else "f8") for j in range(layout.width)]
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            data: Any = np.loadtxt(
-                body,
-                delimiter=None if layout.delimiter == BLANKS else layout.delimiter,
-                dtype=np.dtype(fields) if texts else np.float64,
-                comments=None,
-                ndmin=1 if texts else 2,
-            )
-    except (ValueError, IndexError, OverflowError, UserWarning, DeprecationWarning):
-        return None
-    if data.shape[0] != len(body):
-        return None
-    columns = {j: np.ascontiguousarray(data[f"c{j}"] if texts else data[:, j]) for j in range(layout.width)}
-    if layout.decimal_comma and any((columns[j] != np.round(columns[j])).any() for j in whole):
-        return None  # commas that come late: 998, 999, 1,017
-    labels = {j: np.char.strip(columns.pop(j)) for j in texts}
-    # A label that fills its field may have been cut; a quote or an empty one needs the careful way.
-    if any((np.char.str_len(v) >= width).any() or (np.char.find(v, '"') >= 0).any() for v in labels.values()):
-        return None
-    stamps: set[int] = set()
-    for j in sorted(labels):
-        if is_date_time(str(labels[j][0])):
-            columns[j] = _dates(labels.pop(j).tolist(), layout, j, findings)
-            stamps.add(j)
-    return Content(columns, labels, stamps)
-
-
-def _may_be_thousands(column: Sequence[str]) -> bool:
-    tails = {len(cell.partition(",")[2].strip()) for cell in column if "," in cell}
-    return tails == {3}
+    columns, rows = read
+    content = Content()
+    for j, column in enumerate(columns):
+        if not plain.letters[j]:
+            content.numbers[j] = column  # type: ignore[assignment]
+        elif is_date_time(str(column[0])):
+            content.numbers[j] = _dates(column.tolist(), layout, j, findings)
+            content.stamps.add(j)
+        else:
+            content.labels[j] = column  # type: ignore[assignment]
+    return content, rows
 
 
 def _split(

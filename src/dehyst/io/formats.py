@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from dehyst.errors import LogError
@@ -12,6 +16,8 @@ from dehyst.io.table import Table
 from dehyst.io.text import SIZE_LIMIT
 
 PathLike = str | os.PathLike[str]
+
+THREAD_BYTES = 1 << 20  # larger files are hashed beside the reading
 
 # First bytes by which a format is known, whatever the file is called.
 BAGS = (b"#ROSBAG V2.0", b"SQLite format 3\0", b"\x89MCAP0\r\n")
@@ -45,34 +51,68 @@ def read_table(path: PathLike) -> Table:
     MissingExtraError
         If the format needs a package that is not installed.
     """
+    source = path_of(path)
+    with readable(source):
+        if source.is_dir():
+            return _read_folder(source)
+        size = require_file(source)
+        if size > SIZE_LIMIT:
+            raise LogError(
+                f"'{source.name}' has {size / 2**20:.0f} MB, more than the {SIZE_LIMIT >> 20} MB that are read "
+                f"at once. Split it into runs, or read it in chunks: dehyst.io.open_chunks.",
+                size=size,
+            )
+        data = source.read_bytes()
+    if len(data) < THREAD_BYTES:
+        return _dispatch(data, source, hashlib.sha256(data).hexdigest())
+    with ThreadPoolExecutor(1) as other:  # hashing takes as long as parsing, and both let go of the interpreter
+        digest = other.submit(hashlib.sha256, data)
+        return replace(_dispatch(data, source, ""), sha256=digest.result().hexdigest())
+
+
+def path_of(path: PathLike) -> Path:
+    """Path of a log, whatever was given for it.
+
+    Raises
+    ------
+    LogError
+        If it is no path.
+    """
     if not isinstance(path, str | os.PathLike):
         raise LogError(
             f"the log is given as {path!r:.60}, which is no path. Give the file's name, for example 'log.csv'.",
             path=path,
         )
-    source = Path(path)
+    return Path(path)
+
+
+def require_file(source: Path) -> int:
+    """Bytes of a file that can be read more than once.
+
+    Raises
+    ------
+    LogError
+        If it is another thing, or empty.
+    """
+    size = source.stat().st_size
+    if not source.is_file():
+        raise LogError(f"'{source}' is not a file that can be read twice; save it to disk first.", path=str(source))
+    if size == 0:
+        raise LogError(f"'{source.name}' is empty. Check that the logger was started.", path=str(source))
+    return size
+
+
+@contextmanager
+def readable(source: Path) -> Iterator[None]:
+    """Turn what the system says about a path into a LogError."""
     try:
-        if source.is_dir():
-            return _read_folder(source)
-        size = source.stat().st_size
-        if not source.is_file():
-            raise LogError(f"'{source}' is not a file that can be read twice; save it to disk first.", path=str(source))
-        if size > SIZE_LIMIT:
-            raise LogError(
-                f"'{source.name}' has {size / 2**20:.0f} MB, more than the {SIZE_LIMIT >> 20} MB that are read "
-                f"at once. Split it into runs.",
-                size=size,
-            )
-        data = source.read_bytes()
+        yield
     except OSError as fault:
         raise LogError(
             f"cannot read '{source}': {fault.strerror or fault}. Check the path and the permissions.", path=str(source)
         ) from None
     except ValueError as fault:  # a NUL byte in the path
         raise LogError(f"cannot read {str(source)!r}: {fault}. Check the path.", path=str(source)) from None
-    if not data:
-        raise LogError(f"'{source.name}' is empty. Check that the logger was started.", path=str(source))
-    return _dispatch(data, source, hashlib.sha256(data).hexdigest())
 
 
 def _read_folder(source: Path) -> Table:

@@ -31,6 +31,7 @@ CODE_SHARE = 0.5
 _CODES = [999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 1e6, 1e7, 1e9, 1e10, 1e20, 1e30, 1e37, 1e38, 8191.0, 32767.0]
 _CODES += [32768.0, 65535.0, 8388607.0, 8388608.0, 2147483647.0, 2147483648.0, 4294967295.0, 999.9, 9999.9]
 CODES = np.array(sorted({*_CODES, *(-code for code in _CODES)}))
+LEAST_CODE = min(_CODES)
 TURN = {"deg": 360.0, "rad": 2 * math.pi}
 WRAPPED = 0.8  # of a turn: a jump from one end of the circle to the other
 SMOOTH = 3.0  # largest other steps: what may remain of such a jump once it is unwrapped
@@ -72,9 +73,11 @@ def find_outliers(values: Array) -> Mask:
 
 
 def _codes(v: Array) -> Mask:
-    codes = np.isin(v, CODES)
     nothing = np.zeros(v.size, dtype=bool)
-    if not codes.any() or codes.mean() > CODE_SHARE or v.size < FEWEST:
+    if v.size < FEWEST or max(-float(v.min()), float(v.max())) < LEAST_CODE:
+        return nothing
+    codes = np.isin(v, CODES)
+    if not codes.any() or codes.mean() > CODE_SHARE:
         return nothing
     others = v[~codes]
     low, high = float(others.min()), float(others.max())
@@ -89,8 +92,12 @@ def _spikes(v: Array) -> Mask:
     if v.size < FEWEST:
         return flagged
     low, high = np.percentile(v, [2, 98])
+    least = 0.8 * SPIKE_RANGE * (high - low)
+    steps = np.diff(v)
+    if max(float(steps.max()), -float(steps.min())) <= least:
+        return flagged  # no excursion is larger than the step into it
     jump = _excursions(v)
-    flagged = np.asarray(jump > 0.8 * SPIKE_RANGE * (high - low), dtype=bool)
+    flagged = np.asarray(jump > least, dtype=bool)
     # A signal that has to do without some of its samples is judged again until what remains agrees with the rest.
     while flagged.any():
         if flagged.sum() > max(SPIKE_LENGTH, RARE * v.size):
@@ -114,9 +121,10 @@ def _spikes(v: Array) -> Mask:
 def _excursions(v: Array) -> Array:
     """How far each sample, with at most 2 others beside it, stands off from both neighbours, (T,); 0 if it does not."""
     jump = np.zeros(v.size)
+    top = bottom = v
     for length in range(1, SPIKE_LENGTH + 1):
-        windows = np.lib.stride_tricks.sliding_window_view(v, length)
-        top, bottom = windows.max(axis=1), windows.min(axis=1)
+        if length > 1:
+            top, bottom = np.maximum(top[:-1], v[length - 1 :]), np.minimum(bottom[:-1], v[length - 1 :])
         # At the ends the only neighbour counts for both sides.
         before = np.concatenate((v[length : length + 1], v[: v.size - length]))
         after = np.concatenate((v[length:], v[v.size - length - 1 : v.size - length]))

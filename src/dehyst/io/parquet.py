@@ -6,6 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.io.collect import Collector
 from dehyst.io.foreign import guard, muted_stderr, optional, refuse_bomb
@@ -37,9 +38,15 @@ def _fill(found: Collector, polars: Any, data: bytes) -> None:
         refuse_bomb(8 * rows * len(plan.collect_schema()), len(data), found.name)
         frame = (polars.read_ipc if arrow else polars.read_parquet)(io.BytesIO(data))
         for series in frame.get_columns():
-            if series.dtype in (polars.String, polars.Categorical):
-                found.add(series.name, np.array(series.cast(polars.String).fill_null("").to_list(), dtype=np.str_))
-            elif series.dtype.is_numeric() or series.dtype == polars.Boolean:
-                found.add(series.name, series.cast(polars.Float64).to_numpy())
-            elif series.dtype.is_temporal():
-                found.add(series.name, series.to_numpy())
+            values = values_of(polars, series)
+            if values is not None:
+                found.add(series.name, values)
+
+
+def values_of(polars: Any, series: Any) -> npt.NDArray[Any] | None:
+    """Values of a column: nulls become NaN or "", other types than numbers, text and times None."""
+    if series.dtype in (polars.String, polars.Categorical):
+        return np.array(series.cast(polars.String).fill_null("").to_list(), dtype=np.str_)
+    if series.dtype.is_numeric() or series.dtype == polars.Boolean:
+        return np.asarray(series.cast(polars.Float64).to_numpy())
+    return np.asarray(series.to_numpy()) if series.dtype.is_temporal() else None

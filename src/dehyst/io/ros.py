@@ -40,23 +40,28 @@ def _fill(found: Collector, highlevel: Any, typesys: Any, path: Path) -> None:
     store = typesys.get_typestore(typesys.Stores.LATEST)
     rows: dict[str, list[dict[str, float]]] = defaultdict(list)
     with highlevel.AnyReader([path], default_typestore=store) as reader:
-        wanted = [c for c in reader.connections if not any(word in c.msgtype for word in BULKY)]
+        wanted = [c for c in reader.connections if not bulky(c)]
         for connection, received, raw in reader.messages(connections=wanted) if wanted else ():
             row: dict[str, float] = {"bag_time": float(received)}
-            _flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
+            flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
             rows[connection.topic].append(row)
     for topic, messages in rows.items():
-        _add_topic(found, topic, messages)
+        add_topic(found, topic, messages)
 
 
-def _flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:
+def bulky(connection: Any) -> bool:
+    """Whether the messages of a connection hold pictures, texts or settings instead of signals."""
+    return any(word in connection.msgtype for word in BULKY)
+
+
+def flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:
     """Numbers of a message by path; text and long arrays are passed over."""
     if isinstance(value, (bool, int, float, np.number, np.bool_)):
         row[path] = float(value)
     elif isinstance(value, (np.ndarray, list, tuple)):
         if depth <= MAX_DEPTH and len(value) <= MAX_WIDTH:
             for k, item in enumerate(value):
-                _flatten(row, f"{path}[{k}]", item, depth + 1)
+                flatten(row, f"{path}[{k}]", item, depth + 1)
     elif hasattr(value, "__dataclass_fields__") and depth <= MAX_DEPTH:
         fields = [name for name in value.__dataclass_fields__ if name != "__msgtype__"]
         if set(fields) == {"sec", "nanosec"}:
@@ -64,10 +69,11 @@ def _flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:
             row[path] = float(value.sec * 1_000_000_000 + value.nanosec)
             return
         for name in fields:
-            _flatten(row, f"{path}.{name}" if path else name, getattr(value, name), depth + 1)
+            flatten(row, f"{path}.{name}" if path else name, getattr(value, name), depth + 1)
 
 
-def _add_topic(found: Collector, topic: str, messages: list[dict[str, float]]) -> None:
+def add_topic(found: Collector, topic: str, messages: list[dict[str, float]]) -> None:
+    """Columns and clock of a topic from the numbers of its messages."""
     names = list(dict.fromkeys(name for message in messages for name in message))
     columns = {name: np.array([message.get(name, np.nan) for message in messages]) for name in names}
     stamp = columns.get("header.stamp")

@@ -1,118 +1,96 @@
-"""Sources of chunks: text and NumPy files, read piece by piece."""
+"""Sources of chunks: what every format offers to a log that is read in chunks."""
 
 from __future__ import annotations
 
-import gzip
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from dehyst.errors import LogError
-from dehyst.io.collect import Collector
-from dehyst.io.delimited import _body, _fast, read_delimited
-from dehyst.io.layout import find_layout
-from dehyst.io.table import Array, Rows, Table
-from dehyst.io.text import decode, lines_of
+from dehyst.findings import Finding
+from dehyst.io.table import Rows, Table
 
-HEAD = 1 << 20
-BLOCK = 1 << 22
+HEAD_ROWS = 1 << 16  # rows by which columns, clock and units are found
+
+Column = npt.NDArray[np.float64] | npt.NDArray[np.str_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Piece:
-    """Some rows of the columns asked for, their numbers in the file, and the bytes consumed so far."""
+    """Some rows of the columns that were asked for.
 
-    columns: list[Array]
+    Attributes
+    ----------
+    columns
+        Numbers, or labels, (K,) each.
+    rows
+        Number of each row in the file, (K,).
+    consumed
+        Bytes of the file that have been read so far.
+    """
+
+    columns: Sequence[Column]
     rows: Rows
     consumed: int
 
 
 class Source(Protocol):
-    """A log that gives its first rows as a table, and then all rows of some columns in pieces."""
+    """A log on disk that is never in memory as a whole: its path and size in bytes.
+
+    `lengths` is column -> number of its samples, where the file tells; columns of different lengths are on different
+    clocks.
+    """
 
     path: Path
     size: int
-
-    def head(self) -> Table:
-        """First rows."""
-        ...
-
-    def pieces(self, names: Sequence[str]) -> Iterator[Piece]:
-        """All rows."""
-        ...
-
-
-class TextSource:
-    """CSV and its kin."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.size = path, path.stat().st_size
-
-    def _open(self) -> tuple[Any, Any]:
-        raw = self.path.open("rb")
-        packed = raw.read(2) == b"\x1f\x8b"
-        raw.seek(0)
-        return raw, (gzip.GzipFile(fileobj=raw) if packed else raw)
+    lengths: Mapping[str, int]
 
     def head(self) -> Table:
         """First rows, as the reader of whole files gives them."""
-        raw, stream = self._open()
-        with raw:
-            data = stream.read(HEAD)
-        cut = data.rfind(b"\n") + 1 if len(data) == HEAD else len(data)
-        self._lines = lines_of(decode(data[:cut], self.path.name))
-        self._layout = find_layout(self._lines, self.path.name)
-        return read_delimited(data[:cut], self.path.name)
+        ...
 
-    def pieces(self, names: Sequence[str]) -> Iterator[Piece]:
-        """All rows in pieces."""
-        table = self.head()
-        index = [table.order.index(name) for name in names]
-        first, line = self._layout.first, 0
-        raw, stream = self._open()
-        rest = b""
-        with raw:
-            while True:
-                block = stream.read(BLOCK)
-                data = rest + block
-                cut = data.rfind(b"\n") + 1 if block else len(data)
-                data, rest = data[:cut], data[cut:]
-                if data:
-                    lines = lines_of(decode(data, self.path.name))
-                    body, rows = _body(lines, first)
-                    content = _fast(body, self._layout, [])
-                    if content is None:
-                        raise LogError(f"{self.path.name} is not simple enough to be read in chunks.")
-                    yield Piece([content.numbers[j] for j in index], rows + line, raw.tell())
-                    line += data.count(b"\n")
-                    first = 0
-                if not block:
-                    return
+    def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
+        """All rows of some columns, at most `rows` at a time."""
+        ...
+
+    def findings(self) -> list[Finding]:
+        """What the last pass met with, besides cells without numbers."""
+        ...
 
 
-class ArraySource:
-    """NPZ archives and NPY arrays."""
+def open_source(path: Path, head: bytes) -> Source:
+    """Source for a file that begins with `head`, of a known format; readers are imported when they are needed."""
+    from dehyst.io.formats import BAGS, NPY, TABLES, ZIP
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.size = path, path.stat().st_size
+    if head.startswith(BAGS):
+        from dehyst.io.stream_bags import BagSource
 
-    def head(self) -> Table:
-        """All rows."""
-        found = Collector(self.path.name)
-        with np.load(self.path) as arrays:
-            for key in arrays.files:
-                found.add(key, arrays[key])
-        return found.table("")
+        return BagSource(path)
+    if head.startswith((*ZIP, NPY)):
+        from dehyst.io.stream_arrays import ArraySource
 
-    def pieces(self, names: Sequence[str]) -> Iterator[Piece]:
-        """All rows in pieces."""
-        table = self.head()
-        columns = [table.columns[name] for name in names]
-        for k in range(0, columns[0].size, 1 << 17):
-            part = slice(k, k + (1 << 17))
-            yield Piece(
-                [c[part] for c in columns], np.arange(k + 1, min(columns[0].size, k + (1 << 17)) + 1), self.size
-            )
+        return ArraySource(path)
+    if head.startswith(TABLES):
+        from dehyst.io.stream_tables import TableSource
+
+        return TableSource(path, head)
+    from dehyst.io.stream_text import TextSource
+
+    return TextSource(path)
+
+
+def numbers_of(values: npt.NDArray[Any]) -> Column:
+    """Numbers of an array as `Collector` makes them: float64, date-times in seconds, text as labels."""
+    if values.dtype.kind == "M":
+        seconds = values.astype("datetime64[ns]").astype(np.int64) / 1e9
+        return np.where(np.isnat(values), np.nan, seconds)
+    if values.dtype.kind == "m":
+        return values.astype("timedelta64[ns]").astype(np.float64) / 1e9
+    if values.dtype.kind in "US":
+        text = values.astype(np.str_) if values.dtype.kind == "U" else np.char.decode(values, "latin-1")
+        return np.asarray(np.char.strip(text))
+    with np.errstate(all="ignore"):
+        return np.ascontiguousarray(values, dtype=np.float64)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import zlib
+from dataclasses import dataclass
 
+from dehyst import _native
 from dehyst.errors import LogError
 
 MEGABYTE = 1 << 20
@@ -120,3 +122,60 @@ def lines_of(text: str) -> list[str]:
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text.split("\n")
+
+
+HEAD_LINES = 2000  # more than the layout of a log is found by
+HEAD_BYTES = 1 << 18  # at least as many characters as tell text from other bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A text log before its cells are looked at.
+
+    Attributes
+    ----------
+    data
+        The log in UTF-8, without byte-order mark.
+    lines
+        Its first lines; all of them if `complete`.
+    complete
+        Whether `lines` is the whole log.
+    """
+
+    data: bytes
+    lines: list[str]
+    complete: bool
+
+    def offset(self, lines: int) -> int:
+        """Bytes that so many lines take."""
+        return _native.text_offset(self.data, lines)
+
+    def all_lines(self) -> list[str]:
+        """Return every line of the log."""
+        return self.lines if self.complete else lines_of(self.data.decode())
+
+
+def open_text(data: bytes, name: str) -> Text:
+    """Decode the first lines of a log, and of the others as much as it takes to have UTF-8.
+
+    Raises
+    ------
+    LogError
+        If the bytes are not text.
+    """
+    cut = len(data) if _utf16(data) else _head_size(data)
+    if cut < len(data) and (data.isascii() or data[cut:].isascii()):
+        head = decode(data[:cut], name)
+        plain = head.encode()
+        return Text(data if plain == data[:cut] else plain + data[cut:], lines_of(head)[:-1], False)
+    text = decode(data, name)
+    plain = text.encode()
+    cut = _head_size(plain)
+    if cut < len(plain):
+        return Text(plain, lines_of(plain[:cut].decode())[:-1], False)
+    return Text(plain, lines_of(text), True)
+
+
+def _head_size(data: bytes) -> int:
+    """Bytes of the first lines, all if there are not many more."""
+    return max(_native.text_offset(data, HEAD_LINES), _native.text_offset(data, 1, HEAD_BYTES))

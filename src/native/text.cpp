@@ -1,0 +1,77 @@
+// Tables of numbers in text: bytes in, columns out.
+#include "arrays.h"
+
+#include <Python.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+
+#include "text.h"
+
+namespace {
+
+using Text = nb::bytes;
+using Cells = nb::ndarray<nb::device::cpu, nb::c_contig>;
+using Numbers = nb::ndarray<int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+// Python's own conversion, for the few numbers that need it.
+double exact(const char *number, size_t length, void *context)
+{
+    std::string cell(number, length);
+    std::replace(cell.begin(), cell.end(), *static_cast<const char *>(context), '.');
+    nb::gil_scoped_acquire hold;
+    const double value = PyOS_string_to_double(cell.c_str(), nullptr, nullptr);
+    if (PyErr_Occurred()) PyErr_Clear();
+    return value;
+}
+
+nb::tuple read_columns(const Text &text, size_t offset, int64_t line, char delimiter, char decimal,
+                       const std::vector<int32_t> &letters, const std::vector<Cells> &columns, const Numbers &rows,
+                       bool missing, bool portable)
+{
+    require(offset <= text.size() && columns.size() == letters.size() && !letters.empty(), "one array a column");
+    std::vector<void *> data;
+    for (size_t j = 0; j < columns.size(); ++j) {
+        const size_t width = letters[j] > 0 ? sizeof(uint32_t) * static_cast<size_t>(letters[j]) : sizeof(double);
+        require(letters[j] >= 0 && columns[j].nbytes() >= width * rows.size(), "columns are too short");
+        data.push_back(columns[j].data());
+    }
+    const text_format format{delimiter, decimal, missing, portable, static_cast<int32_t>(letters.size()),
+                             letters.data(), exact, &decimal};
+    text_stop stop{};
+    int64_t count = 0;
+    {
+        nb::gil_scoped_release free;
+        count = text_read(&format, text.c_str() + offset, text.size() - offset, line,
+                          static_cast<int64_t>(rows.size()), rows.data(), data.data(), &stop);
+    }
+    return nb::make_tuple(count, stop.lines, stop.bytes, stop.column, stop.empty != 0, stop.odd != 0);
+}
+
+nb::object one_number(const Text &text, char decimal)
+{
+    double value = 0.0;
+    const size_t used = text_number(text.c_str(), text.size(), decimal, exact, &decimal, &value);
+    return used > 0 && used == text.size() ? nb::cast(value) : nb::none();
+}
+
+} // namespace
+
+void bind_text(nb::module_ &m)
+{
+    m.def("text_lines", [](const Text &text, size_t offset) {
+        require(offset <= text.size(), "offset behind the text");
+        nb::gil_scoped_release free;
+        return text_lines(text.c_str() + offset, text.size() - offset);
+    }, "text"_a, "offset"_a = 0, "Number of lines.");
+    m.def("text_offset", [](const Text &text, int64_t lines, size_t start) {
+        const size_t begin = std::min(start, text.size());
+        return begin + text_offset(text.c_str() + begin, text.size() - begin, lines);
+    }, "text"_a, "lines"_a, "start"_a = 0, "Byte at which the line stands that follows so many lines from start on.");
+    m.def("text_whole_lines", [](const Text &text) { return text_whole_lines(text.c_str(), text.size()); }, "text"_a,
+          "Length of the longest part that ends with a line end.");
+    m.def("text_number", one_number, "text"_a, "decimal"_a = '.', "The number a cell holds, or None.");
+    m.def("text_read", read_columns, "text"_a, "offset"_a, "line"_a, "delimiter"_a, "decimal"_a, "letters"_a, "columns"_a,
+          "rows"_a, "missing"_a = false, "portable"_a = false,
+          "Rows, lines, bytes, column at fault or -1, whether cells are empty, whether cells are infinite.");
+}
