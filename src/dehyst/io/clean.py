@@ -9,13 +9,11 @@ import numpy.typing as npt
 
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
+from dehyst.gaps import gap_limit, memory_lost
 from dehyst.io.table import Array, Rows, finite, list_rows
 from dehyst.loops import turning_points
 
-GAP_MEDIANS = 5.0  # a step this many times the median is a gap ...
-GAP_SAMPLES = 3.0  # ... if it also misses this many samples at the usual rate
 HELD_MOST = 0.5  # of the rows of a reference may be empty and held
-MOVED = 0.05  # of the input's range: more than this across a gap, and the memory is unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,23 +121,6 @@ def hold_last(values: Array, bad: npt.NDArray[np.bool_]) -> Array:
     return np.asarray(values[good[np.maximum(last, 0)]])
 
 
-def gap_limit(t: Array) -> float:
-    """Smallest step between samples that counts as a gap: 5 medians and 3 usual steps. [s]
-
-    The usual step is the mean of the shortest 95 %. Where more than one step in twenty would be a gap, samples come
-    in bursts, and only what is 5 times longer than the pauses between bursts counts.
-    """
-    step = np.diff(t)
-    step = np.sort(step[step > 0])
-    if step.size == 0:
-        return float("inf")
-    usual = float(np.mean(step[: max(1, int(0.95 * step.size))]))
-    limit = max(GAP_MEDIANS * float(np.median(step)), GAP_SAMPLES * usual)
-    if np.mean(step > limit) > 0.05:
-        limit = GAP_MEDIANS * float(np.percentile(step, 95))
-    return limit
-
-
 def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
     """Find gaps; break the recording where the input may have moved unseen.
 
@@ -151,16 +132,15 @@ def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samp
     if t.size < 3:
         return samples
     step = np.diff(t)
-    found = np.flatnonzero(step > gap_limit(t)) + 1
+    limit = gap_limit(step)
+    found = np.flatnonzero(step > limit) + 1
     found = np.setdiff1d(found, np.array(samples.breaks, dtype=np.int64))
     if found.size == 0:
         return samples
     x = samples.values[0]
     moved = np.abs(x[found] - x[found - 1])
-    turns = turning_points(x)
-    measured = float(np.sum(np.clip(step, 0.0, gap_limit(t))))
-    half_loop = measured / max(1, turns.size - 1)
-    broken = found[(moved > MOVED * float(np.ptp(x))) | (step[found - 1] > half_loop)]
+    measured = float(np.sum(np.clip(step, 0.0, limit)))
+    broken = found[memory_lost(step[found - 1], moved, float(np.ptp(x)), measured, turning_points(x).size - 1)]
     unit = "s" if samples.time is not None else "rows"
     longest = int(found[np.argmax(step[found - 1])])
     what = (

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import is_constant
-from dehyst.io.clean import gap_limit
+from dehyst.gaps import gap_limit
 from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
@@ -247,7 +247,7 @@ def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: 
         last=float(t[-1]),
         median=median,
         jitter=float(high - low) / (2 * median),
-        gaps=int(np.sum(step > gap_limit(t))),
+        gaps=int(np.sum(step > gap_limit(step))),
         repeated=int(np.sum(step == 0)),
         backward=int(np.sum(step < 0)),
     )

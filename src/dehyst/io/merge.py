@@ -6,7 +6,8 @@ import numpy as np
 
 from dehyst.errors import TimeError
 from dehyst.findings import Finding
-from dehyst.io.clean import Context, Samples, gap_limit
+from dehyst.gaps import gap_limit
+from dehyst.io.clean import Context, Samples
 from dehyst.io.table import Array, finite
 
 TOGETHER = 0.5  # fewer rows than this share hold both signals: they were logged in turns
@@ -63,7 +64,7 @@ def merge_clocks(x: Samples, y: Samples, about: Context, findings: list[Finding]
         )
     right = np.clip(np.searchsorted(ty, tx), 1, ty.size - 1)
     exact = np.isin(tx, ty)
-    inside &= exact | (ty[right] - ty[right - 1] <= gap_limit(ty))
+    inside &= exact | (ty[right] - ty[right - 1] <= gap_limit(np.diff(ty)))
     kept = x.take(inside)
     assert kept.time is not None
     output = np.interp(kept.time, ty, y.values[0])

@@ -1,0 +1,149 @@
+"""A log of any length as a few ten thousand rows: its extremes and its sums, bucket by bucket.
+
+A bucket is a run of `size` samples. Whenever there are more than `MOST` buckets, neighbours are joined, so the memory
+stays the same and the extremes stay exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+MOST = 1 << 15
+# Rows that stand for a bucket: its first sample and those with the least and largest x and y.
+FIRST, LEAST_X, MOST_X, LEAST_Y, MOST_Y = range(5)
+# What is known of a row.
+PLACE, X, Y, TIME = range(4)
+# Sums over a bucket, of values less those of the very first sample.
+SUMS = 6  # count, x, y, xx, yy, xy
+
+
+class Outline:
+    """Buckets of one log.
+
+    Attributes
+    ----------
+    samples
+        Samples added.
+    size
+        Samples of a bucket; the last one may hold fewer.
+    """
+
+    def __init__(self, most: int = MOST) -> None:
+        self.samples, self.size, self._most = 0, 1, most
+        self._rows = np.zeros((0, 5, 4))
+        self._sums = np.zeros((0, SUMS))
+        self._new: list[tuple[Array, Array]] = []
+        self._count = 0
+        self._tail: list[tuple[Array, Array]] = []  # parts of a bucket that is larger than a block
+        self._filled = 0
+        self._origin: tuple[float, float] | None = None
+        self._last = np.zeros(4)
+
+    def add(self, time: Array | None, x: Array, y: Array) -> None:
+        """Add samples; all calls but the last one with the same number, a power of two."""
+        if self._origin is None:
+            self._origin = float(x[0]), float(y[0])
+        begin, self.samples = self.samples, self.samples + x.size
+        clock = np.full(1, np.nan) if time is None else time
+        self._last = np.array([begin + x.size - 1, x[-1], y[-1], clock[-1]])
+        step = min(self.size, x.size)
+        whole = x.size // step * step
+        self._put(*self._buckets(begin, time, x[:whole], y[:whole], step), step)
+        if whole < x.size:
+            rest = slice(whole, None)
+            self._put(*self._buckets(begin + whole, time, x[rest], y[rest], x.size - whole, whole), x.size - whole)
+
+    def _put(self, rows: Array, sums: Array, step: int) -> None:
+        if step < self.size:  # part of a bucket: a block of a larger one, or what is left at the end
+            self._tail.append((rows, sums))
+            self._filled += step * rows.shape[0]
+            if self._filled < self.size:
+                return
+            rows, sums = _joined(*_stacked(self._tail), len(self._tail))
+            self._tail, self._filled = [], 0
+        self._new.append((rows, sums))
+        self._count += rows.shape[0]
+        while self._count > self._most and self._count % 2 == 0:
+            self._rows, self._sums = _joined(*_stacked([(self._rows, self._sums), *self._new]), 2)
+            self._new, self._count, self.size = [], self._rows.shape[0], 2 * self.size
+
+    def _buckets(
+        self, begin: int, time: Array | None, x: Array, y: Array, step: int, offset: int = 0
+    ) -> tuple[Array, Array]:
+        count = x.size // step
+        base = np.arange(count) * step
+        xs, ys = x.reshape(count, step), y.reshape(count, step)
+        if step == 1:
+            places = np.repeat(base[:, None], 5, axis=1)
+        else:
+            found = (xs.argmin(axis=1), xs.argmax(axis=1), ys.argmin(axis=1), ys.argmax(axis=1))
+            places = np.column_stack([base, *(base + k for k in found)])
+        rows = np.empty((count, 5, 4))
+        rows[:, :, PLACE] = begin + places
+        rows[:, :, X], rows[:, :, Y] = x[places], y[places]
+        rows[:, :, TIME] = np.nan if time is None else time[offset + places]
+        origin = self._origin or (0.0, 0.0)
+        dx, dy = xs - origin[0], ys - origin[1]
+        sums = np.empty((count, SUMS))
+        sums[:, 0] = step
+        sums[:, 1], sums[:, 2] = dx.sum(axis=1), dy.sum(axis=1)
+        for column, (a, b) in enumerate(((dx, dx), (dy, dy), (dx, dy)), 3):
+            sums[:, column] = np.einsum("ij,ij->i", a, b)
+        return rows, sums
+
+    def _all(self) -> tuple[Array, Array]:
+        """Rows and sums of all buckets, the unfinished one among them."""
+        parts = [(self._rows, self._sums), *self._new]
+        if self._tail:
+            parts.append(_joined(*_stacked(self._tail), sum(part[0].shape[0] for part in self._tail)))
+        return _stacked(parts)
+
+    def rows(self) -> Array:
+        """The rows that stand for all, (m, 4): place, x, y and time, in order, each once; the last sample among them."""
+        rows = np.concatenate([self._all()[0].reshape(-1, 4), self._last[None, :]])
+        _, first = np.unique(rows[:, PLACE], return_index=True)
+        return rows[first]
+
+    def ranges(self, stop: int) -> tuple[Array, int]:
+        """(least x, most x, least y, most y) of the buckets that end by `stop`, (4,), and where the last of them ends."""
+        rows, sums = self._all()
+        ends = np.cumsum(sums[:, 0])
+        count = int(np.searchsorted(ends, stop, side="right"))
+        if count == 0:
+            return np.array([np.inf, -np.inf, np.inf, -np.inf]), 0
+        low, high = rows[:count].min(axis=0), rows[:count].max(axis=0)
+        return np.array([low[LEAST_X, X], high[MOST_X, X], low[LEAST_Y, Y], high[MOST_Y, Y]]), int(ends[count - 1])
+
+    def moments(self, stop: int) -> tuple[Array, tuple[float, float], int]:
+        """Sums of the buckets that end by `stop`, the origin they are taken from, and where the last of them ends."""
+        _, sums = self._all()
+        ends = np.cumsum(sums[:, 0])
+        count = int(np.searchsorted(ends, stop, side="right"))
+        return sums[:count].sum(axis=0), self._origin or (0.0, 0.0), int(ends[count - 1]) if count else 0
+
+    def first_beyond(self, bound: float, below: bool, begin: int) -> int:
+        """Begin of the first bucket from sample `begin` on that reaches a bound of x; the number of samples if none."""
+        rows, sums = self._all()
+        ends = np.cumsum(sums[:, 0])
+        reached = rows[:, LEAST_X, X] <= bound if below else rows[:, MOST_X, X] >= bound
+        found = np.flatnonzero(reached & (ends > begin))
+        return self.samples if found.size == 0 else int(ends[found[0]] - sums[found[0], 0])
+
+
+def _stacked(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    return np.concatenate([rows for rows, _ in parts]), np.concatenate([sums for _, sums in parts])
+
+
+def _joined(rows: Array, sums: Array, group: int) -> tuple[Array, Array]:
+    """Join every `group` neighbouring buckets; the first of equal extremes counts."""
+    rows = rows.reshape(-1, group, 5, 4)
+    each = np.arange(rows.shape[0])
+    picked = np.empty((rows.shape[0], 5, 4))
+    picked[:, FIRST] = rows[:, 0, FIRST]
+    for kind, column, least in ((LEAST_X, X, True), (MOST_X, X, False), (LEAST_Y, Y, True), (MOST_Y, Y, False)):
+        values = rows[:, :, kind, column]
+        picked[:, kind] = rows[each, values.argmin(axis=1) if least else values.argmax(axis=1), kind]
+    return picked, sums.reshape(-1, group, SUMS).sum(axis=1)

@@ -1,0 +1,126 @@
+"""A temporary file of samples, for logs that are slow to read more than once.
+
+The file has no name where the system allows that, so nothing is left behind whatever ends the process. It holds blocks
+of x and y, float64, `BLOCK` samples each; it is read with ordinary reads and not mapped, so that the memory of the
+process stays what it is.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import tempfile
+from types import TracebackType
+from typing import IO, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import OutputError
+
+Array = npt.NDArray[np.float64]
+
+# Samples of a block: two signals of 256 kB stay in the processor's cache together.
+BLOCK = 1 << 15
+BYTES = 16  # of a sample
+MARGIN = 1 << 28  # bytes that are left free for others
+
+
+class Spool:
+    """Blocks of x and y in a temporary file.
+
+    Parameters
+    ----------
+    folder
+        Where the file is made; by default the system's folder for temporary files.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written to, or has no room.
+
+    Examples
+    --------
+    >>> with Spool() as spool:
+    ...     spool.write(np.arange(3.0), np.ones(3))
+    ...     spool.read(0, 3)[0].tolist()
+    [0.0, 1.0, 2.0]
+    """
+
+    def __init__(self, folder: str | os.PathLike[str] | None = None) -> None:
+        self.folder = os.fspath(folder) if folder is not None else tempfile.gettempdir()
+        try:
+            self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dehyst-", dir=self.folder, buffering=0)  # noqa: SIM115
+        except OSError as fault:
+            raise OutputError(
+                f"cannot write the temporary copy of the log to '{self.folder}': {fault.strerror}. Name a folder "
+                f"that exists and that you may write to (--spool-dir, or the variable TMPDIR).",
+                folder=self.folder,
+            ) from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the file back."""
+        self._file.close()
+
+    def require(self, samples: float, name: str) -> None:
+        """Refuse a log of so many samples that the disk would be filled."""
+        needed, free = BYTES * samples, shutil.disk_usage(self.folder).free
+        if needed + MARGIN > free:
+            raise OutputError(
+                f"{name} needs a temporary copy of about {_size(needed)}, because it is read several times, and "
+                f"'{self.folder}' has {_size(free)} free. Free some space, name another folder (--spool-dir, or the "
+                f"variable TMPDIR), or convert the log to NPZ or Parquet, which are read again directly.",
+                folder=self.folder,
+                needed=needed,
+                free=free,
+            )
+
+    def write(self, x: Array, y: Array) -> None:
+        """Append a block; only the last one may be shorter than `BLOCK`."""
+        for part in (x, y):
+            view = memoryview(np.ascontiguousarray(part)).cast("B")
+            while view.nbytes:
+                try:
+                    view = view[self._file.write(view) :]
+                except OSError as fault:
+                    raise self._full(fault) from None
+
+    def _full(self, fault: OSError) -> OutputError:
+        cure = (
+            "Free some space, or name another folder (--spool-dir, or the variable TMPDIR)."
+            if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+            else "Name another folder (--spool-dir, or the variable TMPDIR)."
+        )
+        return OutputError(
+            f"writing the temporary copy of the log to '{self.folder}' failed: {fault.strerror}. {cure}",
+            folder=self.folder,
+        )
+
+    def read(self, block: int, samples: int) -> tuple[Array, Array]:
+        """Return x and y of a block of so many samples."""
+        both = np.empty((2, samples))
+        view = memoryview(both).cast("B")
+        self._file.seek(block * BLOCK * BYTES)
+        while view.nbytes:
+            count = self._file.readinto(view)  # type: ignore[attr-defined]
+            if not count:
+                raise OutputError(
+                    f"the temporary copy of the log in '{self.folder}' became shorter while it was read. Do not clean "
+                    f"that folder during a run, or name another one (--spool-dir).",
+                    folder=self.folder,
+                )
+            view = view[count:]
+        return both[0], both[1]
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.3g} GB" if count >= 1e8 else f"{count / 1e6:.3g} MB"
