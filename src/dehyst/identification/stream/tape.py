@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,6 @@ from dehyst.identification.stream.source import Chunk, Source
 from dehyst.identification.stream.spool import BLOCK, Spool
 
 Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -93,6 +92,11 @@ class Tape:
         self._source, self._spool = source, spool
         self._mark = 0
 
+    @property
+    def skip(self) -> int:
+        """Samples that may be left out before it is faster to begin anew."""
+        return 0 if self._spool is not None else self.samples
+
     def record(self) -> Iterator[Block]:
         """The first pass: blocks with time; afterwards `samples` is known and the other passes may begin."""
         self.samples, mark = 0, 0
@@ -146,16 +150,6 @@ class Tape:
                 samples=(self.samples, samples),
             )
 
-    def gather(self, rows: Rows) -> tuple[Array, Array]:
-        """x and y at sorted samples, (m,) each."""
-        x, y = np.empty(rows.size), np.empty(rows.size)
-        if rows.size:
-            for block in self.blocks(int(rows[0]), int(rows[-1]) + 1):
-                low, high = np.searchsorted(rows, [block.begin, block.begin + block.x.size])
-                inside = rows[low:high] - block.begin
-                x[low:high], y[low:high] = block.x[inside], block.y[inside]
-        return x, y
-
     def close(self) -> None:
         """Give the spool back."""
         if self._spool is not None:
@@ -170,6 +164,3 @@ def _fingerprint(mark: int, block: Block) -> int:
 def _number(source: Any, name: str) -> float:
     value = getattr(source, name, 0)
     return float(value) if isinstance(value, (int, float)) else 0.0
-
-
-Watcher = Callable[[int, int], None]

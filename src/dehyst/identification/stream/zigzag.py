@@ -1,0 +1,64 @@
+"""Turning points of a signal that comes in blocks, the same as `dehyst.loops.turning_points` finds in the whole.
+
+Only the last turning point and the extremes since then decide what follows, so that little is carried over. A block is
+reduced to its own turning points and the extremes before the first and after the last of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.loops import turning_points
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
+
+# Columns of what is kept of a sample: its number, its value, and a number that the caller attached.
+PLACE, VALUE, TAG = range(3)
+
+
+class Zigzag:
+    """Turning points by swings larger than `swing`.
+
+    Attributes
+    ----------
+    inner
+        Number of turning points found so far, the first and the last sample not among them.
+
+    Examples
+    --------
+    >>> zigzag = Zigzag(0.5)
+    >>> [zigzag.add(0, np.array([0.0, 1.0, 0.0])).tolist(), zigzag.add(3, np.array([0.2, 1.0])).tolist()]
+    [[[1.0, 1.0, 0.0]], [[2.0, 0.0, 0.0]]]
+    """
+
+    def __init__(self, swing: float) -> None:
+        self._swing = swing
+        self._carry = np.zeros((0, 3))
+        self.inner = 0
+
+    def add(self, begin: int, x: Array, tag: Array | None = None) -> Array:
+        """Add the samples from number `begin` on; return the inner turning points that are certain now, (m, 3)."""
+        kept = self._candidates(x)
+        rows = np.zeros((kept.size, 3))
+        rows[:, PLACE], rows[:, VALUE] = begin + kept, x[kept]
+        if tag is not None:
+            rows[:, TAG] = tag[kept]
+        rows = np.concatenate([self._carry, rows])
+        points = turning_points(rows[:, VALUE], self._swing)[1:-1]
+        self.inner += points.size
+        open_end = rows[points[-1] if points.size else 0 :]
+        values = open_end[:, VALUE]
+        self._carry = open_end[np.unique([0, values.argmin(), values.argmax(), values.size - 1])]
+        return rows[points]
+
+    def _candidates(self, x: Array) -> Rows:
+        points = turning_points(x, self._swing)
+        if points.size < 2:
+            return points
+        found = [points]
+        for begin, end in {(0, int(points[1])), (int(points[-2]), x.size - 1)}:
+            part = x[begin : end + 1]
+            found.append(np.array([begin + part.argmin(), begin + part.argmax()]))
+        return np.unique(np.concatenate(found))
