@@ -50,8 +50,8 @@ def test_known_from_is_the_length_where_an_extreme_is_missed():
 
 def test_no_play_beyond_the_largest_radius_moves():
     x = loops((1.0, 0.6), start=0.4)
-    assert largest_radius("zero", x) == 1.0
-    assert largest_radius("rest", x) == pytest.approx(1.4)
+    assert largest_radius("zero", x[0], x.min(), x.max()) == 1.0
+    assert largest_radius("rest", x[0], x.min(), x.max()) == pytest.approx(1.4)
     beyond = plays(x, [1.0, 1.2, 1.4, 1.5], [0.0, 0.4, 0.4, 0.4])
     assert np.ptp(beyond, axis=0).tolist() == pytest.approx([0.0, 0.2, 0.0, 0.0])
 

@@ -39,9 +39,7 @@ def gap_limit(step: npt.ArrayLike) -> float:
     return limit
 
 
-def memory_lost(
-    step: Array, moved: Array, span: float, measured: float, swings: int
-) -> npt.NDArray[np.bool_]:
+def memory_lost(step: Array, moved: Array, span: float, measured: float, swings: int) -> npt.NDArray[np.bool_]:
     """Whether the input may have turned unseen within each gap.
 
     It may if it differs by more than 5 % of its range across the gap, or if the gap is longer than half a loop.

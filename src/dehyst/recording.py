@@ -157,6 +157,12 @@ class Recording:
         return int(self.input.size)
 
     @property
+    def samples(self) -> int:
+        """Number of samples behind the recording: more than its length if it stands for a longer log."""
+        stands_for = self.provenance.get("samples")
+        return stands_for if isinstance(stands_for, int) else len(self)
+
+    @property
     def input_label(self) -> str:
         """Axis label of the input, ``name [unit]``."""
         return f"{self.input_name} [{self.input_unit}]" if self.input_unit else self.input_name

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-import numpy.typing as npt
-
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts
-from dehyst.identification.scores import Part
+from dehyst.identification.measures import Measured
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
 RATE_SHARE = 0.25
@@ -113,10 +108,7 @@ def about_data(
 def about_fit(
     records: tuple[Recording, ...],
     data: DataSet,
-    outputs: tuple[Array, ...],
-    curves: tuple[Array, ...],
-    fitted: Part,
-    held_out: Part,
+    measured: Measured,
     certificate: Certificate,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
@@ -129,14 +121,13 @@ def about_fit(
             f"(thresholds from {certificate.undetermined[0]:.4g}{unit} on): their weights are unknown and left zero. "
             f"Sweep the input further than that, or give fewer thresholds.",
         )
-    beyond = _beyond_training(records, held_out, data)
-    if beyond > BEYOND:
+    if measured.beyond > BEYOND:
         yield Finding(
             "extrapolation",
-            f"the held-out input leaves the range that was fitted by {100 * beyond:.0f} %: the test measures "
+            f"the held-out input leaves the range that was fitted by {100 * measured.beyond:.0f} %: the test measures "
             f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
         )
-    apart = _levels_apart(records, outputs, fitted) / data.output_range
+    apart = measured.levels_apart / data.output_range
     if apart > LEVELS_APART:
         yield Finding(
             "recordings-differ",
@@ -144,8 +135,8 @@ def about_fit(
             f"sensors have different zeros, or the actuator was in another condition. One model averages over that. "
             f"Align the zeros, or identify each recording by itself.",
         )
-    scored = held_out or fitted
-    error, bar = rms(records, outputs, scored), rms(records, curves, scored)
+    error = (measured.test or measured.train).rmse
+    bar = (measured.static_test or measured.static_train).rmse
     if error > STATIC_AS_GOOD * bar:
         yield Finding(
             "static-as-good",
@@ -174,7 +165,7 @@ def about_fit(
             f"the model misses by {percent:.1f} % of the output's range: too much for compensation. See the other "
             f"warnings for the reason.",
         )
-    if not held_out:
+    if measured.test is None:
         yield Finding(
             "no-held-out",
             "nothing was held out, so the errors are those of the fit itself and flatter it. With enough loops in the "
@@ -186,27 +177,3 @@ def _cure_of_gain(certificate: Certificate) -> str:
     if certificate.affordable_eps is None:
         return "Raise --eps to the slope you can accept, at some cost in accuracy, or smooth the reference."
     return f"Identify with --eps {certificate.affordable_eps:.2g}: it costs less than 5 % of the accuracy of the fit."
-
-
-def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
-    """Largest difference of the mean residuals of two recordings. [output]"""
-    if len(records) < 2:
-        return 0.0
-    measured = [record.output for record in records]
-    found = [part.moments(measured, outputs, index) for index in range(len(records))]
-    levels = [about.mean for about in found if about.count]
-    return max(levels) - min(levels)
-
-
-def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) -> float:
-    """How far the held-out input leaves [-1, 1] scaled, share of the range."""
-    if not part:
-        return 0.0
-    inputs = [record.input for record in records]
-    middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
-    return 0.5 * max(0.0, part.moments(inputs, middle).largest / data.half_range - 1.0)
-
-
-def rms(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
-    """RMS error of `outputs` over the chosen samples of all recordings. [output]"""
-    return part.moments(outputs, [record.output for record in records]).rms

@@ -12,8 +12,8 @@ from dehyst.identification.data import DataSet
 from dehyst.identification.families import Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
+from dehyst.identification.measures import Measure
 from dehyst.identification.regressors import Bank
-from dehyst.identification.scores import inverse_miss, parts, predictions, round_trip, score
 from dehyst.identification.selection import Choice
 from dehyst.identification.static_curve import fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
@@ -21,7 +21,6 @@ from dehyst.recording import Recording
 
 
 def certify(
-    records: tuple[Recording, ...],
     data: DataSet,
     operators: int,
     choice: Choice,
@@ -30,25 +29,29 @@ def certify(
     affordable_eps: float | None,
     candidates: tuple[Candidate, ...],
     loop: facts.Orientation,
-    swings: tuple[facts.Rows, ...],
+    counts: tuple[int, int],
     settings: dict[str, Any],
+    measure: Measure,
 ) -> Fit:
-    """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict."""
+    """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict.
+
+    Parameters
+    ----------
+    counts
+        Loops and turning points of the fitted part.
+    measure
+        Compares model and curve with all samples.
+    """
     knots = output_knots() if choice.family == "modified-pi" else None
     model = build_model(estimate, data, bank, knots, ModelCard())
     static = fit_static(data, choice.initial_state, ModelCard())
-    fitted, held_out = parts(records, data, choice.initial_state)
-    outputs, demands = predictions(records, data, bank, model)
-    curves = tuple(static.simulate(record.input) for record in records)
-    train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
-    static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
-    if train is None or static_train is None:
-        raise AssertionError("no training samples")  # _fit has checked
+    measured = measure(data, bank, model, static, counts[1])
+    train, test = measured.train, measured.test
     certificate = Certificate(
         kkt_residual=estimate.kkt_residual,
-        round_trip_error=round_trip(model, records[0].input),
+        round_trip_error=measured.round_trip,
         inverse_gain=model.inverse_gain,
-        inverse_miss_percent=100.0 * inverse_miss(records, demands, fitted if test is None else held_out),
+        inverse_miss_percent=100.0 * measured.inverse_miss,
         affordable_eps=affordable_eps,
         nonzero_weights=model.nonzero_weights,
         operators=operators,
@@ -57,24 +60,24 @@ def certify(
         route=estimate.route,
         condition=estimate.condition,
     )
-    loop_facts, findings = judge.examine(
-        records, data, loop, swings, outputs, curves, fitted, held_out, certificate, choice.family
+    loop_facts, findings = judge.examine(measured.recordings, data, loop, counts, measured, certificate, choice.family)
+    verdict = judge.verdict(
+        choice.family, train, test, measured.static_test or measured.static_train, certificate, findings
     )
-    verdict = judge.verdict(choice.family, train, test, static_test or static_train, certificate, findings)
-    card = _card(records, settings, choice, train, test, verdict)
+    card = _card(measured.recordings, settings, choice, train, test, verdict)
     return Fit(
         family=choice.family,
         model=model.with_card(card),
-        recordings=records,
-        predictions=outputs,
-        inverse_predictions=demands,
-        train_masks=tuple(fitted.mask(index, len(record)) for index, record in enumerate(records)),
-        test_masks=tuple(held_out.mask(index, len(record)) for index, record in enumerate(records)),
+        recordings=measured.recordings,
+        predictions=measured.outputs,
+        inverse_predictions=measured.demands,
+        train_masks=measured.train_masks,
+        test_masks=measured.test_masks,
         train=train,
         test=test,
         static=StaticCurve(static.curve, card),
-        static_train=static_train,
-        static_test=static_test,
+        static_train=measured.static_train,
+        static_test=measured.static_test,
         certificate=certificate,
         facts=loop_facts,
         candidates=candidates,
@@ -96,7 +99,7 @@ def _card(
     low_in, high_in = min(float(r.input.min()) for r in records), max(float(r.input.max()) for r in records)
     low_out, high_out = min(float(r.output.min()) for r in records), max(float(r.output.max()) for r in records)
     provenance = {
-        "logs": [dict(record.provenance) | {"name": record.name, "samples": len(record)} for record in records],
+        "logs": [dict(record.provenance) | {"name": record.name, "samples": record.samples} for record in records],
         "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
         "dehyst": __version__,
         "settings": dict(settings),

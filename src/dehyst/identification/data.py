@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,26 @@ CLEAR_TREND = 0.3
 CHUNK = 1 << 15
 # Facts that are statistics are taken from about so many samples; a shorter log is used whole.
 ENOUGH = 200_000
+
+
+class Signal(Protocol):
+    """Samples (T,) in memory, or those of a log that is read as they are asked for."""
+
+    @property
+    def size(self) -> int:
+        """Number of samples T."""
+
+    @overload
+    def __getitem__(self, key: int) -> Any: ...
+    @overload
+    def __getitem__(self, key: slice | npt.NDArray[np.int64]) -> Array: ...
+
+
+class Streamed(Signal, Protocol):
+    """Samples that are not in memory."""
+
+    def extremes(self, span: slice) -> tuple[float, float]:
+        """Least and largest value within a span."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +65,8 @@ class Piece:
         How much each sample counts, (T,), or None where all count alike.
     """
 
-    x: Array
-    y: Array
+    x: Signal
+    y: Signal
     recording: int
     start: int
     split: int
@@ -99,10 +120,18 @@ class DataSet:
         return any(piece.weight is not None for piece in self.pieces)
 
 
-def chunks(span: slice) -> Iterator[slice]:
-    """Cut a span into consecutive parts that fit into the processor's cache."""
-    for begin in range(span.start, span.stop, CHUNK):
-        yield slice(begin, min(begin + CHUNK, span.stop))
+def chunks(span: slice, size: int = CHUNK) -> Iterator[slice]:
+    """Cut a span into consecutive parts, by default such that fit into the processor's cache."""
+    for begin in range(span.start, span.stop, size):
+        yield slice(begin, min(begin + size, span.stop))
+
+
+def extremes(x: Signal, span: slice) -> tuple[float, float]:
+    """Least and largest value within a span of a signal, which is not empty."""
+    if isinstance(x, np.ndarray):
+        return float(np.min(x[span])), float(np.max(x[span]))
+    streamed = cast(Streamed, x)
+    return streamed.extremes(span)
 
 
 def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Sequence[Array] | None = None) -> DataSet:
@@ -115,17 +144,12 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     ExcitationError
         If input or output is constant over the training part.
     """
-    if not 0.0 < train_fraction <= 1.0:
-        raise ParameterError(
-            f"train_fraction = {train_fraction:g} must lie in (0, 1]: the share of each recording that is fitted. "
-            f"0.5 fits the first half and tests on the second; 1 fits all and tests nothing.",
-            train_fraction=train_fraction,
-        )
-    splits = [_split(recording, train_fraction) for recording in recordings]
+    check_fraction(train_fraction)
+    splits = [split_of(len(recording), train_fraction) for recording in recordings]
     fitted_inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
     fitted_outputs = [recording.output[:k] for recording, k in zip(recordings, splits, strict=True)]
-    center, half = _middle(recordings, fitted_inputs, "input", train_fraction)
-    level, amplitude = _middle(recordings, fitted_outputs, "output", train_fraction)
+    center, half = middle(recordings[0], _range(fitted_inputs), "input", train_fraction)
+    level, amplitude = middle(recordings[0], _range(fitted_outputs), "output", train_fraction)
     trend = _trend(fitted_inputs, fitted_outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
     for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
@@ -140,9 +164,23 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
 
 
-def _split(recording: Recording, fraction: float) -> int:
-    count = int(fraction * len(recording))
-    return len(recording) if fraction >= 1.0 else max(1, min(len(recording) - 1, count))
+def check_fraction(train_fraction: float) -> None:
+    """Refuse a share outside (0, 1]."""
+    if not 0.0 < train_fraction <= 1.0:
+        raise ParameterError(
+            f"train_fraction = {train_fraction:g} must lie in (0, 1]: the share of each recording that is fitted. "
+            f"0.5 fits the first half and tests on the second; 1 fits all and tests nothing.",
+            train_fraction=train_fraction,
+        )
+
+
+def split_of(samples: int, fraction: float) -> int:
+    """Number of samples of a recording that are fitted."""
+    return samples if fraction >= 1.0 else max(1, min(samples - 1, int(fraction * samples)))
+
+
+def _range(parts: Sequence[Array]) -> tuple[float, float]:
+    return min(float(np.min(part)) for part in parts), max(float(np.max(part)) for part in parts)
 
 
 def _scaled(values: Array, origin: float, unit: float) -> Array:
@@ -151,16 +189,15 @@ def _scaled(values: Array, origin: float, unit: float) -> Array:
     return scaled
 
 
-def _middle(recordings: Sequence[Recording], parts: Sequence[Array], role: str, fraction: float) -> tuple[float, float]:
-    """Mid-range and half range of a signal; refuse one that does not move."""
-    low, high = min(float(np.min(part)) for part in parts), max(float(np.max(part)) for part in parts)
+def middle(first: Recording, extremes: tuple[float, float], role: str, fraction: float) -> tuple[float, float]:
+    """Mid-range and half range of a signal from its extremes; refuse one that does not move."""
+    low, high = extremes
     span = high - low
     if span > 1e-9 * max(abs(low), abs(high)) and span > 1e-150:
         return low + 0.5 * span, 0.5 * span
-    first = recordings[0]
     name = first.input_label if role == "input" else first.output_label
     part = "" if fraction >= 1.0 else f" in the first {100 * fraction:g} % of the recording, which is fitted"
-    value = float(parts[0][0])
+    value = float((first.input if role == "input" else first.output)[0])
     raise ExcitationError(
         f"{role} '{name}' stays at {value:g}{part}. A loop needs a signal that moves, so nothing can be "
         f"identified. Check the column, choose a window in which it moves (--from, --to), or fit a larger part "
@@ -182,23 +219,33 @@ def _trend(
         for part in chunks(slice(0, whole_x.size)):
             x, y = _scaled(whole_x[part], *x_scale), _scaled(whole_y[part], *y_scale)
             moments += np.array([x.size, np.sum(x), np.sum(y), x @ x, y @ y, x @ y])
+    clear = clear_trend(moments)
+    if clear:
+        return clear
+    whole_x, whole_y = np.concatenate(inputs), np.concatenate(outputs)
+    return trend_of_increments(lambda part: (whole_x[part], whole_y[part]), whole_x.size, x_scale[1])
+
+
+def clear_trend(moments: Array) -> int:
+    """+1 or -1 where the overall trend is clear, else 0; from sums (count, x, y, xx, yy, xy)."""
     count, x_sum, y_sum, xx, yy, xy = moments.tolist()
     spread = (xx - x_sum**2 / count) * (yy - y_sum**2 / count)
     correlation = (xy - x_sum * y_sum / count) / np.sqrt(spread) if spread > 0.0 else 0.0
-    if abs(correlation) >= CLEAR_TREND:
-        return 1 if correlation > 0 else -1
-    # Increments over 2 % of the range rather than single samples, whose noise would decide otherwise.
-    grain = 0.02 * 2.0 * x_scale[1]
-    return 1 if _increments(np.concatenate(inputs), np.concatenate(outputs), grain) >= 0 else -1
+    if abs(correlation) < CLEAR_TREND:
+        return 0
+    return 1 if correlation > 0 else -1
 
 
-def _increments(x: Array, y: Array, grain: float) -> float:
-    """Sum of dx dy over steps of the grain; of long logs in twenty stretches."""
-    total = 0.0
-    edges = [0, x.size] if x.size <= ENOUGH else np.linspace(0, x.size, 21).astype(int).tolist()
+def trend_of_increments(read: Callable[[slice], tuple[Array, Array]], samples: int, half_range: float) -> int:
+    """+1 or -1 by the sum of dx dy; of long logs in twenty stretches.
+
+    Increments over 2 % of the range rather than single samples, whose noise would decide otherwise.
+    """
+    grain, total = 0.02 * 2.0 * half_range, 0.0
+    edges = [0, samples] if samples <= ENOUGH else np.linspace(0, samples, 21).astype(int).tolist()
     for begin, end in itertools.pairwise(edges):
-        part = slice(begin, min(end, begin + ENOUGH // 20) if len(edges) > 2 else end)
-        level = np.round(x[part] / grain) if grain > 0 else x[part]
+        x, y = read(slice(begin, min(end, begin + ENOUGH // 20) if len(edges) > 2 else end))
+        level = np.round(x / grain) if grain > 0 else x
         keep = np.flatnonzero(np.diff(level, prepend=np.nan) != 0)
-        total += float(np.sum(np.diff(x[part][keep]) * np.diff(y[part][keep])))
-    return total
+        total += float(np.sum(np.diff(x[keep]) * np.diff(y[keep])))
+    return 1 if total >= 0 else -1

@@ -35,12 +35,54 @@ class Orientation:
     width: float
 
 
-def swings(data: DataSet) -> tuple[Rows, ...]:
-    """Turning points of the fitted part of each piece, by swings of a twentieth of the range."""
-    return tuple(turning_points(piece.x[: piece.split], 0.1) for piece in data.pieces)
+@dataclass(frozen=True)
+class Branches:
+    """Samples of one piece on branches that rise or fall.
+
+    Attributes
+    ----------
+    x, y, weight
+        The samples, (m,), scaled; no weight where all count alike.
+    falling
+        Which of them lie on falling branches, (m,).
+    inner
+        Number of turning points within the fitted part of the piece.
+    """
+
+    x: Array
+    y: Array
+    weight: Array | None
+    falling: npt.NDArray[np.bool_]
+    inner: int
 
 
-def orientation(data: DataSet, turns: tuple[Rows, ...]) -> Orientation:
+def branches(data: DataSet) -> tuple[Branches, ...]:
+    """Fitted samples of each piece, told apart by turning points after swings of a twentieth of the range."""
+    found = []
+    for piece, most in zip(data.pieces, shares(data), strict=True):
+        x = piece.x[: piece.split]
+        points = turning_points(x, 0.1)
+        rows = spread(first_branch(points), piece.split, most)
+        branch = np.minimum(np.searchsorted(points, rows, side="right"), points.size - 1)
+        falling = x[points[branch]] <= x[points[branch - 1]] if rows.size else np.zeros(0, dtype=np.bool_)
+        falling &= rows < piece.split - 1
+        weight = None if piece.weight is None else piece.weight[rows]
+        found.append(Branches(x[rows], piece.y[rows], weight, falling, max(0, points.size - 2)))
+    return tuple(found)
+
+
+def shares(data: DataSet) -> list[int]:
+    """How many samples of each piece stand for it."""
+    fitted = sum(piece.split for piece in data.pieces)
+    return [0 if piece.split < 3 else max(1, round(ENOUGH * piece.split / fitted)) for piece in data.pieces]
+
+
+def first_branch(points: Rows) -> int:
+    """Where to begin: the first branch may be a virgin curve, which lies inside the loop."""
+    return int(points[1]) if points.size > 3 else 0
+
+
+def orientation(found: tuple[Branches, ...]) -> Orientation:
     """Compare the output on rising and falling branches at the same input, over the training part.
 
     The output of a lagging actuator is lower while its input rises: the loop runs counter-clockwise.
@@ -48,22 +90,12 @@ def orientation(data: DataSet, turns: tuple[Rows, ...]) -> Orientation:
     edges = np.linspace(-0.9, 0.9, BINS + 1)
     sums = np.zeros((2, BINS))
     counts = np.zeros((2, BINS))
-    fitted = sum(piece.split for piece in data.pieces)
-    for piece, points in zip(data.pieces, turns, strict=True):
-        if piece.split < 3:
-            continue
-        # The first branch may be a virgin curve, which lies inside the loop.
-        first = int(points[1]) if points.size > 3 else 0
-        rows = _spread(first, piece.split, max(1, round(ENOUGH * piece.split / fitted)))
-        x, y = piece.x[rows], piece.y[rows]
-        branch = np.minimum(np.searchsorted(points, rows, side="right"), points.size - 1)
-        falling = piece.x[points[branch]] <= piece.x[points[branch - 1]]
-        falling &= rows < points[-1]
-        cell = np.digitize(x, edges) - 1
+    for piece in found:
+        cell = np.digitize(piece.x, edges) - 1
         inside = (cell >= 0) & (cell < BINS)
-        cell = falling[inside] * BINS + cell[inside]
-        weight = None if piece.weight is None else piece.weight[rows][inside]
-        values = y[inside] if weight is None else y[inside] * weight
+        cell = piece.falling[inside] * BINS + cell[inside]
+        weight = None if piece.weight is None else piece.weight[inside]
+        values = piece.y[inside] if weight is None else piece.y[inside] * weight
         sums += np.bincount(cell, values, 2 * BINS).reshape(2, BINS)
         counts += np.bincount(cell, weight, 2 * BINS).reshape(2, BINS)
     both = (counts > 0).all(axis=0)
@@ -79,8 +111,10 @@ def orientation(data: DataSet, turns: tuple[Rows, ...]) -> Orientation:
     return Orientation("counter-clockwise" if lag > lead else "clockwise", width)
 
 
-def _spread(first: int, end: int, most: int) -> Rows:
+def spread(first: int, end: int, most: int) -> Rows:
     """All samples from `first` to `end`, or `most` of them in uneven steps, which no period of the signal meets."""
+    if most == 0:
+        return np.zeros(0, dtype=np.int64)
     if end - first <= most:
         return np.arange(first, end, dtype=np.int64)
     golden = 0.6180339887498949
@@ -90,10 +124,9 @@ def _spread(first: int, end: int, most: int) -> Rows:
     return rows
 
 
-def count_loops(data: DataSet, turns: tuple[Rows, ...]) -> tuple[int, int]:
+def count_loops(found: tuple[Branches, ...]) -> tuple[int, int]:
     """Input cycles and turning points over the training part."""
-    inner = [max(0, points.size - 2) for piece, points in zip(data.pieces, turns, strict=True) if piece.split]
-    return sum((found + 1) // 2 for found in inner), sum(inner)
+    return sum((piece.inner + 1) // 2 for piece in found), sum(piece.inner for piece in found)
 
 
 def velocity(time: Array, x: Array) -> Array:

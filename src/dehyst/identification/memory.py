@@ -79,7 +79,7 @@ def _first(x: Array, bound: float, below: bool) -> int:
     return int(x.size)
 
 
-def largest_radius(kind: str, x: Array) -> float:
+def largest_radius(kind: str, first: float, low: float, high: float) -> float:
     """max |x - m|, m the value the memory starts from: beyond it no play ever moves. [input]"""
-    origin = float(x[0]) if kind == "rest" else 0.0
-    return max(abs(float(np.max(x)) - origin), abs(float(np.min(x)) - origin))
+    origin = first if kind == "rest" else 0.0
+    return max(abs(high - origin), abs(low - origin))

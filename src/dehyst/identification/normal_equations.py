@@ -94,10 +94,11 @@ def sums_of(
         if chosen.stop <= chosen.start:
             continue
         gram = Gram(bank.thresholds, state, targets)
-        gram.skip(piece.x[: chosen.start])
-        for part in chunks(chosen) if knots is not None else (chosen,):
+        for part in chunks(slice(0, chosen.start)):
+            gram.skip(piece.x[part])
+        for part in chunks(chosen):
             y = piece.y[part][None, :]
-            columns = y if knots is None else np.concatenate([ramp_columns(piece.y[part], knots), y])
+            columns = y if knots is None else np.concatenate([ramp_columns(y[0], knots), y])
             gram.add(piece.x[part], columns, None if piece.weight is None else piece.weight[part])
         sums = gram.take()
         total = sums if total is None else np.add(total, sums, out=total)

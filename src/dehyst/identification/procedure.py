@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import Estimate, fit_family, residual_norm
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.folds import output_knots
+from dehyst.identification.measures import Measure, measure_in_memory
 from dehyst.identification.normal_equations import NormalEquations, sums_of
 from dehyst.identification.polish import polish
 from dehyst.identification.refine import refine
@@ -49,6 +50,7 @@ class _Problem:
     operators: int
     eps: float
     given: Array | None
+    entering: Callable[[str], object]
 
 
 def identify(
@@ -143,32 +145,75 @@ def _identify(
     train_fraction: float,
 ) -> Fit:
     data = prepare(records, train_fraction)
+    found = facts.branches(data)
+    call = Call(family, n if given is None else given.size, eps, given, initial_state, train_fraction)
+    return solve(call, records[0], data, found, measure_in_memory(records))
+
+
+@dataclass(frozen=True)
+class Call:
+    """Settings of an identification, checked: those of `identify`, the thresholds as an array or None for a grid."""
+
+    family: str
+    operators: int
+    eps: float
+    given: Array | None
+    initial_state: str
+    train_fraction: float
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """As plain values, for the fit."""
+        return {
+            "family": self.family,
+            "n": self.operators,
+            "eps": self.eps,
+            "thresholds": "grid" if self.given is None else "given",
+            "initial_state": self.initial_state,
+            "train_fraction": self.train_fraction,
+        }
+
+
+def solve(
+    call: Call,
+    first: Recording,
+    data: DataSet,
+    found: tuple[facts.Branches, ...],
+    measure: Measure,
+    entering: Callable[[str], object] = len,
+) -> Fit:
+    """Choose, fit and certify; the data may be in memory or not.
+
+    Parameters
+    ----------
+    first
+        Any of the recordings, for names and units.
+    found
+        Branches of the fitted part.
+    entering
+        Told which stage begins.
+    """
     # The paper's program bounds w_1 itself; everywhere else eps is relative to the ratio of the ranges.
-    scaled = paper_eps(eps, records[0], data) if family == "pi" else eps
-    problem = _Problem(data, n if given is None else given.size, scaled, given)
-    swings = facts.swings(data)
-    loop = facts.orientation(data, swings)
-    families = BY_ORIENTATION[loop.name] if family == "auto" else (family,)
-    starts = STARTS if initial_state == "auto" else (initial_state,)
-    if family == "pi" and initial_state == "auto":
-        starts = (start_of_paper(data, problem.operators, scaled, given),)
+    scaled = paper_eps(call.eps, first, data) if call.family == "pi" else call.eps
+    problem = _Problem(data, call.operators, scaled, call.given, entering)
+    entering("choosing")
+    loop = facts.orientation(found)
+    families = BY_ORIENTATION[loop.name] if call.family == "auto" else (call.family,)
+    starts = STARTS if call.initial_state == "auto" else (call.initial_state,)
+    if call.family == "pi" and call.initial_state == "auto":
+        starts = (start_of_paper(data, problem.operators, scaled, call.given),)
     choice, candidates = _choose(problem, families, starts)
     bank, estimate, affordable = _fit(problem, choice)
-    if affordable is not None and family == "pi":
+    if affordable is not None and call.family == "pi":
         affordable *= data.amplitude / data.half_range  # back to the units of w_1
-    settings: dict[str, Any] = {
-        "family": family,
-        "n": problem.operators,
-        "eps": eps,
-        "thresholds": "grid" if given is None else "given",
-        "initial_state": initial_state,
-        "train_fraction": float(train_fraction),
-    }
+    settings = call.settings
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
+    counts = facts.count_loops(found)
+    entering("comparing")
     return certify(
-        records, data, problem.operators, choice, bank, estimate, affordable, candidates, loop, swings, settings
+        data, problem.operators, choice, bank, estimate, affordable, candidates, loop, counts, settings, measure
     )
 
 
@@ -221,10 +266,12 @@ def _fit(problem: _Problem, choice: Choice) -> tuple[Bank, Estimate, float | Non
     grid = threshold_grid(data, problem.operators, choice, problem.given)
     bank = make_bank(data, grid, choice.initial_state)
     knots = output_knots() if choice.family == "modified-pi" else None
+    problem.entering("summing")
     sums = sums_of(data, bank, knots)
     estimate = fit_family(
         choice.family, sums, problem.eps, knots, choice.regularisation, triangle=lambda: _triangle(data, bank, knots)
     )
+    problem.entering("refining")
     if knots is None or choice.regularisation is None:
         estimate = refine(data, bank, sums, problem.eps, estimate)
     else:

@@ -52,12 +52,14 @@ def gradient_of(data: DataSet, bank: Bank, estimate: Estimate) -> Gradient:
         model = Evaluator(bank.thresholds, estimate.weights, 0.0, estimate.offset, state)
         gram = Gram(bank.thresholds, state, 1)
         gram.only_targets(True)
-        model.run(piece.x[: span.start])
-        gram.skip(piece.x[: span.start])
+        for part in chunks(slice(0, span.start)):
+            model.run(piece.x[part])
+            gram.skip(piece.x[part])
         for part in chunks(span):
-            residual = piece.y[part] - model.run(piece.x[part])
+            x = piece.x[part]
+            residual = piece.y[part] - model.run(x)
             weight = None if piece.weight is None else piece.weight[part]
-            gram.add(piece.x[part], residual[None, :], weight)
+            gram.add(x, residual[None, :], weight)
             square += float(residual @ (residual if weight is None else weight * residual))
         total += gram.take()[: 1 + bank.thresholds.size, -1]
     return Gradient(total, square)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.identification.data import DataSet, Piece
+from dehyst.identification.data import DataSet, Piece, Signal, chunks, extremes
 from dehyst.identification.memory import state_before
 
 Array = npt.NDArray[np.float64]
@@ -57,15 +57,16 @@ def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
     return Bank(kept, thresholds[~moved], tuple(np.ascontiguousarray(s[moved]) for s in states), initial_state)
 
 
-def _extremes(x: Array, fitted: slice, thresholds: Array, state: Array) -> tuple[Array, Array]:
+def _extremes(x: Signal, fitted: slice, thresholds: Array, state: Array) -> tuple[Array, Array]:
     """Smallest and largest output of each play over the fitted samples.
 
     A play rises only with x - r and falls only with x + r, so its largest value is that at the first sample or
     max x - r, its smallest that at the first sample or min x + r: no need to look at every turn.
     """
-    first = _native.play_bank(x[: fitted.start + 1], thresholds, state, np.array([fitted.start]))[0][0]
-    inside = x[fitted]
-    return np.minimum(first, inside.min() + thresholds), np.maximum(first, inside.max() - thresholds)
+    for part in chunks(slice(0, fitted.start + 1)):
+        _, state = _native.play_bank(x[part], thresholds, state, np.zeros(0, dtype=np.int64))
+    low, high = extremes(x, fitted)
+    return np.minimum(state, low + thresholds), np.maximum(state, high - thresholds)
 
 
 def _state(data: DataSet, piece: Piece, thresholds: Array, initial_state: str) -> Array:
@@ -88,13 +89,12 @@ def fitted_samples(data: DataSet, initial_state: str) -> int:
     )
 
 
-def blocks(x: Array, thresholds: Array, state: Array, rows: slice, size: int) -> Iterator[tuple[slice, Array]]:
+def blocks(x: Signal, thresholds: Array, state: Array, rows: slice, size: int) -> Iterator[tuple[slice, Array]]:
     """Play outputs over a span of one piece, (size, n) at a time."""
-    for begin in range(rows.start, rows.stop, size):
-        part = slice(begin, min(begin + size, rows.stop))
-        position = 0 if begin == rows.start else begin
-        wanted = np.arange(part.start - position, part.stop - position, dtype=np.int64)
-        plays, state = _native.play_bank(x[position : part.stop], thresholds, state, wanted)
+    for part in chunks(slice(0, rows.start)):
+        _, state = _native.play_bank(x[part], thresholds, state, np.zeros(0, dtype=np.int64))
+    for part in chunks(rows, size):
+        plays, state = _native.play_bank(x[part], thresholds, state, np.arange(part.stop - part.start, dtype=np.int64))
         yield part, plays
 
 

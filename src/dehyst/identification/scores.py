@@ -115,7 +115,7 @@ def predictions(
     """
     outputs: list[list[Array]] = [[] for _ in records]
     demands: list[list[Array]] = [[] for _ in records]
-    thresholds = _thresholds(model)
+    thresholds = thresholds_of(model)
     kept = np.searchsorted(bank.thresholds * data.half_range, thresholds)
     for piece, state in zip(data.pieces, bank.states, strict=True):
         span = slice(piece.start, piece.start + piece.x.size)
@@ -129,7 +129,8 @@ def _joined(pieces: list[Array]) -> Array:
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
-def _thresholds(model: HysteresisModel) -> Array:
+def thresholds_of(model: HysteresisModel) -> Array:
+    """Thresholds of the play operators of a model of any family."""
     if isinstance(model, ModifiedPrandtlIshlinskii):
         return model.hysteresis.thresholds
     if isinstance(model, (PrandtlIshlinskii, StopOperatorModel)):
@@ -145,7 +146,11 @@ def score(records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, 
         return None
     error = part.moments(outputs, measured)
     middle = [np.broadcast_to(about.mean, record.output.shape) for record in records]
-    deviation = part.moments(measured, middle).rms
+    return score_of(error, part.moments(measured, middle).rms, output_range)
+
+
+def score_of(error: Moments, deviation: float, output_range: float) -> Score:
+    """Score from the moments of the error and the standard deviation of the output."""
     return Score(
         rmse=error.rms,
         rmse_percent=100.0 * error.rms / output_range,

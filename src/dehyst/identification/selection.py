@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet
+from dehyst.identification.data import DataSet, extremes
 from dehyst.identification.families import FAMILIES, Regularisation
 from dehyst.identification.fit import Candidate
 from dehyst.identification.folds import Folds, in_parallel
@@ -72,7 +72,7 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
     if given is not None:
         return given / data.half_range
     radius = max(
-        largest_radius("rest" if choice.initial_state == "rest" else "zero", piece.x[: piece.split])
+        largest_radius(choice.initial_state, float(piece.x[0]), *extremes(piece.x, slice(0, piece.split)))
         for piece in data.pieces
         if piece.split
     )

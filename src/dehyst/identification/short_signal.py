@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.identification.data import DataSet
+from dehyst.identification.data import DataSet, Piece, chunks
+from dehyst.identification.regressors import fitted_samples
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -77,18 +78,40 @@ class ShortSignal:
 
 def shorten(data: DataSet, initial_state: str, most: int) -> ShortSignal:
     """Every k-th fitted sample of each piece, k such that no more than about `most` remain."""
-    chosen = []
+    stride = max(1, -(-fitted_samples(data, initial_state) // most))
+    pieces = []
     for piece in data.pieces:
         span = piece.fitted(initial_state)
-        rows = np.arange(span.start, span.stop, dtype=np.int64)
-        if piece.weight is not None:
-            rows = rows[piece.weight[span] > 0.0]
-        chosen.append(rows)
-    stride = max(1, -(-sum(rows.size for rows in chosen) // most))
-    pieces = []
-    for piece, every in zip(data.pieces, chosen, strict=True):
-        rows = every[::stride]
-        kept, place = _native.essential(piece.x, rows)
-        weight = None if piece.weight is None else piece.weight[rows]
-        pieces.append(ShortPiece(piece.x[kept], place, piece.y[rows], weight))
+        if piece.weight is None:
+            rows = np.arange(span.start, span.stop, stride, dtype=np.int64)
+        else:
+            rows = span.start + np.flatnonzero(piece.weight[span])[::stride]
+        x, place, y = _essential(piece, rows)
+        pieces.append(ShortPiece(x, place, y, None if piece.weight is None else piece.weight[rows]))
     return ShortSignal(tuple(pieces))
+
+
+def _essential(piece: Piece, rows: Rows) -> tuple[Array, Rows, Array]:
+    """Input at the rows and the extremes between them, where the rows stand in it, and the output at the rows.
+
+    A log that is not in memory is read part by part. What decides the states at the end of each part decides, with
+    what comes then, those at every later row.
+    """
+    if isinstance(piece.x, np.ndarray):
+        kept, place = _native.essential(piece.x, rows)
+        return piece.x[kept], place, piece.y[rows]
+    x, y, places = [np.zeros(0)], np.empty(rows.size), [np.zeros(0, dtype=np.int64)]
+    size = 0
+    for part in chunks(slice(0, int(rows[-1]) + 1)) if rows.size else ():
+        low, high = np.searchsorted(rows, [part.start, part.stop])
+        inside = rows[low:high] - part.start
+        signal = piece.x[part]
+        wanted = inside if high > low and inside[-1] == signal.size - 1 else np.append(inside, signal.size - 1)
+        kept, place = _native.essential(signal, wanted)
+        x.append(signal[kept])
+        places.append(size + place[: inside.size])
+        y[low:high] = piece.y[part][inside]
+        size += kept.size
+    joined, place = np.concatenate(x), np.concatenate(places)
+    kept, place = _native.essential(joined, place)
+    return joined[kept], place, y

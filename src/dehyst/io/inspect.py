@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.checks import is_constant
 from dehyst.gaps import gap_limit
+from dehyst.io.checks import is_constant
 from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table

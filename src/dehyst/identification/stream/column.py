@@ -3,72 +3,92 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from threading import Lock
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.identification.stream.outline import Outline
 from dehyst.identification.stream.spool import BLOCK
 from dehyst.identification.stream.tape import Block, Tape
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
-WINDOW = 4  # blocks that are kept: x and y are asked for one after the other
+INPUT, OUTPUT, TIME = range(3)
+WINDOW = 4  # blocks that are kept: signals are asked for one after the other, in parts of about a block
 
 
 class Reader:
     """Samples of a tape by number; asking forward is one pass, asking back begins another one."""
 
-    def __init__(self, tape: Tape, advanced: Callable[[int], None] | None = None) -> None:
-        self.tape = tape
-        self._advanced = advanced
+    def __init__(self, tape: Tape, outline: Outline) -> None:
+        self.tape, self.outline = tape, outline
         self._window: deque[Block] = deque(maxlen=WINDOW)
         self._blocks: Iterator[Block] = iter(())
         self._next = tape.samples
+        self._clock = False
         self._lock = Lock()
 
-    def read(self, start: int, stop: int, which: int) -> Array:
-        """x (0) or y (1) of the samples from `start` to `stop`."""
-        with self._lock:  # candidates are compared on threads
-            return self._read(start, stop, which)
+    def restart(self, clock: bool) -> None:
+        """Begin another pass with what is asked for next, with time or without."""
+        self._window.clear()
+        self._next, self._clock = self.tape.samples, clock
 
-    def _read(self, start: int, stop: int, which: int) -> Array:
-        if stop <= start:
-            return np.zeros(0)
-        out = None
-        position = start
-        while position < stop:
-            block = self._block(position)
-            low = position - block.begin
-            part = (block.y if which else block.x)[low : low + stop - position]
-            if part.size == stop - start:
-                return part
-            if out is None:
-                out = np.empty(stop - start)
-            out[position - start : position - start + part.size] = part
-            position += part.size
-        assert out is not None
-        return out
+    def read(self, start: int, stop: int, signal: int) -> Array:
+        """Samples from `start` to `stop` of the input, the output or the time."""
+        with self._lock:  # candidates are compared on threads
+            parts = []
+            position = start
+            while position < stop:
+                block = self._block(position)
+                values = (block.x, block.y, block.time)[signal]
+                assert values is not None
+                parts.append(values[position - block.begin : stop - block.begin])
+                position = block.end
+            return parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else np.zeros(0)
 
     def _block(self, position: int) -> Block:
         for block in self._window:
-            if block.begin <= position < block.begin + block.x.size:
+            if block.begin <= position < block.end:
                 return block
         if position < self._next or position >= self._next + self.tape.skip:
             self._window.clear()
-            self._blocks = self.tape.blocks(position // BLOCK * BLOCK)
-        while True:
-            block = next(self._blocks)
+            self._blocks = self.tape.blocks(position, self._clock)
+        for block in self._blocks:
             self._window.append(block)
-            self._next = block.begin + block.x.size
-            if self._advanced is not None:
-                self._advanced(self._next)
-            if position < self._next:
+            self._next = block.end
+            self.tape.advanced(block.end)
+            if position < block.end:
                 return block
+        raise AssertionError("asked for a sample beyond the end")
+
+    def extremes(self, start: int, stop: int, signal: int) -> tuple[float, float]:
+        """Least and largest value of the samples from `start` to `stop`: of whole buckets, and of the parts beside."""
+        low, high, begin, end = self.outline.extremes(start, stop, signal)
+        for first, last in ((start, min(begin, stop)), (max(end, start), stop)) if begin < end else ((start, stop),):
+            for position in range(first, last, BLOCK):
+                part = self.read(position, min(position + BLOCK, last), signal)
+                low, high = min(low, float(part.min())), max(high, float(part.max()))
+        return low, high
+
+    def first_beyond(self, bound: float, below: bool, start: int, stop: int) -> int:
+        """Number of the first sample of the input from `start` on that reaches a bound, or `stop`."""
+        position = start
+        while position < stop:
+            position = max(position, self.outline.first_beyond(bound, below, position))
+            end = min(stop, position + BLOCK)
+            if position >= stop:
+                break
+            part = self.read(position, end, INPUT)
+            found = np.flatnonzero(part <= bound if below else part >= bound)
+            if found.size:
+                return position + int(found[0])
+            position = end
+        return stop
 
 
 @dataclass(frozen=True)
@@ -77,10 +97,8 @@ class Column:
 
     Attributes
     ----------
-    reader
-        Where the samples come from.
-    which
-        0 for the input, 1 for the output.
+    reader, signal
+        Where the samples come from, and which of its signals they are.
     start, size
         First sample and number of samples.
     origin, unit
@@ -88,27 +106,32 @@ class Column:
     """
 
     reader: Reader
-    which: int
+    signal: int
     start: int
     size: int
     origin: float
     unit: float
 
     @overload
-    def __getitem__(self, key: int) -> float: ...
+    def __getitem__(self, key: int) -> Any: ...
     @overload
     def __getitem__(self, key: slice | Rows) -> Array: ...
-    def __getitem__(self, key: int | slice | Rows) -> float | Array:
-        """Samples by number, slice, or increasing numbers, (m,)."""
+    def __getitem__(self, key: int | slice | Rows) -> Any:
+        """Samples by number, by slice of step 1, or by increasing numbers, (m,)."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
-            if step != 1:
-                return self[np.arange(begin, end, step, dtype=np.int64)]
-            return self._scaled(self.reader.read(self.start + begin, self.start + end, self.which))
+            assert step == 1
+            return self._scaled(self.reader.read(self.start + begin, self.start + end, self.signal))
         if isinstance(key, np.ndarray):
             return self._scaled(self._gather(self.start + key))
-        place = self.start + (key if key >= 0 else self.size + key)
-        return float(self._scaled(self.reader.read(place, place + 1, self.which))[0])
+        return float(self._scaled(self.reader.read(self.start + key, self.start + key + 1, self.signal))[0])
+
+    def extremes(self, span: slice) -> tuple[float, float]:
+        """Least and largest value within a span."""
+        found = self._scaled(
+            np.array(self.reader.extremes(self.start + span.start, self.start + span.stop, self.signal))
+        )
+        return float(found.min()), float(found.max())
 
     def _scaled(self, values: Array) -> Array:
         scaled: Array = np.subtract(values, self.origin)
@@ -119,10 +142,9 @@ class Column:
         out = np.empty(rows.size)
         begin = 0
         while begin < rows.size:
-            block = int(rows[begin]) // BLOCK
-            end = int(np.searchsorted(rows, (block + 1) * BLOCK))
             low = int(rows[begin])
-            values = self.reader.read(low, int(rows[end - 1]) + 1, self.which)
+            end = int(np.searchsorted(rows, (low // BLOCK + 1) * BLOCK))
+            values = self.reader.read(low, int(rows[end - 1]) + 1, self.signal)
             out[begin:end] = values[rows[begin:end] - low]
             begin = end
         return out

@@ -39,12 +39,13 @@ class Outline:
         self._count = 0
         self._tail: list[tuple[Array, Array]] = []  # parts of a bucket that is larger than a block
         self._filled = 0
-        self._origin: tuple[float, float] | None = None
+        self._origin = (0.0, 0.0)
         self._last = np.zeros(4)
+        self._whole: tuple[int, tuple[Array, Array]] | None = None
 
     def add(self, time: Array | None, x: Array, y: Array) -> None:
         """Add samples; all calls but the last one with the same number, a power of two."""
-        if self._origin is None:
+        if self.samples == 0:
             self._origin = float(x[0]), float(y[0])
         begin, self.samples = self.samples, self.samples + x.size
         clock = np.full(1, np.nan) if time is None else time
@@ -85,8 +86,7 @@ class Outline:
         rows[:, :, PLACE] = begin + places
         rows[:, :, X], rows[:, :, Y] = x[places], y[places]
         rows[:, :, TIME] = np.nan if time is None else time[offset + places]
-        origin = self._origin or (0.0, 0.0)
-        dx, dy = xs - origin[0], ys - origin[1]
+        dx, dy = xs - self._origin[0], ys - self._origin[1]
         sums = np.empty((count, SUMS))
         sums[:, 0] = step
         sums[:, 1], sums[:, 2] = dx.sum(axis=1), dy.sum(axis=1)
@@ -96,40 +96,45 @@ class Outline:
 
     def _all(self) -> tuple[Array, Array]:
         """Rows and sums of all buckets, the unfinished one among them."""
-        parts = [(self._rows, self._sums), *self._new]
-        if self._tail:
-            parts.append(_joined(*_stacked(self._tail), sum(part[0].shape[0] for part in self._tail)))
-        return _stacked(parts)
+        if self._whole is None or self._whole[0] != self.samples:
+            parts = [(self._rows, self._sums), *self._new]
+            if self._tail:
+                parts.append(_joined(*_stacked(self._tail), len(self._tail)))
+            self._whole = self.samples, _stacked(parts)
+        return self._whole[1]
 
     def rows(self) -> Array:
-        """The rows that stand for all, (m, 4): place, x, y and time, in order, each once; the last sample among them."""
+        """The rows that stand for all, (m, 4): place, x, y and time, in order; the last sample is among them."""
         rows = np.concatenate([self._all()[0].reshape(-1, 4), self._last[None, :]])
         _, first = np.unique(rows[:, PLACE], return_index=True)
         return rows[first]
 
-    def ranges(self, stop: int) -> tuple[Array, int]:
-        """(least x, most x, least y, most y) of the buckets that end by `stop`, (4,), and where the last of them ends."""
+    def extremes(self, start: int, stop: int, signal: int) -> tuple[float, float, int, int]:
+        """Least and largest x (0) or y (1) of the whole buckets between two samples, and where these begin and end."""
         rows, sums = self._all()
-        ends = np.cumsum(sums[:, 0])
-        count = int(np.searchsorted(ends, stop, side="right"))
-        if count == 0:
-            return np.array([np.inf, -np.inf, np.inf, -np.inf]), 0
-        low, high = rows[:count].min(axis=0), rows[:count].max(axis=0)
-        return np.array([low[LEAST_X, X], high[MOST_X, X], low[LEAST_Y, Y], high[MOST_Y, Y]]), int(ends[count - 1])
+        ends = np.cumsum(sums[:, 0]).astype(np.int64)
+        begins = ends - sums[:, 0].astype(np.int64)
+        first, last = int(np.searchsorted(begins, start)), int(np.searchsorted(ends, stop, side="right"))
+        if first >= last:
+            return float("inf"), float("-inf"), stop, start
+        least, most, column = ((LEAST_X, MOST_X, X), (LEAST_Y, MOST_Y, Y))[signal]
+        part = rows[first:last]
+        low, high = float(part[:, least, column].min()), float(part[:, most, column].max())
+        return low, high, int(begins[first]), int(ends[last - 1])
 
     def moments(self, stop: int) -> tuple[Array, tuple[float, float], int]:
-        """Sums of the buckets that end by `stop`, the origin they are taken from, and where the last of them ends."""
-        _, sums = self._all()
+        """Sums over the buckets that end by `stop`, (6,), the origin they refer to, and where the last of them ends."""
+        sums = self._all()[1]
         ends = np.cumsum(sums[:, 0])
         count = int(np.searchsorted(ends, stop, side="right"))
-        return sums[:count].sum(axis=0), self._origin or (0.0, 0.0), int(ends[count - 1]) if count else 0
+        return sums[:count].sum(axis=0), self._origin, int(ends[count - 1]) if count else 0
 
-    def first_beyond(self, bound: float, below: bool, begin: int) -> int:
-        """Begin of the first bucket from sample `begin` on that reaches a bound of x; the number of samples if none."""
+    def first_beyond(self, bound: float, below: bool, start: int) -> int:
+        """Begin of the first bucket that ends after sample `start` and reaches a bound of x; `samples` if none does."""
         rows, sums = self._all()
         ends = np.cumsum(sums[:, 0])
         reached = rows[:, LEAST_X, X] <= bound if below else rows[:, MOST_X, X] >= bound
-        found = np.flatnonzero(reached & (ends > begin))
+        found = np.flatnonzero(reached & (ends > start))
         return self.samples if found.size == 0 else int(ends[found[0]] - sums[found[0], 0])
 
 

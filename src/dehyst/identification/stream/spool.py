@@ -1,7 +1,7 @@
 """A temporary file of samples, for logs that are slow to read more than once.
 
 The file has no name where the system allows that, so nothing is left behind whatever ends the process. It holds blocks
-of x and y, float64, `BLOCK` samples each; it is read with ordinary reads and not mapped, so that the memory of the
+of signals, float64, `BLOCK` samples each; it is read with ordinary reads and not mapped, so that the memory of the
 process stays what it is.
 """
 
@@ -11,8 +11,9 @@ import errno
 import os
 import shutil
 import tempfile
+from collections.abc import Sequence
 from types import TracebackType
-from typing import IO, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,37 +22,39 @@ from dehyst.errors import OutputError
 
 Array = npt.NDArray[np.float64]
 
-# Samples of a block: two signals of 256 kB stay in the processor's cache together.
+# Samples of a block: signals of 256 kB stay in the processor's cache together.
 BLOCK = 1 << 15
-BYTES = 16  # of a sample
 MARGIN = 1 << 28  # bytes that are left free for others
 
 
 class Spool:
-    """Blocks of x and y in a temporary file.
+    """Blocks of signals in a temporary file.
 
     Parameters
     ----------
     folder
         Where the file is made; by default the system's folder for temporary files.
+    signals
+        How many there are.
 
     Raises
     ------
     OutputError
-        If the folder cannot be written to, or has no room.
+        If the folder cannot be written to.
 
     Examples
     --------
     >>> with Spool() as spool:
-    ...     spool.write(np.arange(3.0), np.ones(3))
-    ...     spool.read(0, 3)[0].tolist()
+    ...     spool.write((np.arange(3.0), np.ones(3)))
+    ...     spool.read(0, 3, 1)[0].tolist()
     [0.0, 1.0, 2.0]
     """
 
-    def __init__(self, folder: str | os.PathLike[str] | None = None) -> None:
+    def __init__(self, folder: str | os.PathLike[str] | None = None, signals: int = 2) -> None:
         self.folder = os.fspath(folder) if folder is not None else tempfile.gettempdir()
+        self.signals = signals
         try:
-            self._file: IO[bytes] = tempfile.TemporaryFile(prefix="dehyst-", dir=self.folder, buffering=0)  # noqa: SIM115
+            self._file: Any = tempfile.TemporaryFile(prefix="dehyst-", dir=self.folder, buffering=0)  # noqa: SIM115
         except OSError as fault:
             raise OutputError(
                 f"cannot write the temporary copy of the log to '{self.folder}': {fault.strerror}. Name a folder "
@@ -72,11 +75,11 @@ class Spool:
         self._file.close()
 
     def require(self, samples: float, name: str) -> None:
-        """Refuse a log of so many samples that the disk would be filled."""
-        needed, free = BYTES * samples, shutil.disk_usage(self.folder).free
+        """Refuse so many more samples if they would fill the disk."""
+        needed, free = 8.0 * self.signals * samples, shutil.disk_usage(self.folder).free
         if needed + MARGIN > free:
             raise OutputError(
-                f"{name} needs a temporary copy of about {_size(needed)}, because it is read several times, and "
+                f"{name} needs a temporary copy, because it is read several times: {_size(needed)} more, and "
                 f"'{self.folder}' has {_size(free)} free. Free some space, name another folder (--spool-dir, or the "
                 f"variable TMPDIR), or convert the log to NPZ or Parquet, which are read again directly.",
                 folder=self.folder,
@@ -84,34 +87,31 @@ class Spool:
                 free=free,
             )
 
-    def write(self, x: Array, y: Array) -> None:
+    def write(self, signals: Sequence[Array]) -> None:
         """Append a block; only the last one may be shorter than `BLOCK`."""
-        for part in (x, y):
-            view = memoryview(np.ascontiguousarray(part)).cast("B")
-            while view.nbytes:
+        for signal in signals:
+            view = np.ascontiguousarray(signal).view(np.uint8)
+            while view.size:
                 try:
-                    view = view[self._file.write(view) :]
+                    view = view[self._file.write(view.data) :]
                 except OSError as fault:
                     raise self._full(fault) from None
 
     def _full(self, fault: OSError) -> OutputError:
-        cure = (
-            "Free some space, or name another folder (--spool-dir, or the variable TMPDIR)."
-            if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-            else "Name another folder (--spool-dir, or the variable TMPDIR)."
-        )
+        cure = "Free some space, or name" if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Name"
         return OutputError(
-            f"writing the temporary copy of the log to '{self.folder}' failed: {fault.strerror}. {cure}",
+            f"writing the temporary copy of the log to '{self.folder}' failed: {fault.strerror}. {cure} another "
+            f"folder (--spool-dir, or the variable TMPDIR).",
             folder=self.folder,
         )
 
-    def read(self, block: int, samples: int) -> tuple[Array, Array]:
-        """Return x and y of a block of so many samples."""
-        both = np.empty((2, samples))
-        view = memoryview(both).cast("B")
-        self._file.seek(block * BLOCK * BYTES)
-        while view.nbytes:
-            count = self._file.readinto(view)  # type: ignore[attr-defined]
+    def read(self, block: int, samples: int, signals: int) -> Array:
+        """Return the first few signals of a block of so many samples, (signals, samples)."""
+        values = np.empty((signals, samples))
+        view = values.reshape(-1).view(np.uint8)
+        self._file.seek(8 * block * BLOCK * self.signals)
+        while view.size:
+            count = self._file.readinto(view.data)
             if not count:
                 raise OutputError(
                     f"the temporary copy of the log in '{self.folder}' became shorter while it was read. Do not clean "
@@ -119,7 +119,7 @@ class Spool:
                     folder=self.folder,
                 )
             view = view[count:]
-        return both[0], both[1]
+        return values
 
 
 def _size(count: float) -> str:

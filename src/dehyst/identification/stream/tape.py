@@ -1,4 +1,4 @@
-"""Samples by number: blocks of a log that come from a spool, or from its source anew."""
+"""Samples by number: blocks of a log that come from a temporary copy, or from its source anew."""
 
 from __future__ import annotations
 
@@ -13,65 +13,29 @@ import numpy.typing as npt
 from dehyst.errors import LogError
 from dehyst.identification.stream.source import Chunk, Source
 from dehyst.identification.stream.spool import BLOCK, Spool
+from dehyst.identification.stream.watch import Watch
 
 Array = npt.NDArray[np.float64]
+
+# Blocks between two looks at the free space of the disk.
+OFTEN = 128
+# Every so many samples enter the checksum that tells whether a log has changed.
+CHECKED = 511
 
 
 @dataclass(frozen=True)
 class Block:
-    """Samples from `begin` on, at most `BLOCK`."""
+    """Samples from number `begin` on, at most `BLOCK`; time is there in the first pass and where it was asked for."""
 
     begin: int
     time: Array | None
     x: Array
     y: Array
 
-
-def blocks_of(source: Source, name: str) -> Iterator[Block]:
-    """Chunks of any length as blocks of `BLOCK` samples; only the last one is shorter."""
-    parts: list[Chunk] = []
-    held, begin = 0, 0
-    for chunk in source:
-        time, x, y = _checked(chunk, name)
-        if x.size == 0:
-            continue
-        parts.append((time, x, y))
-        held += x.size
-        if held < BLOCK:
-            continue
-        joined = _join(parts)
-        whole = held // BLOCK * BLOCK
-        for k in range(0, whole, BLOCK):
-            yield _block(begin + k, joined, slice(k, k + BLOCK))
-        parts = [tuple(None if part is None else part[whole:].copy() for part in joined)] if held > whole else []  # type: ignore[list-item]
-        begin, held = begin + whole, held - whole
-    if held:
-        yield _block(begin, _join(parts), slice(0, held))
-
-
-def _checked(chunk: Chunk, name: str) -> Chunk:
-    time, x, y = (None if part is None else np.asarray(part, dtype=np.float64) for part in chunk)
-    if x is None or y is None or x.ndim != 1 or x.shape != y.shape or (time is not None and time.shape != x.shape):
-        shapes = [None if part is None else part.shape for part in (time, x, y)]
-        raise LogError(
-            f"{name} gave a chunk of shapes {shapes}; a chunk is (time, x, y), three arrays of one length, with "
-            f"time None for a log without one.",
-            shapes=shapes,
-        )
-    return time, x, y
-
-
-def _join(parts: list[Chunk]) -> Chunk:
-    if len(parts) == 1:
-        return parts[0]
-    times = [time for time, _, _ in parts if time is not None]
-    time = np.concatenate(times) if len(times) == len(parts) else None
-    return time, np.concatenate([x for _, x, _ in parts]), np.concatenate([y for _, _, y in parts])
-
-
-def _block(begin: int, chunk: Chunk, part: slice) -> Block:
-    time, x, y = chunk
-    return Block(begin, None if time is None else time[part], np.ascontiguousarray(x[part]), np.ascontiguousarray(y[part]))
+    @property
+    def end(self) -> int:
+        """Number of the sample after the last one."""
+        return self.begin + self.x.size
 
 
 class Tape:
@@ -83,13 +47,25 @@ class Tape:
         Chunks of the log.
     name
         Used in messages.
-    spool
-        Where a copy is kept that is faster to read again; None reads the source itself.
+    watch
+        Told of what was read.
+    copied, folder
+        Whether a temporary copy is made, which is faster to read again, and where.
+
+    Attributes
+    ----------
+    samples
+        Known after the first pass, `record`.
+    has_time
+        Whether the samples have time.
+    passes
+        Passes begun.
     """
 
-    def __init__(self, source: Source, name: str, spool: Spool | None = None) -> None:
-        self.name, self.samples = name, 0
-        self._source, self._spool = source, spool
+    def __init__(self, source: Source, name: str, watch: Watch, copied: bool, folder: str | None = None) -> None:
+        self.name, self.samples, self.has_time, self.passes = name, 0, False, 0
+        self._source, self._watch, self._copied, self._folder = source, watch, copied, folder
+        self._spool: Spool | None = None
         self._mark = 0
 
     @property
@@ -98,67 +74,124 @@ class Tape:
         return 0 if self._spool is not None else self.samples
 
     def record(self) -> Iterator[Block]:
-        """The first pass: blocks with time; afterwards `samples` is known and the other passes may begin."""
-        self.samples, mark = 0, 0
+        """Blocks of the first pass, with time."""
+        self.samples, self.passes, mark = 0, 1, 0
         for block in blocks_of(self._source, self.name):
-            if self._spool is not None:
-                if block.begin % (BLOCK << 7) == 0:
-                    self._spool.require(self._expected(block.begin), self.name)
-                self._spool.write(block.x, block.y)
+            if self._copied:
+                self._copy(block)
             mark = _fingerprint(mark, block)
-            self.samples = block.begin + block.x.size
+            self.samples, self.has_time = block.end, block.time is not None
+            self._watch.read(self.samples, _number(self._source, "consumed"), _number(self._source, "size"))
             yield block
         self._mark = mark
+
+    def _copy(self, block: Block) -> None:
+        signals = (block.x, block.y) if block.time is None else (block.x, block.y, block.time)
+        if self._spool is None:
+            self._spool = Spool(self._folder, len(signals))
+        if block.begin % (BLOCK * OFTEN) == 0:
+            self._spool.require(self._expected(block.begin), self.name)
+        self._spool.write(signals)
 
     def _expected(self, read: int) -> float:
         """Samples that are still to come, from the share of the bytes that was read."""
         size, consumed = _number(self._source, "size"), _number(self._source, "consumed")
-        if not size or not consumed:
-            return float(BLOCK)
-        return (read + BLOCK) * max(size / consumed - 1.0, 0.0) + BLOCK
+        left = max(size / consumed - 1.0, 0.0) if size and consumed else 0.0
+        return left * (read + BLOCK) + BLOCK
 
-    def blocks(self, start: int = 0, stop: int | None = None) -> Iterator[Block]:
-        """Blocks of the samples from `start` to `stop`, without time; their borders lie at multiples of `BLOCK`."""
-        stop = self.samples if stop is None else min(stop, self.samples)
-        if stop <= start:
-            return
-        for block in self._again(start // BLOCK * BLOCK, stop):
-            low, high = max(start - block.begin, 0), min(stop - block.begin, block.x.size)
-            if low < high:
-                yield Block(block.begin + low, None, block.x[low:high], block.y[low:high])
-
-    def _again(self, start: int, stop: int) -> Iterator[Block]:
+    def blocks(self, start: int = 0, clock: bool = False) -> Iterator[Block]:
+        """Blocks from the one that holds sample `start` on; with time if it is asked for, and there."""
+        self.passes += 1
         if self._spool is not None:
-            for begin in range(start, stop, BLOCK):
-                yield Block(begin, None, *self._spool.read(begin // BLOCK, min(BLOCK, self.samples - begin)))
+            signals = 3 if self.has_time and clock else 2
+            for begin in range(start // BLOCK * BLOCK, self.samples, BLOCK):
+                values = self._spool.read(begin // BLOCK, min(BLOCK, self.samples - begin), signals)
+                yield Block(begin, values[2] if signals == 3 else None, values[0], values[1])
             return
         mark, samples = 0, 0
         for block in blocks_of(self._source, self.name):
-            mark, samples = _fingerprint(mark, block), block.begin + block.x.size
+            mark, samples = _fingerprint(mark, block), block.end
             if samples > self.samples:
                 break
-            if block.begin >= start:
+            if block.end > start:
+                if samples == self.samples:  # before it is used, not after
+                    self._confirm(mark, samples)
                 yield block
-            if samples >= stop and stop < self.samples:
-                return
-        if samples != self.samples or mark != self._mark:
-            raise LogError(
-                f"{self.name} changed while it was read: {self.samples} samples in the first pass, then "
-                f"{'others' if samples == self.samples else 'more' if samples > self.samples else samples}. Several "
-                f"passes are made, so the log must stay as it is: wait until the logger has closed it, or work on a "
-                f"copy.",
-                samples=(self.samples, samples),
-            )
+        self._confirm(mark, samples)
+
+    def _confirm(self, mark: int, samples: int) -> None:
+        if samples == self.samples and mark == self._mark:
+            return
+        then = "others" if samples == self.samples else "more" if samples > self.samples else str(samples)
+        raise LogError(
+            f"{self.name} changed while it was read: {self.samples} samples in the first pass, then {then}. Several "
+            f"passes are made, so the log must stay as it is: wait until the logger has closed it, or work on a copy.",
+            samples=(self.samples, samples),
+        )
+
+    def advanced(self, samples: int) -> None:
+        """Tell whoever watches how far a pass has come."""
+        self._watch.advance(samples, self.samples)
 
     def close(self) -> None:
-        """Give the spool back."""
+        """Give the temporary copy back."""
         if self._spool is not None:
             self._spool.close()
 
 
+def blocks_of(source: Source, name: str) -> Iterator[Block]:
+    """Chunks of any length as blocks of `BLOCK` samples; only the last one is shorter."""
+    parts: list[Chunk] = []
+    held, begin = 0, 0
+    for chunk in source:
+        parts.append(_checked(chunk, name))
+        held += parts[-1][1].size
+        if held < BLOCK:
+            continue
+        time, x, y = _joined(parts, name)
+        whole = held // BLOCK * BLOCK
+        for k in range(0, whole, BLOCK):
+            part = slice(k, k + BLOCK)
+            yield Block(begin + k, None if time is None else time[part], x[part], y[part])
+        # A copy, so that the large chunk it is a part of can go.
+        parts = [(None if time is None else time[whole:].copy(), x[whole:].copy(), y[whole:].copy())]
+        begin, held = begin + whole, held - whole
+    if held:
+        yield Block(begin, *_joined(parts, name))
+
+
+def _checked(chunk: Chunk, name: str) -> Chunk:
+    time, x, y = (None if part is None else np.ascontiguousarray(part, dtype=np.float64) for part in chunk)
+    if x is None or y is None or x.ndim != 1 or x.shape != y.shape or (time is not None and time.shape != x.shape):
+        shapes = [None if part is None else part.shape for part in (time, x, y)]
+        raise LogError(
+            f"{name} gave a chunk of shapes {shapes}; a chunk is (time, x, y), three arrays of one length, with "
+            f"time None for a log without one.",
+            shapes=shapes,
+        )
+    for part in (time, x, y):
+        if part is not None and not np.all(np.isfinite(part)):
+            raise LogError(
+                f"{name} gave a chunk with values that are not finite; a play would carry them into every later "
+                f"sample. Leave such samples out of the chunks; dehyst.open_chunks does."
+            )
+    return time, x, y
+
+
+def _joined(parts: list[Chunk], name: str) -> Chunk:
+    parts = [part for part in parts if part[1].size] or parts[:1]
+    if len(parts) == 1:
+        return parts[0]
+    times = [time for time, _, _ in parts if time is not None]
+    if 0 < len(times) < len(parts):
+        raise LogError(f"{name} gave chunks with time and chunks without; give it with all of them, or with none.")
+    time = np.concatenate(times) if times else None
+    return time, np.concatenate([x for _, x, _ in parts]), np.concatenate([y for _, _, y in parts])
+
+
 def _fingerprint(mark: int, block: Block) -> int:
     """Checksum over some samples of each block: a log that was written anew gives another one."""
-    return zlib.crc32(block.y[::511].tobytes(), zlib.crc32(block.x[::511].tobytes(), mark))
+    return zlib.crc32(block.y[::CHECKED].tobytes(), zlib.crc32(block.x[::CHECKED].tobytes(), mark))
 
 
 def _number(source: Any, name: str) -> float:

@@ -1,0 +1,150 @@
+"""How model and curve compare with all samples: scores, round trip, and what the residuals say of the data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification import facts
+from dehyst.identification.data import DataSet
+from dehyst.identification.fit import Score
+from dehyst.identification.regressors import Bank
+from dehyst.identification.scores import Part, inverse_miss, parts, predictions, round_trip, score
+from dehyst.models import HysteresisModel, StaticCurve
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What comparing a model with all samples gives.
+
+    Attributes
+    ----------
+    recordings, outputs, demands
+        The data, the model's output and what its inverse asks for, (T,) for each recording.
+    train_masks, test_masks
+        Which samples were fitted and held out.
+    train, test, static_train, static_test
+        Scores of the model and of the curve.
+    round_trip
+        Of model and inverse, relative to the ranges.
+    inverse_miss
+        RMS of the input asked for less the input applied, share of the input's range.
+    beyond
+        How far the held-out input leaves what was fitted, share of the range.
+    levels_apart
+        Largest difference of the mean residuals of two recordings. [output]
+    rate
+        Share of the error that the rate explains, and its size in percent of range, or None.
+    drift
+        Change of the residual from the first to the last cycle, and its standard error. [output]
+    """
+
+    recordings: tuple[Recording, ...]
+    outputs: tuple[Array, ...]
+    demands: tuple[Array, ...]
+    train_masks: tuple[Mask, ...]
+    test_masks: tuple[Mask, ...]
+    train: Score
+    test: Score | None
+    static_train: Score
+    static_test: Score | None
+    round_trip: float
+    inverse_miss: float
+    beyond: float
+    levels_apart: float
+    rate: tuple[float, float | None]
+    drift: tuple[float, float]
+
+
+class Measure(Protocol):
+    """Compares a model and a curve with all samples of a data set."""
+
+    def __call__(
+        self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int
+    ) -> Measured:
+        """Return scores and what the residuals say; `turns` is the number of turning points of the fitted part."""
+        ...
+
+
+def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
+    """Compare with recordings in memory."""
+
+    def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        fitted, held_out = parts(records, data, bank.initial_state)
+        outputs, demands = predictions(records, data, bank, model)
+        curves = tuple(static.simulate(record.input) for record in records)
+        train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
+        static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
+        if train is None or static_train is None:
+            raise AssertionError("no training samples")  # the caller has checked
+        # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
+        better = outputs if train.rmse <= static_train.rmse else curves
+        change = (0.0, 0.0)
+        if len(records[0]) > 8:
+            change = facts.drift(records[0].input, better[0] - records[0].output)
+        return Measured(
+            recordings=records,
+            outputs=outputs,
+            demands=demands,
+            train_masks=tuple(fitted.mask(index, len(record)) for index, record in enumerate(records)),
+            test_masks=tuple(held_out.mask(index, len(record)) for index, record in enumerate(records)),
+            train=train,
+            test=test,
+            static_train=static_train,
+            static_test=static_test,
+            round_trip=round_trip(model, records[0].input),
+            inverse_miss=inverse_miss(records, demands, fitted if test is None else held_out),
+            beyond=_beyond_training(records, held_out, data),
+            levels_apart=_levels_apart(records, outputs, fitted),
+            rate=_rate(records, better, fitted, held_out, turns, data.output_range),
+            drift=change,
+        )
+
+    return measure
+
+
+def _rate(
+    records: tuple[Recording, ...],
+    outputs: tuple[Array, ...],
+    fitted: Part,
+    held_out: Part,
+    turns: int,
+    output_range: float,
+) -> tuple[float, float | None]:
+    """Share of the error that the rate explains, and its size in percent of range, in the first timed recording."""
+    for index, record in enumerate(records):
+        if record.time is None or len(record.pieces) > 1:
+            continue
+        rows = facts.thinned(len(record), turns)
+        usable = fitted.mask(index, len(record))[rows] | held_out.mask(index, len(record))[rows]
+        time, x, y, predicted = record.time[rows], record.input[rows], record.output[rows], outputs[index][rows]
+        share = facts.rate_share(time, x, y, predicted, usable)
+        error = float(np.sqrt(np.mean((y - predicted)[usable] ** 2)))
+        return share, 100.0 * error * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
+    return 0.0, None
+
+
+def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
+    """Largest difference of the mean residuals of two recordings. [output]"""
+    if len(records) < 2:
+        return 0.0
+    measured = [record.output for record in records]
+    found = [part.moments(measured, outputs, index) for index in range(len(records))]
+    levels = [about.mean for about in found if about.count]
+    return max(levels) - min(levels)
+
+
+def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) -> float:
+    """How far the held-out input leaves [-1, 1] scaled, share of the range."""
+    if not part:
+        return 0.0
+    inputs = [record.input for record in records]
+    middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
+    return 0.5 * max(0.0, part.moments(inputs, middle).largest / data.half_range - 1.0)
