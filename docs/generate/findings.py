@@ -182,6 +182,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "across the gap, or the gap is longer than half a loop, the memory counts as unknown after it.",
             "Cut with `--from` and `--to` if one side is enough.",
         ),
+        "streamed": (
+            "The log was read in chunks because it is large, or because `--stream` said so. What needs the whole log "
+            "at once was not done: outliers stay in, angles are not unwrapped, rows are not sorted.",
+            "None, if the log is clean. Otherwise clean it, or identify a part that fits into memory.",
+        ),
         "two-clocks": (
             "Input and output were logged on different clocks (or in turns: fewer than "
             "{TOGETHER:%} of the rows hold both). The output was interpolated at the input's stamps.",

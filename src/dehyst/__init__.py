@@ -28,9 +28,12 @@ if TYPE_CHECKING:
     from dehyst.identification import Fit as Fit
     from dehyst.identification import identify as identify
     from dehyst.identification import identify_paper as identify_paper
+    from dehyst.identification.stream import Progress as Progress
+    from dehyst.identification.stream import identify_stream as identify_stream
     from dehyst.io import inspect_log as inspect_log
     from dehyst.io import read_log as read_log
     from dehyst.io import read_signal as read_signal
+    from dehyst.io.chunks import open_chunks as open_chunks
     from dehyst.models import HysteresisModel as HysteresisModel
     from dehyst.models import ModifiedPrandtlIshlinskii as ModifiedPrandtlIshlinskii
     from dehyst.models import MonotoneMap as MonotoneMap
@@ -64,6 +67,7 @@ _HOME = {
     "ModifiedPrandtlIshlinskii": "dehyst.models",
     "MonotoneMap": "dehyst.models",
     "PrandtlIshlinskii": "dehyst.models",
+    "Progress": "dehyst.identification.stream",
     "Recording": "dehyst.recording",
     "Reference": "dehyst.plant",
     "Reproduction": "dehyst.experiments.results",
@@ -76,9 +80,11 @@ _HOME = {
     "identify": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",
     "identify_paper": "dehyst.identification",
+    "identify_stream": "dehyst.identification.stream",
     "inspect_log": "dehyst.io",
     "load_model": "dehyst.models",
     "load_robot": "dehyst.plant",
+    "open_chunks": "dehyst.io.chunks",
     "plan_path": "dehyst.experiments.path",
     "read_log": "dehyst.io",
     "read_signal": "dehyst.io",

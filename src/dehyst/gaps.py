@@ -36,7 +36,7 @@ def gap_limit(step: npt.ArrayLike) -> float:
     limit = max(GAP_MEDIANS * float(np.median(steps)), GAP_SAMPLES * usual)
     if np.mean(steps > limit) > 0.05:
         limit = GAP_MEDIANS * float(np.percentile(steps, 95))
-    return limit
+    return float(limit)
 
 
 def memory_lost(step: Array, moved: Array, span: float, measured: float, swings: int) -> npt.NDArray[np.bool_]:

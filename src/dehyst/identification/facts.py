@@ -149,6 +149,15 @@ def thinned(size: int, turns: int) -> slice:
     return slice(0, min(size, step * ENOUGH), step)
 
 
+def rate_dependence(
+    time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_], output_range: float
+) -> tuple[float, float]:
+    """Share of a prediction's error that the rate explains, and its size in percent of the output's range."""
+    share = rate_share(time, x, y, predicted, usable)
+    error = float(np.sqrt(np.mean((y - predicted)[usable] ** 2)))
+    return share, 100.0 * error * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
+
+
 def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_]) -> float:
     """Share of a prediction's RMS error that the rate of the input takes away on samples that were not fitted.
 

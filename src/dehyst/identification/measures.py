@@ -66,9 +66,7 @@ class Measured:
 class Measure(Protocol):
     """Compares a model and a curve with all samples of a data set."""
 
-    def __call__(
-        self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int
-    ) -> Measured:
+    def __call__(self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
         """Return scores and what the residuals say; `turns` is the number of turning points of the fitted part."""
         ...
 
@@ -125,9 +123,7 @@ def _rate(
         rows = facts.thinned(len(record), turns)
         usable = fitted.mask(index, len(record))[rows] | held_out.mask(index, len(record))[rows]
         time, x, y, predicted = record.time[rows], record.input[rows], record.output[rows], outputs[index][rows]
-        share = facts.rate_share(time, x, y, predicted, usable)
-        error = float(np.sqrt(np.mean((y - predicted)[usable] ** 2)))
-        return share, 100.0 * error * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
+        return facts.rate_dependence(time, x, y, predicted, usable, output_range)
     return 0.0, None
 
 

@@ -29,24 +29,29 @@ class Outline:
         Samples added.
     size
         Samples of a bucket; the last one may hold fewer.
+    origin
+        x and y of the first sample, which sums are taken from.
     """
 
+    samples: int = 0
+    size: int = 1
+    origin: tuple[float, float] = (0.0, 0.0)
+
     def __init__(self, most: int = MOST) -> None:
-        self.samples, self.size, self._most = 0, 1, most
+        self._most = most
         self._rows = np.zeros((0, 5, 4))
         self._sums = np.zeros((0, SUMS))
         self._new: list[tuple[Array, Array]] = []
         self._count = 0
         self._tail: list[tuple[Array, Array]] = []  # parts of a bucket that is larger than a block
         self._filled = 0
-        self._origin = (0.0, 0.0)
         self._last = np.zeros(4)
         self._whole: tuple[int, tuple[Array, Array]] | None = None
 
     def add(self, time: Array | None, x: Array, y: Array) -> None:
         """Add samples; all calls but the last one with the same number, a power of two."""
         if self.samples == 0:
-            self._origin = float(x[0]), float(y[0])
+            self.origin = float(x[0]), float(y[0])
         begin, self.samples = self.samples, self.samples + x.size
         clock = np.full(1, np.nan) if time is None else time
         self._last = np.array([begin + x.size - 1, x[-1], y[-1], clock[-1]])
@@ -86,7 +91,7 @@ class Outline:
         rows[:, :, PLACE] = begin + places
         rows[:, :, X], rows[:, :, Y] = x[places], y[places]
         rows[:, :, TIME] = np.nan if time is None else time[offset + places]
-        dx, dy = xs - self._origin[0], ys - self._origin[1]
+        dx, dy = xs - self.origin[0], ys - self.origin[1]
         sums = np.empty((count, SUMS))
         sums[:, 0] = step
         sums[:, 1], sums[:, 2] = dx.sum(axis=1), dy.sum(axis=1)
@@ -127,7 +132,7 @@ class Outline:
         sums = self._all()[1]
         ends = np.cumsum(sums[:, 0])
         count = int(np.searchsorted(ends, stop, side="right"))
-        return sums[:count].sum(axis=0), self._origin, int(ends[count - 1]) if count else 0
+        return sums[:count].sum(axis=0), self.origin, int(ends[count - 1]) if count else 0
 
     def first_beyond(self, bound: float, below: bool, start: int) -> int:
         """Begin of the first bucket that ends after sample `start` and reaches a bound of x; `samples` if none does."""

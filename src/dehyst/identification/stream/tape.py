@@ -62,8 +62,12 @@ class Tape:
         Passes begun.
     """
 
+    samples: int = 0
+    has_time: bool = False
+    passes: int = 0
+
     def __init__(self, source: Source, name: str, watch: Watch, copied: bool, folder: str | None = None) -> None:
-        self.name, self.samples, self.has_time, self.passes = name, 0, False, 0
+        self.name = name
         self._source, self._watch, self._copied, self._folder = source, watch, copied, folder
         self._spool: Spool | None = None
         self._mark = 0

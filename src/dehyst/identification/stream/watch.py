@@ -23,6 +23,12 @@ class Progress:
         Which stage it is, from 1 on, and how many there are.
     done, total
         Bytes of the log in this stage, or samples where the log does not tell bytes; total is 0 where it is unknown.
+
+    Examples
+    --------
+    >>> now = Progress("summing", 4, 7, 5e8, 1e9)
+    >>> f"{now.stage}, step {now.number} of {now.of}: {now.done / now.total:.0%}"
+    'summing, step 4 of 7: 50%'
     """
 
     stage: str

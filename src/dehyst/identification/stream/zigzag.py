@@ -14,12 +14,19 @@ from dehyst.loops import turning_points
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
-# Columns of what is kept of a sample: its number, its value, and a number that the caller attached.
-PLACE, VALUE, TAG = range(3)
+# Columns of what is kept of a sample: its number, its value, and from there on what the caller attached to it.
+PLACE, VALUE, TAGS = range(3)
 
 
 class Zigzag:
     """Turning points by swings larger than `swing`.
+
+    Parameters
+    ----------
+    swing
+        Smallest swing that counts, > 0.
+    tags
+        Number of values that are attached to each sample.
 
     Attributes
     ----------
@@ -30,21 +37,25 @@ class Zigzag:
     --------
     >>> zigzag = Zigzag(0.5)
     >>> [zigzag.add(0, np.array([0.0, 1.0, 0.0])).tolist(), zigzag.add(3, np.array([0.2, 1.0])).tolist()]
-    [[[1.0, 1.0, 0.0]], [[2.0, 0.0, 0.0]]]
+    [[[1.0, 1.0]], [[2.0, 0.0]]]
     """
 
-    def __init__(self, swing: float) -> None:
-        self._swing = swing
-        self._carry = np.zeros((0, 3))
-        self.inner = 0
+    inner: int = 0
 
-    def add(self, begin: int, x: Array, tag: Array | None = None) -> Array:
-        """Add the samples from number `begin` on; return the inner turning points that are certain now, (m, 3)."""
+    def __init__(self, swing: float, tags: int = 0) -> None:
+        self._swing = swing
+        self._carry = np.zeros((0, TAGS + tags))
+
+    def add(self, begin: int, x: Array, tags: Array | None = None) -> Array:
+        """Add the samples from number `begin` on, with their tags, (tags, K).
+
+        Returns the inner turning points that are certain now, (m, 2 + tags).
+        """
         kept = self._candidates(x)
-        rows = np.zeros((kept.size, 3))
+        rows = np.empty((kept.size, self._carry.shape[1]))
         rows[:, PLACE], rows[:, VALUE] = begin + kept, x[kept]
-        if tag is not None:
-            rows[:, TAG] = tag[kept]
+        if tags is not None:
+            rows[:, TAGS:] = tags[:, kept].T
         rows = np.concatenate([self._carry, rows])
         points = turning_points(rows[:, VALUE], self._swing)[1:-1]
         self.inner += points.size

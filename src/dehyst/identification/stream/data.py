@@ -1,0 +1,138 @@
+"""Logs as one data set whose samples are read as they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.data import (
+    DataSet,
+    Piece,
+    check_fraction,
+    clear_trend,
+    middle,
+    split_of,
+    trend_of_increments,
+)
+from dehyst.identification.facts import Branches, shares, spread
+from dehyst.identification.memory import VISITED
+from dehyst.identification.stream.column import INPUT, OUTPUT, Column
+from dehyst.identification.stream.log import Log, spans
+from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
+
+# Swings that count, of the scaled input: a twentieth of its range.
+SWING = 0.1
+
+
+def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
+    """Split, scale and cut logs into pieces, as `dehyst.identification.data.prepare` does with recordings."""
+    check_fraction(train_fraction)
+    splits = [split_of(log.samples, train_fraction) for log in logs]
+    center, half = middle(logs[0].recording, _range(logs, splits, INPUT), "input", train_fraction)
+    level, amplitude = middle(logs[0].recording, _range(logs, splits, OUTPUT), "output", train_fraction)
+    trend = clear_trend(_moments(logs, splits)) or _trend(logs, splits, half)
+    pieces = []
+    for index, (log, split) in enumerate(zip(logs, splits, strict=True)):
+        for order, span in enumerate(log.pieces):
+            size = span.stop - span.start
+            x = Column(log.reader, INPUT, span.start, size, center, half)
+            y = Column(log.reader, OUTPUT, span.start, size, level, trend * amplitude)
+            inside = min(max(split - span.start, 0), size)
+            pieces.append(Piece(x, y, index, span.start, inside, _known_from(log, span, center, half), order > 0))
+    low, high = _range(logs, [log.samples for log in logs], OUTPUT)
+    return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
+
+
+def _range(logs: Sequence[Log], ends: Sequence[int], signal: int) -> tuple[float, float]:
+    found = [log.reader.extremes(0, end, signal) for log, end in zip(logs, ends, strict=True)]
+    return min(low for low, _ in found), max(high for _, high in found)
+
+
+def _moments(logs: Sequence[Log], splits: Sequence[int]) -> Array:
+    """Sums (count, x, y, xx, yy, xy) over the fitted samples, of differences from the first sample of all."""
+    total, origin = np.zeros(6), logs[0].reader.outline.origin
+    for log, split in zip(logs, splits, strict=True):
+        sums, (x0, y0), end = log.reader.outline.moments(split)
+        dx, dy = x0 - origin[0], y0 - origin[1]
+        count, x, y, xx, yy, xy = sums.tolist()
+        total += np.array(
+            [
+                count,
+                x + count * dx,
+                y + count * dy,
+                xx + 2 * dx * x + count * dx * dx,
+                yy + 2 * dy * y + count * dy * dy,
+                xy + dx * y + dy * x + count * dx * dy,
+            ]
+        )
+        for part in spans(end, split):
+            a = log.reader.read(part.start, part.stop, INPUT) - origin[0]
+            b = log.reader.read(part.start, part.stop, OUTPUT) - origin[1]
+            total += np.array([a.size, a.sum(), b.sum(), a @ a, b @ b, a @ b])
+    return total
+
+
+def _trend(logs: Sequence[Log], splits: Sequence[int], half: float) -> int:
+    """Trend by increments, over the fitted samples of all logs one after the other."""
+    begins = np.concatenate([[0], np.cumsum(splits)])
+
+    def part_of(part: slice, signal: int) -> Array:
+        found = []
+        for log, begin, split in zip(logs, begins.tolist(), splits, strict=False):
+            low, high = max(part.start - begin, 0), min(part.stop - begin, split)
+            found.append(log.reader.read(low, max(low, high), signal))
+        return np.concatenate(found)
+
+    return trend_of_increments(lambda part: (part_of(part, INPUT), part_of(part, OUTPUT)), int(begins[-1]), half)
+
+
+def _known_from(log: Log, span: slice, center: float, half: float) -> int:
+    """Where both extremes of a piece were visited, as `dehyst.identification.memory.known_from` finds it."""
+    bound = center + half * (1.0 - 2.0 * VISITED), center - half * (1.0 - 2.0 * VISITED)
+    low = log.reader.first_beyond(bound[1], True, span.start, span.stop)
+    high = log.reader.first_beyond(bound[0], False, span.start, span.stop)
+    return max(low, high) - int(span.start)
+
+
+def branches(data: DataSet) -> tuple[Branches, ...]:
+    """Fitted samples of each piece on rising and falling branches, as `dehyst.identification.facts.branches`."""
+    return tuple(_branches(piece, most) for piece, most in zip(data.pieces, shares(data), strict=True))
+
+
+def _first_branch(piece: Piece) -> int:
+    """First turning point of the fitted part, 0 if there is only one."""
+    zigzag, first = Zigzag(SWING), 0
+    for part in spans(0, piece.split):
+        points = zigzag.add(part.start, piece.x[part])
+        if points.size and not first:
+            first = int(points[0, PLACE])
+        if zigzag.inner > 1:
+            return first
+    return 0
+
+
+def _branches(piece: Piece, most: int) -> Branches:
+    rows = spread(_first_branch(piece) if most else 0, piece.split, most)
+    x, y, falling = np.empty(rows.size), np.empty(rows.size), np.zeros(rows.size, dtype=np.bool_)
+    zigzag, told = Zigzag(SWING), 0
+    before = np.zeros((1, 2))
+    for part in spans(0, piece.split):
+        signal = piece.x[part]
+        if part.start == 0:
+            before[0, VALUE] = signal[0]
+        low, high = np.searchsorted(rows, [part.start, part.stop])
+        x[low:high], y[low:high] = signal[rows[low:high] - part.start], piece.y[part][rows[low:high] - part.start]
+        found = zigzag.add(part.start, signal)
+        if part.stop == piece.split:
+            found = np.concatenate([found, [[part.stop - 1.0, signal[-1]]]])
+        points = np.concatenate([before, found])
+        end = int(np.searchsorted(rows, points[-1, PLACE]))
+        branch = np.searchsorted(points[:, PLACE], rows[told:end], side="right")
+        falling[told:end] = points[branch, VALUE] <= points[branch - 1, VALUE]
+        told, before = end, points[-1:]
+    return Branches(x, y, None, falling, zigzag.inner)

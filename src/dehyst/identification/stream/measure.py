@@ -1,0 +1,259 @@
+"""Model and curve compared with all samples of logs, in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification import facts
+from dehyst.identification.data import DataSet, Piece, chunks
+from dehyst.identification.fit import Score
+from dehyst.identification.measures import Measure, Measured
+from dehyst.identification.regressors import Bank
+from dehyst.identification.scores import Moments, score_of, thresholds_of
+from dehyst.identification.stream.column import INPUT, OUTPUT, TIME
+from dehyst.identification.stream.cycles import Cycles
+from dehyst.identification.stream.log import Log
+from dehyst.loops import TURN_FRACTION
+from dehyst.models import HysteresisModel, StaticCurve
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+# Which samples a part of a piece belongs to.
+NEITHER, FITTED, HELD_OUT = range(3)
+
+
+class Simulator(Protocol):
+    """Steppers, which continue from where they are."""
+
+    def simulate(self, x: Array) -> tuple[Array, int]:
+        """Outputs and the number of rejected samples."""
+        ...
+
+
+@dataclass
+class Sum:
+    """Moments of a signal, added up part by part."""
+
+    count: int = 0
+    first: float = 0.0
+    second: float = 0.0
+    largest: float = 0.0
+
+    def add(self, values: Array) -> None:
+        """Add samples."""
+        self.count += values.size
+        self.first += float(np.sum(values))
+        self.second += float(values @ values)
+        self.largest = max(self.largest, float(np.max(values)), -float(np.min(values)))
+
+    @property
+    def moments(self) -> Moments:
+        """Mean, mean square and largest size."""
+        count = max(self.count, 1)
+        return Moments(float(self.count), self.first / count, self.second / count, self.largest)
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation."""
+        about = self.moments
+        return float(np.sqrt(max(about.square - about.mean**2, 0.0)))
+
+
+@dataclass
+class Errors:
+    """Sums over the fitted or the held-out samples."""
+
+    model: Sum = field(default_factory=Sum)
+    curve: Sum = field(default_factory=Sum)
+    asked: Sum = field(default_factory=Sum)  # input asked for less the input applied
+    output: Sum = field(default_factory=Sum)  # less its mid-range
+    excursion: Sum = field(default_factory=Sum)  # input less its centre
+
+    def scores(self, output_range: float) -> tuple[Score, Score] | None:
+        """Scores of model and curve; None if there are no samples."""
+        if self.model.count == 0:
+            return None
+        spread = self.output.deviation
+        return score_of(self.model.moments, spread, output_range), score_of(self.curve.moments, spread, output_range)
+
+
+@dataclass
+class RoundTrip:
+    """Inverse after model and model after inverse, over the first log."""
+
+    model: Simulator
+    inverse: Simulator
+    again: Simulator
+    farthest: float = 0.0
+    miss: float = 0.0
+    low: float = np.inf
+    high: float = -np.inf
+
+    def add(self, x: Array) -> None:
+        """Add samples of the input."""
+        y = self.model.simulate(x)[0]
+        back = self.inverse.simulate(y)[0]
+        again = self.again.simulate(back)[0]
+        self.farthest = max(self.farthest, float(np.max(np.abs(back - x))))
+        self.miss = max(self.miss, float(np.max(np.abs(again - y))))
+        self.low, self.high = min(self.low, float(np.min(y))), max(self.high, float(np.max(y)))
+
+    def result(self, input_range: float) -> float:
+        """Larger of the two, relative to the ranges."""
+        return max(self.farthest / max(input_range, 1e-300), self.miss / max(self.high - self.low, 1e-300))
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Values at some samples of a log, filled as they come by."""
+
+    places: Rows
+    values: Array  # (signals, m)
+
+    def put(self, begin: int, end: int, signals: Sequence[Array]) -> None:
+        """Take what is wanted of the samples from `begin` to `end`."""
+        low, high = np.searchsorted(self.places, [begin, end])
+        inside = self.places[low:high] - begin
+        for row, signal in zip(self.values, signals, strict=True):
+            row[low:high] = signal[inside]
+
+
+def measure_streamed(logs: Sequence[Log], entering: Callable[[str], object]) -> Measure:
+    """Compare with logs that are not in memory."""
+
+    def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        entering("scoring")
+        return _Comparison(logs, data, bank, model, static, turns).run()
+
+    return measure
+
+
+class _Comparison:
+    def __init__(
+        self,
+        logs: Sequence[Log],
+        data: DataSet,
+        bank: Bank,
+        model: HysteresisModel,
+        static: StaticCurve,
+        turns: int,
+    ) -> None:
+        self.logs, self.data, self.bank, self.model, self.static = logs, data, bank, model, static
+        self.parts = {NEITHER: Errors(), FITTED: Errors(), HELD_OUT: Errors()}
+        self.levels = [Sum() for _ in logs]
+        self.kept = [Kept(log.places, np.empty((2, log.places.size))) for log in logs]
+        # Rate dependence is looked for in the first log with time and without breaks.
+        timed = [k for k, log in enumerate(logs) if log.reader.tape.has_time and not log.gaps.breaks]
+        self.timed = timed[0] if timed else -1
+        if timed:
+            chosen = facts.thinned(logs[timed[0]].samples, turns)
+            rows = np.arange(chosen.start, chosen.stop, chosen.step, dtype=np.int64)
+            self.rated = Kept(rows, np.empty((6, rows.size)))
+        low, high = logs[0].reader.extremes(0, logs[0].samples, INPUT)
+        self.trip = RoundTrip(model.stepper("dense"), model.inverse().stepper("dense"), model.stepper("dense"))
+        self.cycles = Cycles(TURN_FRACTION * (high - low), 2)
+        self.first_range = high - low
+
+    def run(self) -> Measured:
+        for index, log in enumerate(self.logs):
+            log.reader.restart(clock=index == self.timed)
+            for k, piece in enumerate(self.data.pieces):
+                if piece.recording == index:
+                    self._piece(log, piece, self.bank.states[k])
+        return self._result()
+
+    def _piece(self, log: Log, piece: Piece, state: Array) -> None:
+        kept = np.searchsorted(self.bank.thresholds * self.data.half_range, thresholds_of(self.model))
+        started = self.model.with_state(state[kept] * self.data.half_range)
+        simulate, ask = started.stepper("dense"), started.inverse().stepper("dense")
+        for kind, part in _parts(piece, self.bank.initial_state):
+            begin, end = piece.start + part.start, piece.start + part.stop
+            x, y = log.reader.read(begin, end, INPUT), log.reader.read(begin, end, OUTPUT)
+            output, asked, curve = simulate.simulate(x)[0], ask.simulate(y)[0], self.static.simulate(x)
+            self._add(self.parts[kind], x, y, output, asked, curve)
+            if kind == FITTED:
+                self.levels[piece.recording].add(y - output)
+            self.kept[piece.recording].put(begin, end, (output, asked))
+            if piece.recording == self.timed:
+                usable = np.full(x.size, float(kind != NEITHER))
+                time = log.reader.read(begin, end, TIME)
+                self.rated.put(begin, end, (time, x, y, output, curve, usable))
+            if piece.recording == 0:
+                self.trip.add(x)
+                self.cycles.add(begin, x, np.array([output - y, curve - y]))
+
+    def _add(self, errors: Errors, x: Array, y: Array, output: Array, asked: Array, curve: Array) -> None:
+        errors.model.add(output - y)
+        errors.curve.add(curve - y)
+        errors.asked.add(asked - x)
+        errors.output.add(y - self.data.level)
+        errors.excursion.add(x - self.data.center)
+
+    def _result(self) -> Measured:
+        data, fitted, held_out = self.data, self.parts[FITTED], self.parts[HELD_OUT]
+        train, test = fitted.scores(data.output_range), held_out.scores(data.output_range)
+        if train is None:
+            raise AssertionError("no training samples")  # the caller has checked
+        # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
+        better = 0 if train[0].rmse <= train[1].rmse else 1
+        found = [log.reader.extremes(0, log.samples, INPUT) for log in self.logs]
+        span = max(high for _, high in found) - min(low for low, _ in found)
+        scored = held_out if test else fitted
+        levels = [part.moments.mean for part in self.levels if part.count]
+        beyond = held_out.excursion.largest / data.half_range - 1.0
+        train_masks, test_masks = (tuple(self._masks(kind)) for kind in (FITTED, HELD_OUT))
+        return Measured(
+            recordings=tuple(log.recording for log in self.logs),
+            outputs=tuple(kept.values[0] for kept in self.kept),
+            demands=tuple(kept.values[1] for kept in self.kept),
+            train_masks=train_masks,
+            test_masks=test_masks,
+            train=train[0],
+            test=test[0] if test else None,
+            static_train=train[1],
+            static_test=test[1] if test else None,
+            round_trip=self.trip.result(self.first_range),
+            inverse_miss=scored.asked.moments.rms / span,
+            beyond=0.5 * max(0.0, beyond),
+            levels_apart=max(levels) - min(levels) if len(levels) > 1 else 0.0,
+            rate=self._rate(better),
+            drift=self.cycles.drift(better) if self.logs[0].samples > 8 else (0.0, 0.0),
+        )
+
+    def _rate(self, better: int) -> tuple[float, float | None]:
+        if self.timed < 0:
+            return 0.0, None
+        time, x, y = self.rated.values[:3]
+        return facts.rate_dependence(
+            time, x, y, self.rated.values[3 + better], self.rated.values[5] > 0.0, self.data.output_range
+        )
+
+    def _masks(self, kind: int) -> Iterator[Mask]:
+        for index, log in enumerate(self.logs):
+            mask = np.zeros(log.places.size, dtype=np.bool_)
+            for piece in self.data.pieces:
+                if piece.recording == index:
+                    span = (piece.fitted if kind == FITTED else piece.held_out)(self.bank.initial_state)
+                    low, high = np.searchsorted(log.places, [piece.start + span.start, piece.start + span.stop])
+                    mask[low:high] = True
+            yield mask
+
+
+def _parts(piece: Piece, initial_state: str) -> Iterator[tuple[int, slice]]:
+    """All samples of a piece in parts, and which they belong to; cut as the spans of recordings in memory are."""
+    fitted, held_out = piece.fitted(initial_state), piece.held_out(initial_state)
+    for kind, span in (
+        (NEITHER, slice(0, min(fitted.start, piece.x.size))),
+        (FITTED, fitted),
+        (NEITHER, slice(fitted.stop, held_out.start)),
+        (HELD_OUT, held_out),
+    ):
+        for part in chunks(span):
+            yield kind, part

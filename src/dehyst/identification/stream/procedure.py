@@ -1,0 +1,140 @@
+"""identify_stream(): from logs of any length to a fitted, certified model, in memory that does not grow with them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy.typing as npt
+from threadpoolctl import threadpool_limits
+
+from dehyst.errors import ParameterError
+from dehyst.findings import Finding
+from dehyst.identification.fit import Fit
+from dehyst.identification.procedure import Call, solve
+from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings
+from dehyst.identification.stream.data import branches, prepare
+from dehyst.identification.stream.log import Log, read
+from dehyst.identification.stream.measure import measure_streamed
+from dehyst.identification.stream.source import Source
+from dehyst.identification.stream.tape import Tape
+from dehyst.identification.stream.watch import Progress, Watch
+from dehyst.models.arrays import parameter_number
+
+
+def identify_stream(
+    sources: Source | Sequence[Source],
+    family: str = "auto",
+    *,
+    n: int = PAPER_OPERATORS,
+    eps: float = PAPER_EPS,
+    thresholds: npt.ArrayLike | None = None,
+    initial_state: str = "auto",
+    train_fraction: float = 0.5,
+    progress: Callable[[Progress], object] | None = None,
+    copy: bool | None = None,
+    spool_dir: str | os.PathLike[str] | None = None,
+) -> Fit:
+    """Identify a hysteresis model from logs that need not fit into memory.
+
+    The same program, choice of family and scores as `identify`, over all samples, in several passes. Memory does not
+    depend on the length of the logs.
+
+    Parameters
+    ----------
+    sources
+        One log in chunks, as `dehyst.open_chunks` gives it, or a list of them.
+    family, n, eps, thresholds, initial_state, train_fraction
+        As for `identify`.
+    progress
+        Called with a `Progress` again and again: stage, and how much of it is done.
+    copy
+        Whether a temporary copy of 16 bytes a sample (24 with time) is made while a log is read for the first time,
+        because reading it again would be slow. By default if the source says that it is ``costly``: text, MCAP.
+    spool_dir
+        Folder of that copy; by default the system's for temporary files.
+
+    Returns
+    -------
+    fit : Fit
+        As of `identify`. Its recordings hold the rows that stand for the whole log: those where input or output are
+        extreme within buckets, about 160 000 at most; predictions and masks are given at these. Scores, certificate
+        and findings are of all samples; ``recording.samples`` tells how many there were.
+
+    Raises
+    ------
+    ParameterError, ExcitationError, IdentificationError
+        As `identify`.
+    LogError
+        If a log changes while it is read, or a chunk is none.
+    OutputError
+        If there is no room for the temporary copy.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> class Sine:
+    ...     def __iter__(self):
+    ...         for k in range(10):
+    ...             x = np.sin(0.01 * np.arange(1000 * k, 1000 * (k + 1)))
+    ...             yield None, x, 2 * x
+    >>> fit = identify_stream(Sine(), family="pi")
+    >>> fit.recordings[0].samples, round(float(fit.model.weights[0]), 9)
+    (10000, 2.0)
+    """
+    listed = _sources(sources)
+    given = check_settings(family, n, eps, thresholds, initial_state)
+    fraction = parameter_number(train_fraction, "train_fraction")
+    operators = int(n) if given is None else given.size
+    call = Call(family, operators, float(eps), given, initial_state, fraction)
+    watch = Watch(progress)
+    folder = None if spool_dir is None else os.fspath(spool_dir)
+    tapes = [
+        Tape(source, str(getattr(source, "name", "log")), watch, _costly(source) if copy is None else copy, folder)
+        for source in listed
+    ]
+    try:
+        # As for recordings in memory: the threads of BLAS would wait for each other.
+        with threadpool_limits(limits=1, user_api="blas"):
+            watch.begin("reading")
+            logs = [_noted(read(source, tape)) for source, tape in zip(listed, tapes, strict=True)]
+            check_recordings([log.recording for log in logs])
+            return _identify(call, logs, watch)
+    finally:
+        for tape in tapes:
+            tape.close()
+
+
+def _identify(call: Call, logs: list[Log], watch: Watch) -> Fit:
+    data = prepare(logs, call.train_fraction)
+    watch.begin("looking")
+    found = branches(data)
+    return solve(call, logs[0].recording, data, found, measure_streamed(logs, watch.begin), watch.begin)
+
+
+def _sources(sources: Source | Sequence[Source]) -> list[Source]:
+    listed: list[Any] = list(sources) if isinstance(sources, (list, tuple)) else [sources]
+    if not listed or not all(isinstance(source, Source) and not hasattr(source, "__next__") for source in listed):
+        raise ParameterError(
+            "identify_stream() takes a log in chunks that can be read several times, or a list of such logs: "
+            "dehyst.open_chunks(path, input=..., output=...), or an object whose __iter__ begins anew and yields "
+            "(time or None, x, y). A generator can be read only once."
+        )
+    return listed
+
+
+def _costly(source: Source) -> bool:
+    return bool(getattr(source, "costly", False))
+
+
+def _noted(log: Log) -> Log:
+    """The log with a finding that tells how it was read."""
+    note = Finding(
+        "streamed",
+        f"{log.recording.name} was read in chunks, {log.samples} samples: outliers stay in, angles are not unwrapped, "
+        f"rows are not sorted. Figures show {log.places.size} samples, the extreme ones among them; scores are of all. "
+        f"Nothing to do if the log is clean; otherwise clean it, or identify a part that fits into memory.",
+    )
+    return replace(log, recording=log.recording.with_findings(note))
