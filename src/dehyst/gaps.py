@@ -25,7 +25,7 @@ def gap_limit(step: npt.ArrayLike) -> float:
 
     Examples
     --------
-    >>> gap_limit([1.0, 1.0, 1.0, 9.0])
+    >>> gap_limit([1.0] * 30 + [9.0])
     5.0
     """
     steps = np.asarray(step, dtype=np.float64)
