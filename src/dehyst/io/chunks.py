@@ -173,6 +173,8 @@ class ChunkedLog:
         Bytes read so far in the present pass; `size` at its end.
     samples
         Samples given out in the present pass.
+    costly
+        Whether a pass takes much longer than reading the numbers from a binary file would.
     """
 
     __slots__ = (
@@ -218,6 +220,11 @@ class ChunkedLog:
         self._counting = counting(table, clock) if clock else (1.0, False)
         self._tally = Tally(table, columns)
         self._sha256 = ""
+
+    @property
+    def costly(self) -> bool:
+        """Whether a pass takes much longer than reading the numbers from a binary file would."""
+        return self._source.costly
 
     @property
     def input_label(self) -> str:

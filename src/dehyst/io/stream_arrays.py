@@ -57,6 +57,7 @@ class ArraySource:
         self.lengths: Mapping[str, int] = {}
         self._strands: dict[str, Strand] = {}
         self._archive = zipfile.is_zipfile(path)
+        self.costly = self._archive and _is_packed(path)
         found = Collector(path.name)
         kind = "NPZ archive" if self._archive else "NPY array"
         guard(path.name, kind, self.size, lambda: self._collect(found))
@@ -149,6 +150,11 @@ class ArraySource:
             if strand and stream:
                 stream.seek(strand.start)
             yield stream
+
+
+def _is_packed(path: Path) -> bool:
+    with zipfile.ZipFile(path) as archive:
+        return any(member.compress_type != zipfile.ZIP_STORED for member in archive.infolist())
 
 
 def _header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:

@@ -23,6 +23,8 @@ HEAD_MESSAGES = 20_000  # by which topics, fields and clocks are found
 class BagSource:
     """A .bag, .db3 or .mcap file."""
 
+    costly = True
+
     def __init__(self, path: Path) -> None:
         self.path, self.size = path, path.stat().st_size
         self.lengths: Mapping[str, int] = {}

@@ -19,6 +19,8 @@ from dehyst.io.table import Table
 class TableSource:
     """A .parquet or .feather file."""
 
+    costly = False
+
     def __init__(self, path: Path, head: bytes) -> None:
         self.path, self.size = path, path.stat().st_size
         self._polars: Any = optional("polars", "parquet", path.name)

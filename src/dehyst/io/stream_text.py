@@ -31,6 +31,8 @@ SHOWN = 4
 class TextSource:
     """A .csv .txt .tsv .dat file, also packed with gzip."""
 
+    costly = True
+
     def __init__(self, path: Path) -> None:
         self.path, self.size = path, path.stat().st_size
         self.lengths: Mapping[str, int] = {}

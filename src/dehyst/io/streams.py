@@ -41,11 +41,12 @@ class Source(Protocol):
     """A log on disk that is never in memory as a whole: its path and size in bytes.
 
     `lengths` is column -> number of its samples, where the file tells; columns of different lengths are on different
-    clocks.
+    clocks. `costly` tells whether a pass takes much longer than reading the numbers from a binary file would.
     """
 
     path: Path
     size: int
+    costly: bool
     lengths: Mapping[str, int]
 
     def head(self) -> Table:

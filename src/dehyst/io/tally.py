@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.io.clean import gap_limit
+from dehyst.gaps import gap_limit
 from dehyst.io.columns import MAX_NUMBERED_RUNS
 from dehyst.io.table import Array, Rows, Table, list_rows
 
@@ -48,7 +48,7 @@ class Tally:
         if time is None:
             return
         if self._limit is None:  # by the first chunk, as what a gap is cannot wait for the last one
-            self._limit = gap_limit(time) if time.size > 2 else np.inf
+            self._limit = gap_limit(np.diff(time)) if time.size > 2 else np.inf
         step = np.diff(time, prepend=self._time)
         self._time = float(time[-1])
         back, gaps = np.flatnonzero(step < 0), np.flatnonzero(step > self._limit)

@@ -31,6 +31,7 @@ class Reader:
         self._blocks: Iterator[Block] = iter(())
         self._next = tape.samples
         self._clock = False
+        self._extremes: dict[tuple[int, int, int], tuple[float, float]] = {}
         self._lock = Lock()
 
     def restart(self, clock: bool) -> None:
@@ -68,11 +69,14 @@ class Reader:
 
     def extremes(self, start: int, stop: int, signal: int) -> tuple[float, float]:
         """Least and largest value of the samples from `start` to `stop`: of whole buckets, and of the parts beside."""
+        if (start, stop, signal) in self._extremes:  # asked for again and again, and far from where a pass is
+            return self._extremes[start, stop, signal]
         low, high, begin, end = self.outline.extremes(start, stop, signal)
         for first, last in ((start, min(begin, stop)), (max(end, start), stop)) if begin < end else ((start, stop),):
             for position in range(first, last, BLOCK):
                 part = self.read(position, min(position + BLOCK, last), signal)
                 low, high = min(low, float(part.min())), max(high, float(part.max()))
+        self._extremes[start, stop, signal] = low, high
         return low, high
 
     def first_beyond(self, bound: float, below: bool, start: int, stop: int) -> int:
