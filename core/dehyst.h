@@ -124,8 +124,8 @@ typedef struct dehyst_stack_segment {
     dehyst_real turn;    /* e, [input] */
     dehyst_real rest;    /* sum of S_i cell_i from its last cell, which reaches into the segment below, on, [output] */
     dehyst_real loading; /* s phi of its last operator, [output] */
+    dehyst_real side;    /* s, +1 or -1; 0 for the floor */
     int32_t end;         /* one past its last operator */
-    int32_t rising;      /* 1: s = +1, 0: s = -1 */
 } dehyst_stack_segment;
 
 /* The caller owns it and the memory that the first five point to; n is that of dehyst_stack_model. */

@@ -67,10 +67,10 @@ static int32_t survivor(const dehyst_real *bound, int32_t top, dehyst_real reach
 {
     uint32_t left = 0; /* the answer lies in left .. left + count */
     uint32_t count = (uint32_t)top - 1u;
-    if (count == 0 || !(reach > bound[count])) {
+    if (!(reach > bound[count])) {
         return top - 1; /* nearly always, so it is asked first */
     }
-    --count;
+    --count; /* not the floor */
     while (count > 0) {
         const uint32_t half = (count + 1u) >> 1;
         left = reach > bound[left + half] ? left : left + half;
@@ -87,12 +87,14 @@ static int32_t first_held(const dehyst_stack_model *model, int32_t from, int32_t
     if (from >= last || !(reach > r[from])) {
         return from;
     }
-    uint32_t half = (uint32_t)model->half; /* largest power of two that is not above n */
-    uint32_t below = reach > r[half - 1u] ? (uint32_t)model->n + 1u - half : 0u; /* thresholds known to be below */
+    uintptr_t half = (uintptr_t)model->half;
+    const dehyst_real *at = reach > r[half - 1u] ? r + (model->n + 1 - model->half) : r; /* all before it are below */
     for (half >>= 1; half > 0; half >>= 1) {
-        below = reach > r[below + half - 1u] ? below + half : below;
+        const dehyst_real *probe = at + half;
+        at = reach > probe[-1] ? probe : at;
     }
-    return (int32_t)below < last ? (int32_t)below : last;
+    const int32_t found = (int32_t)(at - r);
+    return found < last ? found : last;
 }
 
 /* The same in the floor, whose operators held start_i before: taken while reach > s start_i + r_i. */
@@ -100,13 +102,13 @@ static int32_t first_held_floor(const dehyst_stack_model *model, const dehyst_re
                                 dehyst_real s, dehyst_real reach)
 {
     const dehyst_real *r = model->threshold;
-    uint32_t half = (uint32_t)model->half;
-    uint32_t taken = reach > s * start[half - 1u] + r[half - 1u] ? (uint32_t)model->n + 1u - half : 0u;
+    uintptr_t half = (uintptr_t)model->half;
+    uintptr_t at = reach > s * start[half - 1u] + r[half - 1u] ? (uintptr_t)(model->n + 1 - model->half) : 0u;
     for (half >>= 1; half > 0; half >>= 1) {
-        const uint32_t probe = taken + half - 1u;
-        taken = reach > s * start[probe] + r[probe] ? taken + half : taken;
+        const uintptr_t probe = at + half;
+        at = reach > s * start[probe - 1u] + r[probe - 1u] ? probe : at;
     }
-    return (int32_t)taken > from ? (int32_t)taken : from;
+    return (int32_t)at > from ? (int32_t)at : from;
 }
 
 /* Let a top segment hold the operators 0 .. end - 1 above segment `below`: z_i = x - s r_i. */
@@ -129,7 +131,7 @@ static inline void place(const dehyst_stack_model *model, dehyst_stack_state *st
         const dehyst_real e = s * q->turn;
         const dehyst_real phi = s * model->loading[end];
         state->pivot = q->turn;
-        if (q->rising == rising) {
+        if (q->side == s) {
             state->shift = s * (last - next);
             state->rest = q->rest + (q->loading - phi);
             ahead = e;
@@ -152,30 +154,38 @@ static inline void place(const dehyst_stack_model *model, dehyst_stack_state *st
     state->reach[1 - rising] = end > 1 ? -s * x : behind;
 }
 
-/* The top segment becomes segment `depth`: what a new one will lie on. */
-static inline void freeze(const dehyst_stack_model *model, dehyst_stack_state *state)
+/* The top segment, of direction s, becomes segment `depth`: what a new one will lie on. Its edge cell
+ * (e - pivot) - shift will be part of many sums, so it gets back what rounding took from the two differences (Knuth). */
+static inline void freeze(const dehyst_stack_model *model, dehyst_stack_state *state, dehyst_real s)
 {
     dehyst_stack_segment *q = &state->segment[state->depth];
+    const int32_t end = state->end;
     const dehyst_real e = state->input;
-    const dehyst_real diameter = 2 * model->threshold[state->end - 1];
+    const dehyst_real radius = model->threshold[end - 1];
+    const dehyst_real last = s * radius;
+    const dehyst_real next = q[-1].side * model->threshold[end]; /* pivot - next is where operator `end` stays */
+    const dehyst_real swing = e - state->pivot;
+    const dehyst_real from = swing - e;
+    const dehyst_real part = state->shift - last;
+    const dehyst_real lost = ((e - (swing - from)) - (state->pivot + from)) -
+                             ((last - (state->shift - part)) - (next + part));
     q->turn = e;
-    q->rest = state->rest + state->slope * ((e - state->pivot) - state->shift);
+    q->rest = state->rest + state->slope * ((swing - state->shift) + lost);
     q->loading = state->loading;
-    q->end = state->end;
-    q->rising = state->rising;
-    state->bound[0][state->depth] = state->rising ? diameter - e : -e;
-    state->bound[1][state->depth] = state->rising ? e : diameter + e;
+    q->side = s;
+    q->end = end;
+    state->bound[state->rising][state->depth] = s * e;
+    state->bound[1 - state->rising][state->depth] = 2 * radius - s * e;
 }
 
 /* x has left the window: it turned, or it takes operators that it had not reached before. */
-static void rearrange(const dehyst_stack_model *model, dehyst_stack_state *state, dehyst_real x)
+static inline void rearrange(const dehyst_stack_model *model, dehyst_stack_state *state, int32_t rising, dehyst_real x)
 {
-    const int32_t rising = x > state->reach[1] ? 1 : 0;
     const dehyst_real s = sign_of(rising);
     int32_t top = state->depth;
     int32_t end = state->end;
     if (end > 1 && state->rising != rising) { /* a turning point: all but operator 0 stay behind */
-        freeze(model, state);
+        freeze(model, state, -s);
         ++top;
         end = 1;
     }
@@ -188,7 +198,7 @@ static void rearrange(const dehyst_stack_model *model, dehyst_stack_state *state
         if (end < model->n) {
             end = first_held_floor(model, state->start, end, s, s * x);
         }
-    } else if (q->rising != rising) { /* of its own direction a segment goes as a whole or not at all */
+    } else if (!(q->side == s)) { /* of its own direction a segment goes as a whole or not at all */
         end = first_held(model, end, q->end - 1, (dehyst_real)0.5 * s * (x - q->turn));
     }
     place(model, state, below, end, rising, s, x); /* whatever the searches found, this sample is done */
@@ -209,6 +219,9 @@ void dehyst_stack_begin(const dehyst_stack_model *model, dehyst_stack_state *sta
 {
     dehyst_real sum = 0;
     dehyst_real low = 0;
+    state->segment[0].side = 0; /* the floor is no segment: nothing else of it is read */
+    state->bound[0][0] = FAR;
+    state->bound[1][0] = FAR;
     state->start[model->n] = 0;
     state->start_sum[model->n] = 0;
     for (int32_t i = model->n - 1; i >= 0; --i) {
@@ -229,27 +242,41 @@ void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *stat
                        int32_t rising, dehyst_real turn)
 {
     if (below > 0) {
-        freeze(model, state);
+        freeze(model, state, sign_of(state->rising));
     }
     place(model, state, below, end, rising, sign_of(rising), turn);
     state->output = dehyst_stack_output(model, state);
 }
 
+/* Centre and map a sample; 0 if it is not to be used. A map may make infinity of a good one. */
+static inline int take(const dehyst_stack_model *model, dehyst_real *x)
+{
+    if (!dehyst_accept(*x)) {
+        return 0;
+    }
+    if (model->before.n > 1) {
+        *x = dehyst_map_value(&model->before, *x);
+        if (!dehyst_accept(*x * (DEHYST_INPUT_LIMIT / FAR))) {
+            return 0;
+        }
+    }
+    *x -= model->center;
+    return 1;
+}
+
 dehyst_real dehyst_stack_step(const dehyst_stack_model *model, dehyst_stack_state *state, dehyst_real x)
 {
-    const int good = dehyst_accept(x);
-    const dehyst_real v = good ? mapped(&model->before, x) - model->center : (dehyst_real)0;
-    /* A map may make infinity of a good sample. */
-    if (!good || (model->before.n > 1 && !dehyst_accept(v * (DEHYST_INPUT_LIMIT / FAR)))) {
+    if (!take(model, &x)) {
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return state->output;
     }
-    if (!(v <= state->reach[1] && -v <= state->reach[0])) {
-        rearrange(model, state, v);
+    const int32_t above = x > state->reach[1] ? 1 : 0;
+    if (above || -x > state->reach[0]) {
+        rearrange(model, state, above, x);
     } else { /* only the cell at the edge of the top segment moves */
-        state->input = v;
+        state->input = x;
         if (state->end > 1) {
-            state->reach[1 - state->rising] = state->rising ? -v : v;
+            state->reach[1 - state->rising] = state->rising ? -x : x;
         }
     }
     state->flags &= ~(uint32_t)DEHYST_REJECTED;
@@ -264,7 +291,7 @@ void dehyst_stack_play(const dehyst_stack_model *model, const dehyst_stack_state
         const dehyst_stack_segment *q = &state->segment[k];
         const int top = k == state->depth;
         const dehyst_real e = top ? state->input : q->turn;
-        const dehyst_real s = sign_of(top ? state->rising : q->rising);
+        const dehyst_real s = top ? sign_of(state->rising) : q->side;
         for (const int32_t end = top ? state->end : q->end; i < end; ++i) {
             if (i >= model->added) {
                 z[i - model->added] = e - s * model->threshold[i];

@@ -68,7 +68,7 @@ class StackStepper : public SampleCall<StackStepper> {
             image.push_back(turn);
             image.push_back(rising ? end : -end);
         };
-        for (int32_t k = 1; k < now.depth; ++k) put(now.segment[k].turn, now.segment[k].end, now.segment[k].rising);
+        for (int32_t k = 1; k < now.depth; ++k) put(now.segment[k].turn, now.segment[k].end, now.segment[k].side > 0);
         put(now.input, now.end, now.rising);
         image.push_back(now.output);
         image.push_back(static_cast<double>(now.flags));
