@@ -102,8 +102,8 @@ void dehyst_stop_to_play(int32_t n, dehyst_real slope, const dehyst_real *stop_w
  * Inside a segment a cell is s (r_{i+1} - r_i), so its part of the sum is a difference of loading curves; and while x
  * stays in a window only the cell at the edge of the top segment moves. A sample outside the window costs a bisection of
  * the stack and one of the thresholds. Nothing is summed over operators in a step, and nothing over time.
- * Start states must be admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. Also rejected are samples of which the model's first
- * map makes infinity. */
+ * Start states must be admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. Also rejected are samples of which the model's
+ * first map makes infinity. */
 
 /* What does not change. A model without an operator of threshold 0 gets one of weight 0 in front. */
 typedef struct dehyst_stack_model {
@@ -112,7 +112,7 @@ typedef struct dehyst_stack_model {
     int32_t n;                    /* number of operators, the added one included, >= 1 */
     int32_t added;                /* 1 if one was added, else 0 */
     int32_t half;                 /* largest power of two that is not above n: where bisections begin */
-    const dehyst_real *threshold; /* (n + 1,) r, 0 = r_1, increasing; the one after the last is beyond any input, [input] */
+    const dehyst_real *threshold; /* (n + 1,) r, 0 = r_1, increasing; one more, beyond any input, [input] */
     const dehyst_real *slope;     /* (n,) S_i = w_1 + ... + w_i, [output/input] */
     const dehyst_real *loading;   /* (n,) phi_i = sum_{j<i} S_j (r_{j+1} - r_j), loading curve at r_i, [output] */
     dehyst_real center;           /* subtracted from the input, [input] */
@@ -131,7 +131,7 @@ typedef struct dehyst_stack_segment {
 /* The caller owns it and the memory that the first five point to; n is that of dehyst_stack_model. */
 typedef struct dehyst_stack_state {
     dehyst_stack_segment *segment; /* (n,) segments below the top one from 1 on; 0 stands for the floor */
-    dehyst_real *bound[2];         /* (n,) each: nothing is left of segment k once -x > bound[0][k] or x > bound[1][k], [input] */
+    dehyst_real *bound[2];         /* (n,) each: segment k is gone once -x > bound[0][k] or x > bound[1][k], [input] */
     dehyst_real *start;            /* (n + 1,) play states of the floor, 0 beyond the last, [input] */
     dehyst_real *start_sum;        /* (n + 1,) sum of S_j cell_j over j >= i in the floor, [output] */
     int32_t depth;                 /* number of segments below the top one with the floor, 1 .. n */
@@ -164,8 +164,8 @@ dehyst_real dehyst_stack_output(const dehyst_stack_model *model, const dehyst_st
 /* Write the present play states z, one an operator of the model (none for an added one). O(n). */
 void dehyst_stack_play(const dehyst_stack_model *model, const dehyst_stack_state *state, dehyst_real *z);
 
-/* Build a state again, to the bit: begin with its play states, then push its segments, the lowest first, the top one last,
- * onto below = 0, 1, 2, ... with falling ends, n >= end >= 1. Flags stay. */
+/* Build a state again, to the bit: begin with its play states, then push its segments, the lowest first, the top one
+ * last, onto below = 0, 1, 2, ... with falling ends, n >= end >= 1. Flags stay. */
 void dehyst_stack_begin(const dehyst_stack_model *model, dehyst_stack_state *state, const dehyst_real *z);
 void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *state, int32_t below, int32_t end,
                        int32_t rising, dehyst_real turn);

@@ -1,7 +1,7 @@
 #include "dehyst.h"
 
-/* Two indices of direction are used throughout: 0 falling, 1 rising, s = -1, +1. Mirrored means times s: a limit `reach`
- * is passed as soon as s x > reach.
+/* Directions have an index, 0 falling and 1 rising, and a sign s = -1, +1. Limits are mirrored: x has passed one once
+ * s x is above it.
  *
  * Cost of a step with n operators. Every segment owns an operator, so there are at most n of them beside the floor.
  *   survivor           at most floor(log2 n) + 2 comparisons
@@ -155,7 +155,7 @@ static inline void place(const dehyst_stack_model *model, dehyst_stack_state *st
 }
 
 /* The top segment, of direction s, becomes segment `depth`: what a new one will lie on. Its edge cell
- * (e - pivot) - shift will be part of many sums, so it gets back what rounding took from the two differences (Knuth). */
+ * (e - pivot) - shift will be part of many sums, so it gets back what rounding took from both differences (Knuth). */
 static inline void freeze(const dehyst_stack_model *model, dehyst_stack_state *state, dehyst_real s)
 {
     dehyst_stack_segment *q = &state->segment[state->depth];

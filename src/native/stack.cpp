@@ -58,8 +58,8 @@ class StackStepper : public SampleCall<StackStepper> {
 
     void reset() { dehyst_stack_reset(&tables_, &stack_->state, start_.data()); }
 
-    // Play states; turning point and end of each segment from the lowest to the top, the end negative if the input fell;
-    // output and flags.
+    // Play states; turning point and end of each segment from the lowest to the top, the end negative if the input
+    // fell; output and flags.
     Out save() const
     {
         const dehyst_stack_state &now = stack_->state;
