@@ -22,7 +22,8 @@ is in SI. What functions return is described there too: `help(dehyst.run_trial)`
 
 STEPPER = """## Stepper
 
-What `model.stepper()` returns: the model as a function of one sample. The state lives here, not in the model.
+What `model.stepper()` returns: the model as a function of one sample. The state lives here, not in the model. There are
+two kinds, `dehyst.models.Stepper` (dense) and `dehyst.models.StackStepper` (logarithmic), which are used alike.
 
 | call | meaning |
 |---|---|
@@ -35,6 +36,7 @@ What `model.stepper()` returns: the model as a function of one sample. The state
 | `step.save()` | state, output and flags as an array |
 | `step.restore(image)` | return to a saved image; one of another model, or an impossible state, is refused |
 | `step.reset()` | return to the start state of the model |
+| `step.method` | how it steps, "dense" or "logarithmic" ([which to take](../how-to/use-the-compensator.md)) |
 | `step.parameters` | the model as the core takes it, for a joint controller |
 """
 
@@ -64,7 +66,7 @@ def _is_function(name: str) -> bool:
 
 def stepper_names() -> set[str]:
     """Public members of the stepper, to check that the table above names them all."""
-    return {name for name in dir(models.Stepper) if not name.startswith("_")}
+    return {name for kind in (models.Stepper, models.StackStepper) for name in dir(kind) if not name.startswith("_")}
 
 
 def _first_line(thing: Any) -> str:
