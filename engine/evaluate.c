@@ -85,7 +85,7 @@ static int64_t run_method(engine_evaluator *e, int64_t samples, const double *x,
 /* Outputs of samples in memory that y does not overlap. Decisions fall on the same samples however a signal is cut. */
 static int64_t run_apart(engine_evaluator *e, int64_t samples, const double *x, double *y)
 {
-    const int stream = samples >= STREAM_SAMPLES;
+    const int stream = samples >= ENGINE_STREAM_SAMPLES;
     if (!e->choice.automatic) {
         return run_method(e, samples, x, y, stream);
     }

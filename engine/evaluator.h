@@ -6,10 +6,11 @@
 #include "lanes/kernels.h"
 #include "machine.h"
 
-enum {
-    EVALUATOR_BLOCK = 1024,  /* samples that stay in the fastest cache */
-    STREAM_SAMPLES = 1 << 22 /* outputs that no cache keeps anyway are stored past them */
-};
+#ifndef ENGINE_STREAM_SAMPLES
+#define ENGINE_STREAM_SAMPLES (1 << 22) /* so many outputs no cache keeps anyway: they are stored past them */
+#endif
+
+enum { EVALUATOR_BLOCK = 1024 }; /* samples that stay in the fastest cache */
 
 /* The first `operators` ones evaluated densely; lane order of lanes/dense.c. */
 typedef struct dense {

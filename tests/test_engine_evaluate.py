@@ -243,19 +243,21 @@ def test_the_state_after_a_run_is_that_of_the_plays_and_continues_them():
         assert np.abs(again - engine.run(x[20_000:])).max() <= 1e-15
 
 
-def test_outputs_do_not_depend_on_the_alignment_or_length_of_memory():
-    """Long outputs go past the caches to aligned addresses: the same bits."""
+@pytest.mark.parametrize("method", [EVENTS, AUTO], ids=["events", "auto"])
+@pytest.mark.parametrize("shift", [1, 3])
+def test_outputs_do_not_depend_on_the_alignment_or_length_of_memory(method, shift):
+    """Long outputs go past the caches to aligned addresses: the same bits, and nothing beyond the last."""
     r, w = operator(100, 11)
     x = np.tile(signal("smooth", 50_000), 90)
-    whole = evaluated(x, r, w, EVENTS)
-    engine, room = Evaluator(r, w, 0.0, 0.0, np.zeros(100)), np.zeros(x.size + 3)
-    engine.method(EVENTS)
-    out = room[3:]
-    engine.run(x, out)
-    assert np.array_equal(out, whole)
-    short = Evaluator(r, w, 0.0, 0.0, np.zeros(100))
-    short.method(EVENTS)
-    assert all(np.array_equal(short.run(p), q) for p, q in zip(np.split(x, 90), np.split(whole, 90), strict=True))
+    parts = Evaluator(r, w, 0.0, 0.0, np.zeros(100))
+    parts.method(method)
+    want = np.concatenate([parts.run(piece) for piece in np.split(x, 90)])
+    engine, room = Evaluator(r, w, 0.0, 0.0, np.zeros(100)), np.full(x.size + 20, 7.0)
+    engine.method(method)
+    engine.run(x, room[shift : shift + x.size])
+    assert np.array_equal(room[shift : shift + x.size], want)
+    assert np.all(room[:shift] == 7)
+    assert np.all(room[shift + x.size :] == 7)
 
 
 # ---- The choice, the levels, the interface.

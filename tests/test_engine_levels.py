@@ -35,7 +35,7 @@ def compiled(compiler, folder, levels, *options):
     jobs = [(s, [*has], s.stem) for s in sorted((ROOT / "engine").glob("*.c"))]
     jobs += [(s, FLAGS[v], f"{s.stem}_{v}") for s in sorted((ROOT / "engine/lanes").glob("*.c")) for v in levels]
     jobs += [(s, [], f"core_{s.stem}") for s in sorted((ROOT / "core").glob("[gp][ul]a*.c"))]
-    jobs += [(TESTS / "engine_differential.c", has, "driver")]
+    jobs += [(TESTS / "engine_differential.c", ["-O3"], "driver")]
     objects = []
     for source, flags, name in jobs:
         objects.append(folder / f"{name}.o")
@@ -58,7 +58,7 @@ def host_levels(compiler, folder):
 def driver(tmp_path_factory):
     folder = tmp_path_factory.mktemp("engine")
     compiler = tool("gcc", "clang", "cc")
-    return compiled(compiler, folder, host_levels(compiler, folder), "-O1")
+    return compiled(compiler, folder, host_levels(compiler, folder), "-O1", "-DENGINE_STREAM_SAMPLES=40")
 
 
 @pytest.mark.parametrize("level", [0, 1, 2], ids=list(FLAGS))
@@ -73,6 +73,17 @@ def test_the_portable_engine_needs_no_vector_instructions(tmp_path):
     compiler = tool("gcc", "clang", "cc")
     done = run(compiled(compiler, tmp_path, ["portable"], "-O1", "-DLANES_PLAIN"), 0, 4, 5000)
     assert done.returncode == 0, done.stdout
+
+
+def test_the_engine_stays_within_its_memory(tmp_path):
+    compiler = tool("gcc", "clang")
+    options = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DENGINE_STREAM_SAMPLES=40"]
+    empty = tmp_path / "empty.c"
+    empty.write_text("int main(void) { return 0; }\n", encoding="utf-8")
+    if run(compiler, *options, empty, "-o", tmp_path / "empty").returncode or run(tmp_path / "empty").returncode:
+        pytest.skip("no sanitizers here")
+    done = run(compiled(compiler, tmp_path, ["portable"], *options), 0, 5, 3000)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_clang_compiles_the_engine_without_a_warning(tmp_path):

@@ -68,6 +68,7 @@ static inline __attribute__((always_inline)) int64_t line(int way, int stream, c
             singly = samples;
         } else {
             singly = k + (int64_t)((64 - ((uintptr_t)(y + k) & 63)) & 63) / 8;
+            singly = singly < samples ? singly : samples;
             past = 1;
         }
     }
