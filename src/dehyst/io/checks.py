@@ -16,6 +16,7 @@ from dehyst.units import dimension, parse_unit, words
 HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before
 STUCK_SHARE = 0.05  # of the samples of a saturated sensor sit at its extreme
 COARSE_LEVELS = 24
+FIRST_VALUES = 4096  # of a signal: where these are many, there is no need to sort the others
 LOOP_SHARE = 0.15  # of the range: a smaller swing may be the noise of a pressure sensor, not a loop
 COMMAND_WORDS = frozenset("cmd command commanded ref reference setpoint desired target soll des demand".split())  # noqa: SIM905
 BETWEEN_WORDS = frozenset("interp interpolated resampled filtered smooth smoothed".split())  # noqa: SIM905
@@ -42,9 +43,10 @@ def hold_length(values: Array) -> float:
     size are those of a coarse converter instead; a few long rests are those of a commanded staircase.
     """
     step = np.diff(values)
-    moves = np.abs(step[step != 0])
-    if step.size < 20 or moves.size < 8 or moves.size > (1 - HELD_SHARE) * step.size:
+    count = np.count_nonzero(step)
+    if step.size < 20 or count < 8 or count > (1 - HELD_SHARE) * step.size:
         return 1.0
+    moves = np.abs(step[step != 0])
     runs = np.diff(np.flatnonzero(step != 0))
     typical = float(np.median(runs))
     smallest = float(np.min(moves))
@@ -64,25 +66,37 @@ def stuck_share(x: Array, y: Array) -> tuple[float, float]:
     share, level
         Share of all samples, and the value the output is stuck at. [output unit]
     """
+    extremes = [(level, _rests(y, level)) for level in (float(y.max()), float(y.min()))]
+    worst = (0.0, extremes[0][0])
+    if not any(rests for _, rests in extremes):
+        return worst
     centred = x - x.mean()
     sign = np.sign(float(np.dot(centred, y - y.mean()))) or 1.0
     span = float(np.ptp(x))
-    worst = (0.0, float(y.max()))
-    for level, outward in ((float(y.max()), sign), (float(y.min()), -sign)):
-        at = np.flatnonzero(np.concatenate(([False], y == level, [False]))[1:] != np.concatenate(([False], y == level)))
+    for (level, rests), outward in zip(extremes, (sign, -sign), strict=True):
         total = 0
-        for first, last in zip(at[0::2], at[1::2], strict=True):
+        for first, last in rests:
             push = outward * (x[first:last] - x[first])
-            if push.size >= 3 and float(push.max()) > 0.05 * span:
+            if float(push.max()) > 0.05 * span:
                 total += last - first
         if total / y.size > worst[0]:
             worst = (total / y.size, level)
     return worst
 
 
+def _rests(y: Array, level: float) -> list[tuple[int, int]]:
+    """Stretches of three samples or more at exactly this level: first and behind the last."""
+    at = np.flatnonzero(y == level)
+    cuts = np.flatnonzero(np.diff(at) > 1) + 1
+    firsts, lasts = at[np.concatenate(([0], cuts))], at[np.concatenate((cuts - 1, [at.size - 1]))] + 1
+    long = lasts - firsts >= 3
+    return list(zip(firsts[long].tolist(), lasts[long].tolist(), strict=True))
+
+
 def levels(values: Array) -> int:
-    """Number of different values."""
-    return int(np.unique(values).size)
+    """Number of different values; where they are many, only so many that `COARSE_LEVELS` are exceeded."""
+    some = int(np.unique(values[:FIRST_VALUES]).size)
+    return some if some > COARSE_LEVELS else int(np.unique(values).size)
 
 
 def check_signal(samples: Samples, about: Context, findings: list[Finding]) -> None:

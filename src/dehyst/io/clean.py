@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit, memory_lost
+from dehyst.gaps import GAP_SAMPLES, gap_limit, memory_lost
 from dehyst.io.table import Array, Rows, finite, list_rows
 from dehyst.loops import turning_points
 
@@ -132,6 +132,8 @@ def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samp
     if t.size < 3:
         return samples
     step = np.diff(t)
+    if 0.0 < float(step.max()) <= GAP_SAMPLES * float(step.min()):
+        return samples  # the limit is more than that many of the shortest steps
     limit = gap_limit(step)
     found = np.flatnonzero(step > limit) + 1
     found = np.setdiff1d(found, np.array(samples.breaks, dtype=np.int64))

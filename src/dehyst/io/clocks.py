@@ -85,11 +85,12 @@ def clock_names(table: Table) -> list[str]:
     the first column of a matrix in a binary log.
     """
     names = [name for name in table.order if name in table.columns]
-    clocks = [name for name in names if is_clock(table, name)]
-    plain = [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
-    nameless = [name for name in names[:1] if name in NAMELESS and _is_even(table.columns[name])]
-    matrices = [name for name in names if _leads_matrix(table, name) and _is_even(table.columns[name])]
-    return clocks or plain or nameless or matrices
+    return (
+        [name for name in names if is_clock(table, name)]
+        or [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
+        or [name for name in names[:1] if name in NAMELESS and _is_even(table.columns[name])]
+        or [name for name in names if _leads_matrix(table, name) and _is_even(table.columns[name])]
+    )
 
 
 def _leads_matrix(table: Table, name: str) -> bool:
@@ -129,8 +130,11 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
 
 def counting(table: Table, name: str) -> tuple[float, bool]:
     """Unit of a time column in seconds, and whether it counts from 1970."""
-    middle = float(np.median(table.columns[name][finite(table.columns[name])]))
+    good = table.columns[name][finite(table.columns[name])]
     scale = TABLE["time"].get(table.units.get(name, ""), 0.0)
+    if good.size == 0 or (name not in table.stamps and float(good.max()) * max(scale, 1.0) < EPOCH[0]):
+        return scale or 1.0, False  # whatever the unit
+    middle = float(np.median(good))
     if not scale:
         fits = [s for s in (1.0, 1e-3, 1e-6, 1e-9) if EPOCH[0] <= middle * s < EPOCH[1]]
         scale = fits[0] if fits else 1.0

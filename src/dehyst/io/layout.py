@@ -118,7 +118,7 @@ def find_layout(lines: Sequence[str], name: str) -> Layout:
         trials.append((",", True))  # "0,020","1,23": quotes keep the two commas apart
     found = "".join(sample)
     for delimiter, decimal_comma in trials:
-        if best[0] > 1 - 1e-9 and not (any(map(str.isspace, found)) if delimiter == BLANKS else delimiter in found):
+        if best[0] > 1 - 1e-9 and not (found.split(None, 1) != [found] if delimiter == BLANKS else delimiter in found):
             continue  # one cell a line cannot do better
         score, width = _score(sample, delimiter, decimal_comma)
         if score > best[0] + 1e-9 or (score > best[0] - 1e-9 and width > best[1]):

@@ -91,11 +91,14 @@ def _spikes(v: Array) -> Mask:
     flagged: Mask = np.zeros(v.size, dtype=bool)
     if v.size < FEWEST:
         return flagged
+    steps = np.diff(v)
+    largest = max(float(steps.max()), -float(steps.min()))  # no excursion is larger than the step into it
+    if largest <= 0.99 * 0.8 * SPIKE_RANGE * _certain_range(v):
+        return flagged
     low, high = np.percentile(v, [2, 98])
     least = 0.8 * SPIKE_RANGE * (high - low)
-    steps = np.diff(v)
-    if max(float(steps.max()), -float(steps.min())) <= least:
-        return flagged  # no excursion is larger than the step into it
+    if largest <= least:
+        return flagged
     jump = _excursions(v)
     flagged = np.asarray(jump > least, dtype=bool)
     # A signal that has to do without some of its samples is judged again until what remains agrees with the rest.
@@ -116,6 +119,16 @@ def _spikes(v: Array) -> Mask:
             break
         flagged = kept
     return flagged
+
+
+def _certain_range(v: Array) -> float:
+    """A distance that the 2 % and 98 % quantiles are apart at least, found by counting; 0 if they may be closer."""
+    bottom, top = float(v.min()), float(v.max())
+    low, high = bottom + 0.25 * (top - bottom), top - 0.25 * (top - bottom)
+    enough = 0.02 * v.size + 1
+    if np.count_nonzero(v <= low) > enough and np.count_nonzero(v >= high) > enough:
+        return high - low
+    return 0.0
 
 
 def _excursions(v: Array) -> Array:

@@ -63,9 +63,11 @@ def samples_of(
     for column in (*names, clock):
         if column is not None and column in table.refused:
             raise ColumnError(table.refused[column], column=column)
+    everything = bool(mask.all())
+    wanted = dict.fromkeys((*names, *((clock,) if clock else ())))
     part = Table(
         name=table.name,
-        columns={n: table.columns[n][mask] for n in dict.fromkeys((*names, *((clock,) if clock else ())))},
+        columns={n: table.columns[n] if everything else table.columns[n][mask] for n in wanted},
         units=table.units,
         rows=table.rows,
         clocks=table.clocks,
@@ -76,7 +78,7 @@ def samples_of(
         stamps, origin = seconds(part, clock)
         stamps = stamps + origin if shift else stamps
         findings.extend(f for f in unit_finding(part, clock, stamps) if f not in findings)
-    rows = table.rows[: mask.size][mask]
+    rows = table.rows[: mask.size] if everything else table.rows[: mask.size][mask]
     return Samples(stamps, tuple(part.columns[n] for n in names), rows)
 
 
