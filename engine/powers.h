@@ -1,5 +1,5 @@
-/* Powers of five from 5^-64 to 5^64: the first 128 bits of each, the top one set; rounded up below 5^0, cut above
- * (Lemire 2021, section 7). */
+/* Powers of five from 5^-64 to 5^64: the first 128 bits of each, the top one set; rounded up from 5^-27 to 5^-1, where
+ * one product decides, and cut elsewhere (Lemire 2021). */
 #ifndef DEHYST_ENGINE_POWERS_H
 #define DEHYST_ENGINE_POWERS_H
 

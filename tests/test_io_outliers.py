@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log, read_signal
-from dehyst.io.outliers import find_outliers
+from dehyst.io.outliers import _certain_range, find_outliers
 from dehyst.io.write import write_csv
 
 REAL = Path(__file__).resolve().parents[1].parent / "shared" / "data"
@@ -167,3 +170,10 @@ def test_faults_outside_the_window_do_not_matter(tmp_path: Path) -> None:
     file = write(tmp_path, y=y)
     assert read_log(file, "p", "angle", start=1.0).findings == ()
     assert [f.code for f in read_signal(file, "angle").findings] == ["outlier"]
+
+
+@given(hnp.arrays(np.float64, st.integers(32, 300), elements=st.floats(-1e6, 1e6)), st.integers(1, 40))
+def test_the_range_found_by_counting_is_no_more_than_that_of_the_quantiles(values, levels):
+    for v in (values, np.round(values / 1e6 * levels)):
+        low, high = np.percentile(v, [2, 98])
+        assert _certain_range(v) <= (high - low) * (1 + 1e-12)

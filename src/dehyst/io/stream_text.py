@@ -15,7 +15,7 @@ from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.cells import date_order, number, parse_date_times
 from dehyst.io.delimited import layout_of, read_delimited
-from dehyst.io.layout import is_comment, split_line
+from dehyst.io.layout import Layout, is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part
 from dehyst.io.streams import Column, Piece
 from dehyst.io.table import Rows, Table, list_rows
@@ -40,7 +40,7 @@ class TextSource:
         text = open_text(data, path.name)
         self._table = read_delimited(data, path.name)
         layout = layout_of(text, path.name)
-        lines = (line for line in text.lines[layout.first :] if not is_comment(line)) if layout else iter(())
+        lines = _lines_of_width(text.lines, layout) if layout else iter(())
         plain = find_plain(list(islice(lines, PROBE)), layout) if layout else None
         if layout is None or plain is None or b"\0" in data[:4096]:
             raise LogError(
@@ -118,13 +118,9 @@ class TextSource:
     def _order(self, name: str) -> str:
         """Whether day or month comes first in a column of dates, by the first rows."""
         j = self._table.order.index(name)
-        lines = (line for line in self._head_lines() if not is_comment(line))
-        rows = (split_line(line, self._layout.delimiter) for line in lines)
-        return date_order([row[j] for row in rows if len(row) > j])[0]
-
-    def _head_lines(self) -> list[str]:
-        data = next(_joined(self._blocks(), HEAD))[0]
-        return open_text(data, self.path.name).lines[self._layout.first :]
+        lines = open_text(next(_joined(self._blocks(), HEAD))[0], self.path.name).lines
+        cells = (split_line(line, self._layout.delimiter)[j] for line in _lines_of_width(lines, self._layout))
+        return date_order(list(cells))[0]
 
     def _with_odd_line(self, raw: bytes, line: int, index: Sequence[int], part: Part) -> tuple[list[Column], Rows]:
         """Columns with the cells of one more line, NaN where they hold no number; without it if its width is wrong."""
@@ -151,6 +147,12 @@ class TextSource:
             file=self.path.name,
             line=line,
         )
+
+
+def _lines_of_width(lines: Sequence[str], layout: Layout) -> Iterator[str]:
+    """Lines of data with as many cells as most: the others are passed over one by one."""
+    data = (line for line in lines[layout.first :] if not is_comment(line))
+    return (line for line in data if len(split_line(line, layout.delimiter)) == layout.width)
 
 
 def _mark(text: bytes, line: int) -> int:
