@@ -7,68 +7,39 @@
 #if LANES_LEVEL > 0
 #include <immintrin.h>
 
+#include "text_tables.h"
+
 enum { USUAL_ROOM = 16 };
 
-/* By the place of the point among 16 bytes, 16 for none: bytes without it, moved up, and the power of ten behind it. */
-#define WITHOUT(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p) {a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p}
-static const signed char usual_without[17][16] = {
-    WITHOUT(-1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 9, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 14, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15),
-    WITHOUT(-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14),
-    WITHOUT(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-};
-#undef WITHOUT
-static const double usual_power[17] = {1e15, 1e14, 1e13, 1e12, 1e11, 1e10, 1e9, 1e8, 1e7,
-                                       1e6,  1e5,  1e4,  1e3,  1e2,  1e1,  1e0, 1e0};
+static inline __m128i usual_load(const void *p) { return _mm_loadu_si128((const __m128i *)p); }
 
-/* [-] digits with or without a point, at most 16 characters and 15 digits, from p to last exactly; USUAL_ROOM bytes before
- * last can be read. Returns 0 if it is another cell. */
+/* [-] digits with or without a point, at most 15 characters, from p to last exactly; USUAL_ROOM bytes before last can be
+ * read. Returns 0 if it is another cell. */
 static inline int number_usual(const char *p, const char *last, char decimal, double *value)
 {
-    static const signed char behind[32] = {0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,  0,
-                                           -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-    const uint64_t negative = *p == '-';
+    const text_tables *tables = &text_usual_tables;
+    const size_t negative = *p == '-';
     const size_t length = (size_t)(last - p) - negative;
-    if (length > 16) {
+    if (length - 2 > 13) {
+        const unsigned digit = (unsigned)(unsigned char)last[-1] - '0';
+        *value = negative ? -(double)digit : (double)digit;
+        return length == 1 && digit <= 9;
+    }
+    const __m128i bytes = _mm_sub_epi8(usual_load(last - 16), usual_load(tables->zero));
+    const __m128i digits = _mm_and_si128(bytes, usual_load(tables->cell + length)); /* zeros before the cell */
+    const unsigned others = (unsigned)_mm_movemask_epi8(_mm_adds_epu8(digits, usual_load(tables->high)));
+    const size_t place = number_lowest(others | 0x10000);
+    if ((others & (others - 1)) != 0 || (last[(ptrdiff_t)place - 16] != decimal && others != 0)) {
         return 0;
     }
-    const __m128i bytes = _mm_loadu_si128((const __m128i *)(const void *)(last - 16));
-    const __m128i cell = _mm_loadu_si128((const __m128i *)(const void *)(behind + length));
-    const __m128i digits = _mm_and_si128(_mm_sub_epi8(bytes, _mm_set1_epi8('0')), cell);
-    /* Outside the cell are zeros, which count as digits. */
-    const __m128i good = _mm_cmpeq_epi8(_mm_min_epu8(digits, _mm_set1_epi8(9)), digits);
-    const __m128i point = _mm_and_si128(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(decimal)), cell);
-    const unsigned others = (unsigned)_mm_movemask_epi8(good) ^ 0xFFFF, points = (unsigned)_mm_movemask_epi8(point);
-    /* At most one point, and 1 to 15 digits. */
-    if (others != points || (others & (others - 1)) != 0 || length + (others == 0) - 2 > 14) {
-        return 0;
-    }
-    const unsigned place = number_lowest(others | 0x10000);
-    const __m128i order = _mm_loadu_si128((const __m128i *)(const void *)usual_without[place]);
-    const __m128i pairs = _mm_maddubs_epi16(_mm_shuffle_epi8(digits, order), _mm_set1_epi16(0x010A));
-    const __m128i fours = _mm_madd_epi16(pairs, _mm_set1_epi32(0x00010064));
-    const __m128i eights = _mm_madd_epi16(_mm_packus_epi32(fours, fours), _mm_set1_epi32(0x00012710));
-    const uint64_t both = (uint64_t)_mm_cvtsi128_si64(eights);
-    const uint64_t mantissa = (both & UINT32_MAX) * 100000000 + (both >> 32);
-    /* Mantissa and power of ten are exact, and there is one rounding. */
-    const double v = (double)(int64_t)mantissa / usual_power[place];
-    uint64_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    bits |= negative << 63;
-    memcpy(value, &bits, sizeof bits);
+    const __m128i moved = _mm_shuffle_epi8(digits, usual_load(tables->place[place].order));
+    const __m128i fours = _mm_madd_epi16(_mm_maddubs_epi16(moved, usual_load(tables->pair)), usual_load(tables->four));
+    const __m128i eights = _mm_madd_epi16(_mm_packus_epi32(fours, fours), usual_load(tables->eight));
+    /* At most 15 digits: sum and power of ten are exact, and there is one rounding. */
+    const __m128d parts = _mm_mul_pd(_mm_cvtepi32_pd(eights), _mm_loadu_pd(tables->upper));
+    const __m128d sum = _mm_add_sd(parts, _mm_unpackhi_pd(parts, parts));
+    const __m128d size = _mm_div_sd(sum, _mm_load_sd(&tables->place[place].power));
+    *value = _mm_cvtsd_f64(_mm_or_pd(size, _mm_load_sd(&tables->sign[negative])));
     return 1;
 }
 

@@ -170,7 +170,8 @@ static const char *usual_rows(const text_format *format, const char *p, const ch
     int64_t k = *rows;
     line -= k;
     for (; k < capacity; k++, start = p) {
-        for (int32_t j = 0; j <= final; j++) {
+        const char *last = p;
+        for (int32_t j = 0;; j++) {
             while (mask == 0) {
                 block += 64;
                 if (end - block < 64 + USUAL_ROOM) {
@@ -178,16 +179,27 @@ static const char *usual_rows(const text_format *format, const char *p, const ch
                 }
                 mask = text_ends(block, delimiter);
             }
-            const char *last = block + number_lowest(mask);
+            last = block + number_lowest(mask);
             mask &= mask - 1;
-            double *value = (double *)columns[j] + k;
-            if (!number_usual(p, last, decimal, value) && !odd_number(format, p, last, j == 0, value, stop)) {
-                goto out;
+            double value;
+            if (!number_usual(p, last, decimal, &value)) {
+                double odd;
+                if (!odd_number(format, p, last, j == 0, &odd, stop)) {
+                    goto out;
+                }
+                value = odd;
             }
+            ((double *)columns[j])[k] = value;
             p = last + 1;
-            if ((*last == delimiter) != (j != final)) {
+            if (j == final) {
+                break;
+            }
+            if (*last != delimiter) {
                 goto out;
             }
+        }
+        if (*last == delimiter) {
+            goto out;
         }
         row[k] = line + k;
         if (*p == '\n' && p[-1] == '\r') {
