@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from dehyst.experiments.trials import Equipment as Equipment
     from dehyst.experiments.trials import run_trial as run_trial
     from dehyst.findings import Finding as Finding
+    from dehyst.identification import CrossValidation as CrossValidation
     from dehyst.identification import Fit as Fit
+    from dehyst.identification import Refit as Refit
+    from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify as identify
     from dehyst.identification import identify_paper as identify_paper
     from dehyst.identification.stream import Progress as Progress
@@ -55,6 +58,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Arm": "dehyst.plant",
     "Compensator": "dehyst.control",
+    "CrossValidation": "dehyst.identification",
     "DehystError": "dehyst.errors",
     "Equipment": "dehyst.experiments.trials",
     "Finding": "dehyst.findings",
@@ -70,11 +74,13 @@ _HOME = {
     "Progress": "dehyst.identification.stream",
     "Recording": "dehyst.recording",
     "Reference": "dehyst.plant",
+    "Refit": "dehyst.identification",
     "Reproduction": "dehyst.experiments.results",
     "Request": "dehyst.experiments.reproduce",
     "Robot": "dehyst.plant",
     "StaticCurve": "dehyst.models",
     "StopOperatorModel": "dehyst.models",
+    "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",

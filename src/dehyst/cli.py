@@ -67,7 +67,7 @@ def identify(
     family: Annotated[
         str, typer.Option("--family", help="auto, pi (the 2012 paper), pi-cumulative, modified-pi or stop.")
     ] = "auto",
-    n: Annotated[int, typer.Option("--n", help="Number of operators.")] = 100,
+    n: Annotated[str, typer.Option("--n", help="Number of operators, or auto: by held-out error.")] = "100",
     eps: Annotated[
         float,
         typer.Option("--eps", help="Smallest slope after a reversal: w_1 >= eps for pi, else relative to the ranges."),

@@ -32,7 +32,7 @@ class IdentifyRequest:
     start: float | None
     stop: float | None
     family: str
-    n: int
+    n: str
     eps: float
     thresholds: str | None
     initial_state: str
@@ -53,7 +53,7 @@ def run_identify(request: IdentifyRequest) -> None:
         fit = identify(
             records,
             request.family,
-            n=request.n,
+            n=_operators(request.n),
             eps=request.eps,
             thresholds=_thresholds(request.thresholds),
             initial_state=request.initial_state,
@@ -102,6 +102,17 @@ def _refuse_clashes(request: IdentifyRequest) -> None:
         refuse_existing(request.save, request.overwrite, MODEL)
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, PAGE)
+
+
+def _operators(text: str) -> int | str:
+    if text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise ParameterError(
+            f"--n {text!r} is neither a whole number nor auto; write --n 100, or --n auto to choose by held-out error."
+        ) from None
 
 
 def _thresholds(text: str | None) -> list[float] | None:

@@ -1,6 +1,19 @@
 """Identification: data -> model, with what the data can and cannot tell."""
 
-from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Score
+from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
+from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
 
-__all__ = ["Candidate", "Certificate", "Fit", "LoopFacts", "Score", "identify", "identify_paper"]
+__all__ = [
+    "Candidate",
+    "Certificate",
+    "CrossValidation",
+    "Fit",
+    "LoopFacts",
+    "Refit",
+    "Score",
+    "Trial",
+    "cross_validate",
+    "identify",
+    "identify_paper",
+]

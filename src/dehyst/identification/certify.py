@@ -13,6 +13,7 @@ from dehyst.identification.families import Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
 from dehyst.identification.measures import Measure
+from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
 from dehyst.identification.selection import Choice
 from dehyst.identification.static_curve import fit_static
@@ -32,6 +33,7 @@ def certify(
     counts: tuple[int, int],
     settings: dict[str, Any],
     measure: Measure,
+    refitter: Refitter | None,
 ) -> Fit:
     """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict.
 
@@ -41,6 +43,8 @@ def certify(
         Loops and turning points of the fitted part.
     measure
         Compares model and curve with all samples.
+    refitter
+        Holds the sums, if refits are possible.
     """
     knots = output_knots() if choice.family == "modified-pi" else None
     model = build_model(estimate, data, bank, knots, ModelCard())
@@ -84,6 +88,7 @@ def certify(
         warnings=findings,
         settings=settings,
         verdict=verdict,
+        refitter=refitter,
     )
 
 

@@ -21,8 +21,8 @@ Mask = npt.NDArray[np.bool_]
 CLEAR_TREND = 0.3
 # Samples that are worked on at once: two or three arrays of them stay in the processor's cache.
 CHUNK = 1 << 15
-# Facts that are statistics are taken from about so many samples; a shorter log is used whole.
-ENOUGH = 200_000
+# Facts that are statistics are taken from all samples of a log, but of a longer one from about so many.
+LONG, ENOUGH = 200_000, 50_000
 
 
 class Signal(Protocol):
@@ -146,11 +146,14 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     """
     check_fraction(train_fraction)
     splits = [split_of(len(recording), train_fraction) for recording in recordings]
-    fitted_inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
-    fitted_outputs = [recording.output[:k] for recording, k in zip(recordings, splits, strict=True)]
-    center, half = middle(recordings[0], _range(fitted_inputs), "input", train_fraction)
-    level, amplitude = middle(recordings[0], _range(fitted_outputs), "output", train_fraction)
-    trend = _trend(fitted_inputs, fitted_outputs, (center, half), (level, amplitude))
+    inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
+    # Plays remember every input; what has no weight says nothing about the output.
+    counted = [_counted(x, weights, index) for index, x in enumerate(inputs)]
+    outputs = [_counted(rec.output[:k], weights, i) for i, (rec, k) in enumerate(zip(recordings, splits, strict=True))]
+    _refuse_weightless(outputs)
+    center, half = middle(recordings[0], _range(inputs), "input", train_fraction)
+    level, amplitude = middle(recordings[0], _range(outputs), "output", train_fraction)
+    trend = _trend(counted, outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
     for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
         for order, span in enumerate(recording.pieces):
@@ -159,8 +162,7 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
             inside = min(max(split - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
             pieces.append(Piece(x, y, index, span.start, inside, known_from(x, -1.0, 1.0), order > 0, weight))
-    low = min(float(np.min(recording.output)) for recording in recordings)
-    high = max(float(np.max(recording.output)) for recording in recordings)
+    low, high = _range([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
 
 
@@ -179,8 +181,22 @@ def split_of(samples: int, fraction: float) -> int:
     return samples if fraction >= 1.0 else max(1, min(samples - 1, int(fraction * samples)))
 
 
+def _counted(values: Array, weights: Sequence[Array] | None, index: int) -> Array:
+    """Those values that carry weight."""
+    return values if weights is None else values[weights[index][: values.size] > 0.0]
+
+
+def _refuse_weightless(outputs: Sequence[Array]) -> None:
+    if not any(y.size for y in outputs):
+        raise ParameterError(
+            "all weights of the part that is fitted are 0: no sample is left to identify from. Give some of them a "
+            "weight, or fit a larger part (--train-fraction)."
+        )
+
+
 def _range(parts: Sequence[Array]) -> tuple[float, float]:
-    return min(float(np.min(part)) for part in parts), max(float(np.max(part)) for part in parts)
+    there = [part for part in parts if part.size]
+    return min(float(np.min(part)) for part in there), max(float(np.max(part)) for part in there)
 
 
 def _scaled(values: Array, origin: float, unit: float) -> Array:
@@ -242,7 +258,7 @@ def trend_of_increments(read: Callable[[slice], tuple[Array, Array]], samples: i
     Increments over 2 % of the range rather than single samples, whose noise would decide otherwise.
     """
     grain, total = 0.02 * 2.0 * half_range, 0.0
-    edges = [0, samples] if samples <= ENOUGH else np.linspace(0, samples, 21).astype(int).tolist()
+    edges = [0, samples] if samples <= LONG else np.linspace(0, samples, 21).astype(int).tolist()
     for begin, end in itertools.pairwise(edges):
         x, y = read(slice(begin, min(end, begin + ENOUGH // 20) if len(edges) > 2 else end))
         level = np.round(x / grain) if grain > 0 else x

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import ENOUGH, DataSet
+from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.loops import turning_points
 
 Array = npt.NDArray[np.float64]
@@ -74,7 +74,8 @@ def branches(data: DataSet) -> tuple[Branches, ...]:
 def shares(data: DataSet) -> list[int]:
     """How many samples of each piece stand for it."""
     fitted = sum(piece.split for piece in data.pieces)
-    return [0 if piece.split < 3 else max(1, round(ENOUGH * piece.split / fitted)) for piece in data.pieces]
+    share = 1.0 if fitted <= LONG else ENOUGH / fitted
+    return [0 if piece.split < 3 else max(1, round(share * piece.split)) for piece in data.pieces]
 
 
 def first_branch(points: Rows) -> int:
@@ -142,8 +143,8 @@ def velocity(time: Array, x: Array) -> Array:
 
 
 def thinned(size: int, turns: int) -> slice:
-    """All samples of a log, or of a long one about 200 000: at least 40 to a swing, from its beginning."""
-    if size <= ENOUGH:
+    """All samples of a log, or of a long one about 50 000: at least 40 to a swing, from its beginning."""
+    if size <= LONG:
         return slice(0, size)
     step = max(1, min(-(-size // ENOUGH), size // (40 * max(1, turns))))
     return slice(0, min(size, step * ENOUGH), step)

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.errors import IdentificationError
-from dehyst.identification.normal_equations import NormalEquations
 from dehyst.identification.programs import FAMILIES, MAP_PIECES, Regularisation, program
+from dehyst.identification.sums import NormalEquations
 
 __all__ = [
     "FAMILIES",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.models import HysteresisModel, StaticCurve
 from dehyst.recording import Recording
@@ -153,6 +154,56 @@ class LoopFacts:
     drift_percent: float
 
 
+@dataclass(frozen=True, slots=True)
+class Refit:
+    """Another fit of the same data, from kept sums.
+
+    Attributes
+    ----------
+    family, n, eps
+        Its settings; the others are those of the fit it was made from.
+    model
+        The model, without provenance.
+    train, test
+        Scores on the same fitted and held-out samples; test is None when nothing was held out.
+    inverse_gain
+        Largest slope of the inverse. [input/output]
+    nonzero_weights
+        Number of operators with weight.
+    kkt_residual, condition, route
+        As in the `Certificate`, without the step of refinement on the data.
+    seconds
+        Time that it took.
+
+    Examples
+    --------
+    >>> import dehyst
+    >>> from dehyst.experiments import example_recording
+    >>> refit = dehyst.identify(example_recording(), family="pi").refit(n=20)
+    >>> refit.n, round(refit.test.rmse_percent, 2)
+    (20, 1.76)
+    """
+
+    family: str
+    n: int
+    eps: float
+    model: HysteresisModel
+    train: Score
+    test: Score | None
+    inverse_gain: float
+    nonzero_weights: int
+    kkt_residual: float
+    condition: float
+    route: str
+    seconds: float
+
+
+class _Refitting(Protocol):
+    def __call__(
+        self, n: int | None, eps: float | None, family: str | None, thresholds: npt.ArrayLike | None
+    ) -> Refit: ...
+
+
 @dataclass(frozen=True)
 class Fit:
     """An identified model with everything needed to judge it.
@@ -191,6 +242,8 @@ class Fit:
         Settings of the call, as plain values.
     verdict
         The judgement in one sentence.
+    refitter
+        What `refit` calls; None for a fit that was not made by `identify`.
 
     Examples
     --------
@@ -220,6 +273,51 @@ class Fit:
     warnings: tuple[Finding, ...]
     settings: Mapping[str, Any] = field(default_factory=dict)
     verdict: str = ""
+    refitter: _Refitting | None = field(default=None, repr=False, compare=False)
+
+    def refit(
+        self,
+        *,
+        n: int | None = None,
+        eps: float | None = None,
+        family: str | None = None,
+        thresholds: npt.ArrayLike | None = None,
+    ) -> Refit:
+        """Fit the same samples again with some settings changed; the start state stays.
+
+        Sums over the samples are kept with the fit, so another eps or a part of the thresholds needs no data at all,
+        and other thresholds one pass over them. The model is evaluated once for its scores.
+
+        Parameters
+        ----------
+        n
+            Number of operators, on the grid that `identify` would take.
+        eps
+            Smallest slope right after a reversal, as `identify` takes it for the family.
+        family
+            Model family.
+        thresholds
+            Thresholds instead of a grid. [input]
+
+        Raises
+        ------
+        ParameterError
+            If a setting lies outside what its formula allows, or the fit was not made by `identify`.
+
+        Examples
+        --------
+        >>> import numpy as np, dehyst
+        >>> x = np.interp(np.linspace(0, 8, 1601), range(9), [0, 2, -2, 1.6, -1.2, 0.8, -2, 2, 0])
+        >>> y = dehyst.PrandtlIshlinskii([0.0, 0.5, 1.0], [1.0, 0.5, 0.5]).simulate(x)
+        >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi")
+        >>> [fit.refit(n=n).nonzero_weights for n in (2, 4, 8)]
+        [2, 3, 3]
+        """
+        if self.refitter is None:
+            raise ParameterError(
+                "this fit holds no sums over its data: it was not made by dehyst.identify. Identify again, then refit."
+            )
+        return self.refitter(n, eps, family, thresholds)
 
     def __repr__(self) -> str:
         """One line: family, operators and the error that counts."""

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.families import MAP_PIECES, Estimate, Regularisation, fit_family, predict
-from dehyst.identification.normal_equations import NormalEquations, ramp_columns
 from dehyst.identification.regressors import Bank
 from dehyst.identification.short_signal import ShortSignal
+from dehyst.identification.sums import NormalEquations, ramp_columns
 
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
-In = TypeVar("In")
-Out = TypeVar("Out")
 
 BLOCKS = 5
 # What is left of a log without one block may not move every play; a trace of ridge keeps those at rest, whose
@@ -51,12 +46,13 @@ class Folds:
         self._plays, self._y, self._weight = short.plays(bank.thresholds, bank.states), short.y, short.weight
         rows = np.array_split(np.arange(short.rows), blocks)
         self._blocks = [slice(int(part[0]), int(part[-1]) + 1) for part in rows]
-        self._knots = output_knots()
+        self.knots = output_knots()
+        self._samples = float(self._y.size if self._weight is None else np.sum(self._weight))
         cells = self._plays.copy()
         cells[:, :-1] -= self._plays[:, 1:]
         parts = [np.ones((1, short.rows)), cells.T, self._y[None, :]]
         if ramps:
-            parts.insert(2, ramp_columns(self._y, self._knots))
+            parts.insert(2, ramp_columns(self._y, self.knots))
         self._columns = np.vstack(parts)
         self._sums = [self._sum(block) for block in self._blocks]
         self._warm: dict[tuple[str, int], Marks | None] = {}
@@ -68,30 +64,35 @@ class Folds:
 
     def errors(self, choice: Setting, eps: float) -> Array:
         """RMSE on every block of the fit to the others, scaled, (blocks,)."""
-        return np.array([self._error(choice, eps, left_out) for left_out in range(len(self._blocks))])
+        return np.array([error for _, _, error in self.estimates(choice, eps)])
 
-    def _error(self, choice: Setting, eps: float, left_out: int) -> float:
+    def estimates(self, choice: Setting, eps: float) -> list[tuple[Estimate, slice, float]]:
+        """Fit to all blocks but one, the rows of that block and the RMSE on them, scaled, for each block."""
+        estimates = [self._without(choice, eps, left_out) for left_out in range(len(self._blocks))]
+        return [(found, block, self._rms(found, block)) for found, block in zip(estimates, self._blocks, strict=True)]
+
+    def _without(self, choice: Setting, eps: float, left_out: int) -> Estimate:
         others = [block for k, block in enumerate(self._sums) if k != left_out]
         sums = NormalEquations(self._thresholds, np.sum(others, axis=0))
         estimate = fit_family(
-            choice.family, sums, eps, self._knots, choice.regularisation,
-            fold_ridge=FOLD_RIDGE**2 * self._y.size,
+            choice.family, sums, eps, self.knots, choice.regularisation,
+            fold_ridge=FOLD_RIDGE**2 * self._samples,
             warm=self._warm.get((choice.family, left_out)),
             triangle=lambda: self._triangle(left_out),
         )  # fmt: skip
         self._warm[choice.family, left_out] = estimate.passive
-        return self._rms(estimate, self._blocks[left_out])
+        return estimate
 
     def fitted_error(self, choice: Setting, eps: float) -> float:
         """RMSE of the fit to all rows on these, scaled."""
         sums = NormalEquations(self._thresholds, np.sum(self._sums, axis=0))
         estimate = fit_family(
-            choice.family, sums, eps, self._knots, choice.regularisation, triangle=lambda: self._triangle(None)
+            choice.family, sums, eps, self.knots, choice.regularisation, triangle=lambda: self._triangle(None)
         )
         return self._rms(estimate, slice(0, self._y.size))
 
     def _rms(self, estimate: Estimate, block: slice) -> float:
-        residual = predict(estimate, self._plays[block], self._knots) - self._y[block]
+        residual = predict(estimate, self._plays[block], self.knots) - self._y[block]
         return float(np.sqrt(np.average(residual**2, weights=None if self._weight is None else self._weight[block])))
 
     def _triangle(self, left_out: int | None) -> Array:
@@ -102,13 +103,3 @@ class Folds:
         if self._weight is not None:
             rows *= np.sqrt(self._weight)[:, None]
         return triangle(rows if left_out is None else np.delete(rows, self._blocks[left_out], axis=0))
-
-
-def in_parallel(function: Callable[[In], Out], items: Iterable[In]) -> list[Out]:
-    """Results in order; on threads where there are several processors, since the engine releases Python's lock."""
-    listed = list(items)
-    workers = min(len(listed), os.cpu_count() or 1)
-    if workers < 2:
-        return [function(item) for item in listed]
-    with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(function, listed))

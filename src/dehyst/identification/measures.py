@@ -143,4 +143,5 @@ def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) 
         return 0.0
     inputs = [record.input for record in records]
     middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
-    return 0.5 * max(0.0, part.moments(inputs, middle).largest / data.half_range - 1.0)
+    farthest = part.moments(inputs, middle, extremes=True).largest
+    return 0.5 * max(0.0, farthest / data.half_range - 1.0)

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.families import NORMAL, Estimate, estimate_of
-from dehyst.identification.normal_equations import NormalEquations
 from dehyst.identification.programs import NORMALISATION, Program, Regularisation, program
+from dehyst.identification.sums import NormalEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.identification.normal_equations import NormalEquations
+from dehyst.identification.sums import NormalEquations
 
 Array = npt.NDArray[np.float64]
 

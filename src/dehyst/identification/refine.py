@@ -4,8 +4,9 @@
     g = sum_k c_k r_k                        over the columns [1 | cells]
     G_P d = g_P                              on the slopes that are free, those between two operators with weight
 
-The gradient of small residuals has an error in proportion to them, not to y. The step is kept if the gradient on the
-data, which becomes the certificate's KKT residual, is no larger after it.
+The gradient of small residuals has an error in proportion to them, not to y. The step is kept if the sum of squares on
+the data is no larger after it, but for rounding, and the KKT residual on the data, which is the certificate's, is no
+larger either or as small as rounding allows.
 """
 
 from __future__ import annotations
@@ -18,12 +19,17 @@ import numpy.typing as npt
 from dehyst._native import SLOPES, STOPS, WEIGHTS, Evaluator, Gram
 from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.families import NORMAL, Estimate, estimate_of
-from dehyst.identification.normal_equations import NormalEquations
 from dehyst.identification.programs import BASIS, lower_bounds
 from dehyst.identification.regressors import Bank
+from dehyst.identification.sums import NormalEquations
 
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
+
+
+ROUNDING = 1e-12
+PROVEN = 1e-13
+ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -75,21 +81,44 @@ def refine(data: DataSet, bank: Bank, sums: NormalEquations, eps: float, estimat
     if better is None:
         return kept
     after = gradient_of(data, bank, better)
-    better = replace(better, kkt_residual=kkt_residual(sums, better.family, estimate.passive, after))
-    return better if better.kkt_residual <= max(kept.kkt_residual, 1e-15) else kept
+    if better.passive is None:
+        return kept
+    better = replace(better, kkt_residual=kkt_residual(sums, better.family, better.passive, after))
+    improved = after.square <= before.square * (1.0 + ROUNDING)
+    return better if improved and better.kkt_residual <= max(kept.kkt_residual, PROVEN) else kept
 
 
 def _step(sums: NormalEquations, eps: float, estimate: Estimate, gradient: Gradient) -> Estimate | None:
-    """Solve G_P d = g_P; None where a weight would leave its bound or nothing is free."""
-    n, passive = sums.operators, estimate.passive
-    if passive is None:
+    """Solve G_P d = g_P; weights that would leave their bound are set to it first. None if that does not end."""
+    n = sums.operators
+    if estimate.passive is None:
         return None
-    starts, free = _groups(estimate.family, passive[1 : 1 + n])
-    matrix = sums.matrix[: 1 + n, : 1 + n]
+    lower = np.concatenate([[-np.inf], lower_bounds(estimate.family, n, eps)])
+    passive, u, slope = estimate.passive.copy(), estimate.parameters.copy(), gradient.cells.copy()
+    passive[0] = True
+    for _ in range(ROUNDS):
+        step = _solved(sums, estimate.family, passive[1 : 1 + n], slope)
+        if step is None:
+            return None
+        out = passive & (u + step <= lower)
+        if not out.any():
+            passive[0] = estimate.passive[0]
+            return estimate_of(estimate.family, n, u + step, 0.0, estimate.route, estimate.condition, passive)
+        back = np.where(out, lower - u, 0.0)
+        u[out], passive[out] = lower[out], False
+        slope -= sums.matrix[: 1 + n, : 1 + n] @ np.concatenate([[0.0], slopes_of(estimate.family, back[1:])])
+    return None
+
+
+def _solved(sums: NormalEquations, family: str, passive: Marks, gradient: Array) -> Array | None:
+    """Step of [c | parameters of the plays] that makes the gradient vanish on the free slopes."""
+    n = sums.operators
+    starts, free = _groups(family, passive)
     edges = np.concatenate([[0], 1 + starts])
     chosen = np.concatenate([[True], free])
+    matrix = sums.matrix[: 1 + n, : 1 + n]
     block = np.add.reduceat(np.add.reduceat(matrix, edges, axis=0), edges, axis=1)[np.ix_(chosen, chosen)]
-    right = np.add.reduceat(gradient.cells, edges)[chosen]
+    right = np.add.reduceat(gradient, edges)[chosen]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(block), 1e-300))
     try:
         step = scale * np.linalg.solve(block * scale[:, None] * scale, scale * right)
@@ -98,11 +127,7 @@ def _step(sums: NormalEquations, eps: float, estimate: Estimate, gradient: Gradi
     slopes = np.zeros(free.size)
     slopes[free] = step[1:]
     change = np.repeat(slopes, np.diff(np.append(starts, n)))
-    u = estimate.parameters + np.concatenate([step[:1], _from_slopes(estimate.family, change)])
-    lower = lower_bounds(estimate.family, n, eps)
-    if not np.all(u[1:][passive[1 : 1 + n]] > lower[passive[1 : 1 + n]]):
-        return None
-    return estimate_of(estimate.family, n, u, 0.0, estimate.route, estimate.condition, passive)
+    return np.concatenate([step[:1], _from_slopes(family, change)])
 
 
 def _groups(family: str, passive: Marks) -> tuple[npt.NDArray[np.int64], Marks]:
@@ -123,6 +148,15 @@ def _from_slopes(family: str, change: Array) -> Array:
     if BASIS[family] == STOPS:
         return np.concatenate([change[-1:], change[:-1] - change[1:]])
     return np.diff(change, prepend=0.0)
+
+
+def slopes_of(family: str, plays: Array) -> Array:
+    """Slopes v = T u of the cells."""
+    if BASIS[family] == SLOPES:
+        return plays
+    if BASIS[family] == STOPS:
+        return np.asarray(plays[0] + np.append(np.cumsum(plays[:0:-1])[::-1], 0.0), dtype=np.float64)
+    return np.asarray(np.cumsum(plays), dtype=np.float64)
 
 
 def kkt_residual(sums: NormalEquations, family: str, passive: Marks, gradient: Gradient) -> float:

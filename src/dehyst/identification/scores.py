@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet, chunks
+from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StopOperatorModel
@@ -55,8 +55,10 @@ class Part:
             mask[span] = True if weight is None else weight[span] > 0.0
         return mask
 
-    def moments(self, signals: Sequence[Array], less: Sequence[Array] | None = None, *numbers: int) -> Moments:
-        """Count, mean, mean square and largest size of a signal, or of a difference of two."""
+    def moments(
+        self, signals: Sequence[Array], less: Sequence[Array] | None = None, *numbers: int, extremes: bool = False
+    ) -> Moments:
+        """Count, mean, mean square and, if `extremes`, largest size of a signal, or of a difference of two."""
         count = first = second = largest = 0.0
         for index, part, weight in self.blocks(*numbers):
             values = signals[index][part] if less is None else signals[index][part] - less[index][part]
@@ -64,8 +66,9 @@ class Part:
             count += values.size if weight is None else float(np.sum(weight))
             first += float(np.sum(scaled))
             second += float(scaled @ values)
-            sized = values if weight is None else values[weight > 0.0]
-            largest = max(largest, float(np.max(sized)), -float(np.min(sized)))
+            if extremes:
+                sized = values if weight is None else values[weight > 0.0]
+                largest = max(largest, float(sized.max()), -float(sized.min()))
         return Moments(count, first / count if count else 0.0, second / count if count else 0.0, largest)
 
 
@@ -113,16 +116,27 @@ def predictions(
 
     Every piece starts from its own memory.
     """
-    outputs: list[list[Array]] = [[] for _ in records]
     demands: list[list[Array]] = [[] for _ in records]
-    thresholds = thresholds_of(model)
-    kept = np.searchsorted(bank.thresholds * data.half_range, thresholds)
-    for piece, state in zip(data.pieces, bank.states, strict=True):
+    for piece, started in _started(data, bank, model):
         span = slice(piece.start, piece.start + piece.x.size)
-        started = model.with_state(state[kept] * data.half_range)
-        outputs[piece.recording].append(started.simulate(records[piece.recording].input[span]))
         demands[piece.recording].append(started.inverse().simulate(records[piece.recording].output[span]))
-    return tuple(map(_joined, outputs)), tuple(map(_joined, demands))
+    return simulated(records, data, bank, model), tuple(map(_joined, demands))
+
+
+def simulated(records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel) -> tuple[Array, ...]:
+    """Output of the model for each recording; every piece starts from its own memory."""
+    outputs: list[list[Array]] = [[] for _ in records]
+    for piece, started in _started(data, bank, model):
+        span = slice(piece.start, piece.start + piece.x.size)
+        outputs[piece.recording].append(started.simulate(records[piece.recording].input[span]))
+    return tuple(map(_joined, outputs))
+
+
+def _started(data: DataSet, bank: Bank, model: HysteresisModel) -> Iterator[tuple[Piece, HysteresisModel]]:
+    """Each piece with the model in its state before it."""
+    kept = np.searchsorted(bank.thresholds * data.half_range, thresholds_of(model))
+    for piece, state in zip(data.pieces, bank.states, strict=True):
+        yield piece, model.with_state(state[kept] * data.half_range)
 
 
 def _joined(pieces: list[Array]) -> Array:
@@ -144,7 +158,7 @@ def score(records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, 
     about = part.moments(measured)
     if about.count == 0.0:
         return None
-    error = part.moments(outputs, measured)
+    error = part.moments(outputs, measured, extremes=True)
     middle = [np.broadcast_to(about.mean, record.output.shape) for record in records]
     return score_of(error, part.moments(measured, middle).rms, output_range)
 

@@ -17,10 +17,11 @@ import numpy.typing as npt
 from dehyst.identification.data import DataSet, extremes
 from dehyst.identification.families import FAMILIES, Regularisation
 from dehyst.identification.fit import Candidate
-from dehyst.identification.folds import Folds, in_parallel
+from dehyst.identification.folds import Folds
 from dehyst.identification.memory import largest_radius
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
+from dehyst.identification.threads import in_parallel
 
 Array = npt.NDArray[np.float64]
 
@@ -39,6 +40,9 @@ NO_DIFFERENCE = 0.002
 REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
 # Exponent of the threshold grid of the stop form.
 STOP_POWER = 2
+# What "auto" compares for the number of operators and the exponent of their grid.
+OPERATORS = (5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)
+POWERS = (1.0, 2.0)
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
 BY_ORIENTATION = {
@@ -57,11 +61,14 @@ class Choice:
     ----------
     family, initial_state, regularisation
         The settings; the regularisation is None for families without an output map.
+    power
+        Exponent of the threshold grid, or None for the one of the family.
     """
 
     family: str
     initial_state: str
     regularisation: Regularisation | None
+    power: float | None = None
 
 
 def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array | None) -> Array:
@@ -69,6 +76,7 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
 
     p = 1 is the paper's grid. Leading loops are steep right after a reversal, where p = 2 is dense.
     """
+    power = grid_power(choice.family) if choice.power is None else choice.power
     if given is not None:
         return given / data.half_range
     radius = max(
@@ -76,7 +84,8 @@ def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array |
         for piece in data.pieces
         if piece.split
     )
-    return (np.arange(operators) / operators) ** grid_power(choice.family) * radius
+    grid: Array = (np.arange(operators) / operators) ** power * radius
+    return grid
 
 
 def grid_power(family: str) -> int:
@@ -142,6 +151,26 @@ def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | Non
         errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
     best = min(errors, key=errors.__getitem__)
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
+
+
+def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Choice]:
+    """Fewest operators, and the exponent of their grid, whose error on held-out blocks is within 2 % of the least."""
+    start = choice.initial_state
+    short = shorten(data, start, COMPARED_ROWS)
+    if short.rows < FEWEST_ROWS:
+        return COMPARED_OPERATORS, choice
+    grids = [(n, replace(choice, power=power)) for n in OPERATORS for power in POWERS]
+
+    def score_of(grid: tuple[int, Choice]) -> float:
+        n, setting = grid
+        folds = Folds(short, make_bank(data, threshold_grid(data, n, setting, None), start))
+        return float(np.mean(np.log(folds.errors(setting, eps) + 1e-12)))
+
+    scores = in_parallel(score_of, grids)
+    enough = min(scores) + np.log1p(WITHIN_NOISE)
+    own = grid_power(choice.family)
+    good = [grid for grid, score in zip(grids, scores, strict=True) if score <= enough]
+    return min(good, key=lambda grid: (grid[0], grid[1].power != own))
 
 
 def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate, ...]]:

@@ -18,8 +18,10 @@ Array = npt.NDArray[np.float64]
 
 PAPER_OPERATORS = 100
 PAPER_EPS = 0.001
-MOST_OPERATORS = 2000
+MOST_OPERATORS = 10_000
 SMALLEST_EPS = 1e-12
+LARGEST_WEIGHT = 1e9
+AUTO = "auto"
 
 
 def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
@@ -43,7 +45,7 @@ def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recor
 
 
 def check_settings(
-    family: str, n: int, eps: float, thresholds: npt.ArrayLike | None, initial_state: str
+    family: str, n: int | str, eps: float, thresholds: npt.ArrayLike | None, initial_state: str
 ) -> Array | None:
     """Return the given thresholds as an array, or None for a grid; refuse settings outside what formulas allow."""
     if family != "auto" and family not in FAMILIES:
@@ -53,10 +55,7 @@ def check_settings(
             f"initial_state {initial_state!r} is not one of auto, {', '.join(INITIAL_STATES)}.",
             initial_state=initial_state,
         )
-    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= MOST_OPERATORS:
-        raise ParameterError(
-            f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100).", n=n
-        )
+    check_operators(n, thresholds is not None)
     eps = parameter_number(eps, "eps")
     if eps < SMALLEST_EPS or (eps > 1.0 and family != "pi"):
         raise ParameterError(
@@ -73,7 +72,61 @@ def check_settings(
             f"thresholds[0] = {given[0]:g} must be 0: without a play of radius 0 the model has no inverse.",
             first=float(given[0]),
         )
+    if given.size > MOST_OPERATORS:
+        check_operators(given.size, False)
     return given
+
+
+def check_operators(n: object, given: bool) -> None:
+    """Refuse numbers of operators that no formula or memory allows."""
+    if n == AUTO and isinstance(n, str):
+        if given:
+            raise ParameterError(
+                "n = 'auto' chooses the thresholds, but thresholds are given too. Leave one of them out.", n=n
+            )
+        return
+    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
+        raise ParameterError(
+            f"n = {n!r} operators: pass a whole number from 1 to {MOST_OPERATORS} (the paper uses 100), or 'auto'.",
+            n=n,
+        )
+    if n > MOST_OPERATORS:
+        raise ParameterError(
+            f"n = {n} operators: their sums alone would take {8e-9 * float(n) ** 2:.3g} GB, several times over, since "
+            f"memory grows with n^2. Pass at most {MOST_OPERATORS}; the paper uses 100, and what a log of T samples "
+            f"can tell apart seldom exceeds a few hundred.",
+            n=n,
+        )
+
+
+def check_weights(weights: object, records: tuple[Recording, ...]) -> tuple[Array, ...] | None:
+    """Return one array of weights (T,) for each recording, or None; refuse what cannot weigh samples."""
+    if weights is None:
+        return None
+    listed = [weights] if isinstance(weights, np.ndarray) and weights.ndim == 1 else weights
+    try:
+        arrays = tuple(np.ascontiguousarray(w, dtype=np.float64) for w in listed)  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as fault:
+        raise ParameterError(
+            f"weights are not numbers ({fault}). Pass an array with one weight for each sample, or a list of such "
+            f"arrays, one for each recording."
+        ) from None
+    if len(records) == 1 and len(arrays) == len(records[0]) and all(w.ndim == 0 for w in arrays):
+        arrays = (np.array(arrays, dtype=np.float64),)  # a plain list of numbers
+    if [w.shape for w in arrays] != [(len(record),) for record in records]:
+        raise ParameterError(
+            f"weights have the shapes {[w.shape for w in arrays]} for recordings of {[len(r) for r in records]} "
+            f"samples. Pass one weight for each sample: an array, or a list of arrays for several recordings.",
+        )
+    for w, record in zip(arrays, records, strict=True):
+        bad = np.flatnonzero(~((w >= 0.0) & (w <= LARGEST_WEIGHT)))
+        if bad.size:
+            raise ParameterError(
+                f"weight {w[bad[0]]:g} of sample {bad[0]} of '{record.name}' is not a number from 0 to "
+                f"{LARGEST_WEIGHT:g}: squares of errors are multiplied by it. 0 leaves a sample out.",
+                index=int(bad[0]),
+            )
+    return arrays
 
 
 def paper_eps(eps: float, record: Recording, data: DataSet) -> float:

@@ -30,11 +30,14 @@ class ShortPiece:
         Input at the rows and at the extremes between them, (m,), scaled.
     place
         Where the rows stand in x, (k,).
+    rows
+        Indices of the rows in the piece, (k,).
     y, weight
         Output and weight at the rows, (k,); no weight where all count alike.
     """
 
     x: Array
+    rows: Rows
     place: Rows
     y: Array
     weight: Array | None
@@ -42,7 +45,13 @@ class ShortPiece:
 
 @dataclass(frozen=True)
 class ShortSignal:
-    """Rows of all pieces, (k,) together."""
+    """Rows of all pieces, (k,) together.
+
+    Attributes
+    ----------
+    pieces
+        Those of the data set.
+    """
 
     pieces: tuple[ShortPiece, ...]
 
@@ -87,7 +96,7 @@ def shorten(data: DataSet, initial_state: str, most: int) -> ShortSignal:
         else:
             rows = span.start + np.flatnonzero(piece.weight[span])[::stride]
         x, place, y = _essential(piece, rows)
-        pieces.append(ShortPiece(x, place, y, None if piece.weight is None else piece.weight[rows]))
+        pieces.append(ShortPiece(x, rows, place, y, None if piece.weight is None else piece.weight[rows]))
     return ShortSignal(tuple(pieces))
 
 

@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy.typing as npt
-from threadpoolctl import threadpool_limits
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.fit import Fit
-from dehyst.identification.procedure import Call, solve
+from dehyst.identification.procedure import Call, call_of, solve
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings
 from dehyst.identification.stream.data import branches, prepare
 from dehyst.identification.stream.log import Log, read
@@ -21,6 +20,7 @@ from dehyst.identification.stream.measure import measure_streamed
 from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import Progress, Watch
+from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import parameter_number
 
 
@@ -28,7 +28,7 @@ def identify_stream(
     sources: Source | Sequence[Source],
     family: str = "auto",
     *,
-    n: int = PAPER_OPERATORS,
+    n: int | str = PAPER_OPERATORS,
     eps: float = PAPER_EPS,
     thresholds: npt.ArrayLike | None = None,
     initial_state: str = "auto",
@@ -87,8 +87,7 @@ def identify_stream(
     listed = _sources(sources)
     given = check_settings(family, n, eps, thresholds, initial_state)
     fraction = parameter_number(train_fraction, "train_fraction")
-    operators = int(n) if given is None else given.size
-    call = Call(family, operators, float(eps), given, initial_state, fraction)
+    call = call_of(family, n, float(eps), given, initial_state, fraction)
     watch = Watch(progress)
     folder = None if spool_dir is None else os.fspath(spool_dir)
     tapes = [
@@ -96,8 +95,7 @@ def identify_stream(
         for source in listed
     ]
     try:
-        # As for recordings in memory: the threads of BLAS would wait for each other.
-        with threadpool_limits(limits=1, user_api="blas"):
+        with single_blas():
             watch.begin("reading")
             logs = [_noted(read(source, tape)) for source, tape in zip(listed, tapes, strict=True)]
             check_recordings([log.recording for log in logs])
@@ -111,7 +109,7 @@ def _identify(call: Call, logs: list[Log], watch: Watch) -> Fit:
     data = prepare(logs, call.train_fraction)
     watch.begin("looking")
     found = branches(data)
-    return solve(call, logs[0].recording, data, found, measure_streamed(logs, watch.begin), watch.begin)
+    return solve(call, logs[0].recording, data, found, measure_streamed(logs, watch.begin), entering=watch.begin)
 
 
 def _sources(sources: Source | Sequence[Source]) -> list[Source]:

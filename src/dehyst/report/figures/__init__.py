@@ -10,6 +10,7 @@ from dehyst.report.figures.model_inverse import model_figure
 from dehyst.report.figures.panel import Figure, Panel
 from dehyst.report.figures.play import play_figure
 from dehyst.report.figures.residual import residual_figure
+from dehyst.report.figures.settings import settings_figure
 from dehyst.report.figures.weights import weights_figure
 
 __all__ = ["Figure", "Panel", "all_figures"]
@@ -22,6 +23,7 @@ _MAKERS = (
     residual_figure,
     weights_figure,
     candidates_figure,
+    settings_figure,
 )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.recording import Recording
+from dehyst.report.tables import Table
 from dehyst.report.text import clean, power_of_ten, short, width
 from dehyst.report.theme import INK, Token
 from dehyst.report.thin import Window, interrupted, occupancy, thin_path, thin_series
@@ -66,6 +67,8 @@ class Figure:
         Drawn side by side, one below the other on a narrow screen.
     formula
         Formula below the heading in plain text, or "".
+    table
+        Small table below the panels, or None.
     """
 
     key: str
@@ -73,6 +76,7 @@ class Figure:
     caption: str
     panels: tuple[Panel, ...]
     formula: str = ""
+    table: Table | None = None
 
 
 def label_axes(axes: Axes, window: Window, across: str, up: str) -> None:
