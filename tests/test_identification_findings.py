@@ -347,7 +347,7 @@ BAD_SETTINGS = [
     ({"n": 1.5}, "whole number"),
     ({"n": "many"}, "whole number"),
     ({"n": True}, "whole number"),
-    ({"n": 10**9}, "whole number"),
+    ({"n": 10**9}, "at most 10000"),
     ({"n": float("inf")}, "whole number"),
     ({"eps": 0.0}, "and 1"),
     ({"eps": -1.0}, "and 1"),

@@ -92,9 +92,9 @@ def check_operators(n: object, given: bool) -> None:
         )
     if n > MOST_OPERATORS:
         raise ParameterError(
-            f"n = {n} operators: their sums alone would take {8e-9 * float(n) ** 2:.3g} GB, several times over, since "
-            f"memory grows with n^2. Pass at most {MOST_OPERATORS}; the paper uses 100, and what a log of T samples "
-            f"can tell apart seldom exceeds a few hundred.",
+            f"n = {n} operators: their sums would take several times {8e-9 * float(min(n, 10**12)) ** 2:.3g} GB, since "
+            f"memory grows with n^2. Pass at most {MOST_OPERATORS}; the paper uses 100, and a log seldom tells more "
+            f"than a few hundred apart.",
             n=n,
         )
 
