@@ -73,6 +73,8 @@ void engine_gram_take(engine_gram *gram, double *sums);
  * them zero. Meant for the time between two takes as a whole. */
 void engine_gram_only_targets(engine_gram *gram, int only);
 void engine_gram_state(const engine_gram *gram, double *z); /* (n,) */
+int64_t engine_gram_events(const engine_gram *gram);         /* so far, behind the dense prefix of the time */
+int32_t engine_gram_prefix(const engine_gram *gram);         /* operators taken one by one at present */
 
 /* ---- Bounded least squares on normal equations: minimise 1/2 v'G v - g'v over v = T u, u_i >= 0 where bounded.
  * The first `free` unknowns have no bound and T leaves them alone; the next `plays` ones are related to cells by

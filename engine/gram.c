@@ -19,6 +19,7 @@ static int build(engine_gram *g, int32_t prefix, const double *state)
         gram_machine_free(&machine);
         return -1;
     }
+    g->events_before += g->machine.events;
     gram_dense_free(&g->dense);
     gram_machine_free(&g->machine);
     g->dense = dense;
@@ -41,8 +42,8 @@ engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *s
     g->empty = 1;
     g->r = malloc(bytes);
     g->state = malloc(bytes);
-    g->pairs = calloc(m * m + 1, sizeof *g->pairs);
-    g->total = calloc(m + 1, sizeof *g->total);
+    g->pairs = calloc(2 * m * m + 1, sizeof *g->pairs);
+    g->total = calloc(2 * m + 1, sizeof *g->total);
     g->weighted = malloc((m * GRAM_SAMPLES + 1) * sizeof *g->weighted);
     g->square = malloc((m + 1) * sizeof *g->square);
     g->column = malloc((m + 1) * sizeof *g->column);
@@ -86,8 +87,8 @@ static void clear(engine_gram *g)
         gram_machine_clear(&g->machine);
     }
     gram_dense_clear(&g->dense);
-    memset(g->pairs, 0, (size_t)g->targets * (size_t)g->targets * sizeof *g->pairs);
-    memset(g->total, 0, (size_t)g->targets * sizeof *g->total);
+    memset(g->pairs, 0, 2 * (size_t)g->targets * (size_t)g->targets * sizeof *g->pairs);
+    memset(g->total, 0, 2 * (size_t)g->targets * sizeof *g->total);
     g->weight = 0.0;
 }
 
@@ -186,3 +187,7 @@ void engine_gram_state(const engine_gram *g, double *z)
     }
     z[0] = g->input;
 }
+
+int64_t engine_gram_events(const engine_gram *g) { return g->events_before + g->machine.events; }
+
+int32_t engine_gram_prefix(const engine_gram *g) { return g->dense.prefix; }

@@ -43,9 +43,11 @@ enum { GRAM_SQUARE, GRAM_NEXT, GRAM_ONES, GRAM_COLUMNS };
 /* Sums over samples at places 0 .. n; place 0 is nobody's: what lands there is not read. */
 typedef struct gram_sums {
     double *cross; /* g_p g_q of different boundaries, p from the deeper one: packed lower triangle */
+    double *cross_kept; /* (2, triangle) the same from earlier on, and its rounding; a null pointer while there is none */
     double *place; /* (n + 1, stride): g_p^2 and g_p g_{p-1} of the same boundary, g_p, and g_p f_k for each column f_k */
-    double weight; /* of the samples, up to when the log was last emptied */
-    double *total; /* (columns,) f_k, likewise */
+    double *kept, *lost; /* (n + 1, stride) the same from before the log was last emptied: a sum and its rounding */
+    double weight;       /* of the samples, up to then */
+    double *total, *total_lost; /* (columns,) f_k, likewise */
 } gram_sums;
 
 /* Events: operators behind one play, driven by it. */
@@ -65,7 +67,7 @@ typedef struct gram_machine {
     gram_sums sums;
     double weight;       /* of the samples since the log was emptied */
     double *total;       /* (columns,) their sums */
-    int64_t events;
+    int64_t events, events_kept; /* so far; when cross was last put aside */
     /* the present run: samples with the same moving cell and sign */
     int32_t cell;
     double sign, below, origin, last;
@@ -82,12 +84,13 @@ typedef struct gram_dense {
     double *r, *z;           /* (prefix,) of operators 1 .. prefix; those beyond the last have r infinite and z = 0 */
     double *rows, *weighted; /* (SAMPLES, prefix) cells, and times weight */
     double *drive;           /* (SAMPLES,) z_prefix */
-    double *products;        /* (prefix, prefix) cell_i cell_j, lower triangle of blocks of 8 */
-    double *with;            /* (targets, prefix) */
-    double *ones;            /* (prefix,) */
+    /* sums, each followed by as many numbers that rounding took from it */
+    double *products;        /* (2, prefix, prefix) cell_i cell_j, lower triangle of blocks of 8 */
+    double *with;            /* (2, targets, prefix) */
+    double *ones;            /* (2, prefix) */
 } gram_dense;
 
-enum { GRAM_SAMPLES = 1024, GRAM_DENSE_SAMPLES = 128, GRAM_PREFIX_LIMIT = 64 };
+enum { GRAM_SAMPLES = 1024, GRAM_DENSE_SAMPLES = 128, GRAM_PREFIX_LIMIT = 64, GRAM_EMPTY = 1 << 17 };
 
 struct engine_gram {
     int32_t n, targets, method;
@@ -96,15 +99,17 @@ struct engine_gram {
     double input;           /* the last sample, z_0 */
     gram_dense dense;
     gram_machine machine;   /* operators prefix .. n - 1; n = 0 if there are none */
-    double *pairs;          /* (targets, targets) lower triangle */
-    double weight, *total;  /* of samples that no machine has seen, and sums of targets (targets,) */
+    double *pairs;          /* (2, targets, targets) lower triangle of sums, what rounding took from them */
+    double weight, *total;  /* of samples that no machine has seen; sums of targets (2, targets) likewise */
     double *weighted;       /* (targets, GRAM_SAMPLES) targets times weight */
     double *square;         /* (targets,) sums of squares in a chunk */
     const double **column;  /* (targets,) those of a chunk, times weight if there is one */
     const double **here;    /* (targets,) within it */
     double *earlier;        /* (size, size) sums taken over from other prefixes, lower triangle; a null pointer if none */
+    int64_t until_empty;    /* samples until logs are emptied, for accuracy */
     int empty;              /* nothing was added since the last take */
     int64_t until_choice, since_choice, events_then; /* samples until the prefix is considered again, and since */
+    int64_t events_before;  /* of machines that are gone */
 };
 
 /* gram_machine.c */
@@ -139,6 +144,14 @@ void gram_sum_up(engine_gram *g, double *out);
 
 /* gram_choice.c */
 int32_t gram_choose(engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *x);
+
+/* total += a; what rounding took away goes to lost. */
+static inline void gram_add_exactly(double *total, double *lost, double a)
+{
+    const double sum = *total + a, back = sum - *total;
+    *lost += (*total - (sum - back)) + (a - back);
+    *total = sum;
+}
 
 /* Where row p of the packed triangle begins; columns 0 .. p, its length a multiple of 8. */
 static inline size_t gram_row(int32_t p)

@@ -44,7 +44,8 @@ static void add_pairs(engine_gram *g, const engine_kernels *kernels, int64_t sam
     for (int32_t i = 0; i < g->targets; ++i) {
         double *row = g->pairs + (ptrdiff_t)i * g->targets;
         for (int32_t j = 0; j <= i; ++j) {
-            row[j] += squares && i == j ? g->square[i] : kernels->dot(samples, g->column[i], targets[j] + from);
+            gram_add_exactly(row + j, row + j + (ptrdiff_t)g->targets * g->targets,
+                             squares && i == j ? g->square[i] : kernels->dot(samples, g->column[i], targets[j] + from));
         }
     }
 }
@@ -52,11 +53,17 @@ static void add_pairs(engine_gram *g, const engine_kernels *kernels, int64_t sam
 /* What only machines sum otherwise. */
 static void add_totals(engine_gram *g, int64_t samples, const double *weight, const double *const *f)
 {
-    for (int64_t k = 0; k < samples; ++k) {
-        g->weight += weight == NULL ? 1.0 : weight[k];
-        for (int32_t t = 0; t < g->targets; ++t) {
-            g->total[t] += f[t][k];
+    double sum = weight == NULL ? (double)samples : 0.0;
+    for (int64_t k = 0; k < samples && weight != NULL; ++k) {
+        sum += weight[k];
+    }
+    g->weight += sum;
+    for (int32_t t = 0; t < g->targets; ++t) {
+        sum = 0.0;
+        for (int64_t k = 0; k < samples; ++k) {
+            sum += f[t][k];
         }
+        gram_add_exactly(g->total + t, g->total + g->targets + t, sum);
     }
 }
 
@@ -74,17 +81,18 @@ static void add_dense(engine_gram *g, const engine_kernels *kernels, int64_t sam
         }
         rows = d->weighted;
     }
+    const ptrdiff_t offset = (ptrdiff_t)g->targets * prefix; /* to what rounding took away */
     int32_t t = 0;
     if (!g->only_targets) {
-        kernels->products(samples, prefix, rows, d->rows, g->targets > 0 ? f[t++] : NULL, d->products, d->with);
+        kernels->products(samples, prefix, rows, d->rows, g->targets > 0 ? f[t++] : NULL, d->products, d->with, offset);
     }
     for (; t < g->targets; ++t) {
-        kernels->row_sums(samples, prefix, d->rows, f[t], d->with + (ptrdiff_t)t * prefix);
+        kernels->row_sums(samples, prefix, d->rows, f[t], d->with + (ptrdiff_t)t * prefix, offset);
     }
     if (g->machine.n > 0) {
         kernels->gram_run(&g->machine, samples, d->drive, weight, f, rows);
     } else {
-        kernels->row_sums(samples, prefix, rows, NULL, d->ones);
+        kernels->row_sums(samples, prefix, rows, NULL, d->ones, prefix);
         add_totals(g, samples, weight, f);
     }
 }
@@ -119,6 +127,10 @@ int64_t engine_gram_add(engine_gram *g, int64_t samples, const double *x, const 
         const int64_t taken = add_chunk(g, kernels, good, x + from, weight == NULL ? NULL : weight + from);
         add_pairs(g, kernels, taken, targets, from, weight == NULL && taken == count);
         g->empty = g->empty && taken == 0;
+        if ((g->until_empty -= taken) <= 0) {
+            gram_finish_log(g);
+            g->until_empty = GRAM_EMPTY;
+        }
         from += taken;
         g->until_choice -= taken;
         g->since_choice += taken;

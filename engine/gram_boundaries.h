@@ -2,6 +2,7 @@
 #ifndef DEHYST_GRAM_BOUNDARIES_H
 #define DEHYST_GRAM_BOUNDARIES_H
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "gram.h"
@@ -165,6 +166,29 @@ static inline void gram_pair_with_block(gram_machine *m, gram_pair each, gram_pa
     *(gram_two *)(block + c) += rest.g;
 }
 
+/* Sums so far are put aside, so that sums of very many samples round as little as those of few; those of pairs, of which
+ * there are n^2, after as many events. */
+static inline void gram_put_aside(gram_machine *m)
+{
+    gram_sums *s = &m->sums;
+    for (ptrdiff_t i = 0; i < (m->n + 1) * m->stride; i += 8) {
+        lanes_add_exactly(s->kept + i, s->lost + i, lanes_load(s->place + i));
+        lanes_store(s->place + i, lanes_all(0.0));
+    }
+    if (m->only_targets || 4 * (m->events - m->events_kept) < (int64_t)m->n * m->n) {
+        return;
+    }
+    m->events_kept = m->events;
+    const size_t size = gram_row(m->n + 1);
+    if (s->cross_kept == NULL && (s->cross_kept = calloc(2 * size, sizeof *s->cross_kept)) == NULL) {
+        return; /* then they round a little more */
+    }
+    for (size_t i = 0; i < size; i += 8) {
+        lanes_add_exactly(s->cross_kept + i, s->cross_kept + size + i, lanes_load(s->cross + i));
+        lanes_store(s->cross + i, lanes_all(0.0));
+    }
+}
+
 /* Pair every boundary at rest with the log written since it froze, all at once; it rests on from now. */
 static inline void gram_empty_log(gram_machine *m)
 {
@@ -181,11 +205,12 @@ static inline void gram_empty_log(gram_machine *m)
         }
         gram_pair_with_block(m, m->frozen[q].beside, rest);
     }
+    gram_put_aside(m);
     m->logged = 0;
     m->sums.weight += m->weight;
     m->weight = 0.0;
     for (int32_t j = 0; j < m->columns; ++j) {
-        m->sums.total[j] += m->total[j];
+        gram_add_exactly(m->sums.total + j, m->sums.total_lost + j, m->total[j]);
         m->total[j] = 0.0;
     }
     for (int32_t q = last; q < m->stack.top; ++q) {

@@ -17,9 +17,9 @@ int gram_dense_start(gram_dense *d, int32_t prefix, int32_t n, const double *thr
     d->rows = malloc((k * GRAM_DENSE_SAMPLES + 1) * sizeof *d->rows);
     d->weighted = malloc((k * GRAM_DENSE_SAMPLES + 1) * sizeof *d->weighted);
     d->drive = malloc(GRAM_DENSE_SAMPLES * sizeof *d->drive);
-    d->products = calloc(k * k + 1, sizeof *d->products);
-    d->with = calloc(k * (size_t)targets + 1, sizeof *d->with);
-    d->ones = calloc(k + 1, sizeof *d->ones);
+    d->products = calloc(2 * k * k + 1, sizeof *d->products);
+    d->with = calloc(2 * k * (size_t)targets + 1, sizeof *d->with);
+    d->ones = calloc(2 * k + 1, sizeof *d->ones);
     if (d->r == NULL || d->z == NULL || d->rows == NULL || d->weighted == NULL || d->drive == NULL ||
         d->products == NULL || d->with == NULL || d->ones == NULL) {
         return -1;
@@ -47,7 +47,7 @@ void gram_dense_free(gram_dense *d)
 void gram_dense_clear(gram_dense *d)
 {
     const size_t k = (size_t)d->prefix;
-    memset(d->products, 0, k * k * sizeof *d->products);
-    memset(d->with, 0, k * (size_t)d->targets * sizeof *d->with);
-    memset(d->ones, 0, k * sizeof *d->ones);
+    memset(d->products, 0, 2 * k * k * sizeof *d->products);
+    memset(d->with, 0, 2 * k * (size_t)d->targets * sizeof *d->with);
+    memset(d->ones, 0, 2 * k * sizeof *d->ones);
 }

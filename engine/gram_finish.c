@@ -5,7 +5,10 @@ enum { GROUP = 8 }; /* rows at once: mirrored rows are columns of the packed tri
 
 static double gap(const gram_machine *m, int32_t c) { return c + 1 < m->n ? m->grid.r[c + 1] - m->grid.r[c] : 1.0; }
 
-static double own(const gram_machine *m, int32_t p, int entry) { return m->sums.place[p * m->stride + entry]; }
+static double own(const gram_machine *m, int32_t p, int entry)
+{
+    return m->sums.kept[p * m->stride + entry] + m->sums.lost[p * m->stride + entry];
+}
 
 /* g_p g_q with p and q in one group of rows, symmetric. */
 static double within_group(const gram_machine *m, int32_t p, int32_t q)

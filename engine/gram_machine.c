@@ -19,13 +19,17 @@ static int allocate(gram_machine *m)
     m->block = zeros(n + 8);
     m->sums.cross = zeros(gram_row(m->n + 1));
     m->sums.place = zeros((n + 1) * (size_t)m->stride);
+    m->sums.kept = zeros((n + 1) * (size_t)m->stride);
+    m->sums.lost = zeros((n + 1) * (size_t)m->stride);
     m->sums.total = zeros(columns);
+    m->sums.total_lost = zeros(columns);
     m->total = zeros(columns);
     m->run_f = zeros(columns);
     m->run_df = zeros(columns);
     return m->scale == NULL || m->stack.segment == NULL || m->frozen == NULL || m->log == NULL ||
                    m->frozen_at == NULL || m->block == NULL || m->sums.cross == NULL || m->sums.place == NULL ||
-                   m->sums.total == NULL || m->total == NULL || m->run_f == NULL || m->run_df == NULL
+                   m->sums.kept == NULL || m->sums.lost == NULL || m->sums.total == NULL ||
+                   m->sums.total_lost == NULL || m->total == NULL || m->run_f == NULL || m->run_df == NULL
                ? -1
                : 0;
 }
@@ -63,8 +67,12 @@ void gram_machine_free(gram_machine *m)
     free(m->log);
     free(m->block);
     free(m->sums.cross);
+    free(m->sums.cross_kept);
     free(m->sums.place);
+    free(m->sums.kept);
+    free(m->sums.lost);
     free(m->sums.total);
+    free(m->sums.total_lost);
     free(m->total);
     free(m->run_f);
     free(m->run_df);
@@ -73,9 +81,15 @@ void gram_machine_free(gram_machine *m)
 
 void gram_machine_clear(gram_machine *m)
 {
+    const size_t places = ((size_t)m->n + 1) * (size_t)m->stride * sizeof(double), columns = (size_t)m->columns * sizeof(double);
     memset(m->sums.cross, 0, gram_row(m->n + 1) * sizeof(double));
-    memset(m->sums.place, 0, ((size_t)m->n + 1) * (size_t)m->stride * sizeof(double));
-    memset(m->sums.total, 0, (size_t)m->columns * sizeof(double));
+    free(m->sums.cross_kept);
+    m->sums.cross_kept = NULL;
+    memset(m->sums.place, 0, places);
+    memset(m->sums.kept, 0, places);
+    memset(m->sums.lost, 0, places);
+    memset(m->sums.total, 0, columns);
+    memset(m->sums.total_lost, 0, columns);
     m->sums.weight = 0.0;
 }
 

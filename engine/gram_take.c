@@ -1,6 +1,11 @@
 /* All sums in one matrix. */
 #include "gram.h"
 
+static double total_of(const gram_machine *m, int32_t column)
+{
+    return m->sums.total[column] + m->sums.total_lost[column];
+}
+
 /* Cells of the dense prefix with ones and each other, rows 1 .. prefix of out, and with the cells behind them. */
 static void add_dense(const engine_gram *g, double *out, ptrdiff_t size)
 {
@@ -8,9 +13,10 @@ static void add_dense(const engine_gram *g, double *out, ptrdiff_t size)
     const int32_t prefix = d->prefix, cells = prefix < g->n ? prefix : g->n;
     for (int32_t i = 0; i < cells && !g->only_targets; ++i) {
         double *row = out + (1 + i) * size;
-        row[0] += g->machine.n > 0 ? g->machine.sums.total[1 + i] : d->ones[i];
+        const double *products = d->products + (ptrdiff_t)i * prefix, *lost = products + (ptrdiff_t)prefix * prefix;
+        row[0] += g->machine.n > 0 ? total_of(&g->machine, 1 + i) : d->ones[i] + d->ones[prefix + i];
         for (int32_t j = 0; j <= i; ++j) {
-            row[1 + j] += d->products[i * (ptrdiff_t)prefix + j];
+            row[1 + j] += products[j] + lost[j];
         }
         if (g->machine.n > 0) {
             gram_finish_column(&g->machine, GRAM_COLUMNS + 1 + i, out + (1 + prefix) * size + 1 + i, size);
@@ -24,28 +30,42 @@ static void add_targets(const engine_gram *g, double *out, ptrdiff_t size)
     const int32_t prefix = g->dense.prefix, cells = prefix < g->n ? prefix : g->n;
     for (int32_t t = 0; t < g->targets; ++t) {
         double *row = out + (1 + g->n + t) * size;
-        row[0] += g->total[t];
+        row[0] += g->total[t] + g->total[g->targets + t];
         for (int32_t i = 0; i < cells; ++i) {
-            row[1 + i] += g->dense.with[t * (ptrdiff_t)prefix + i];
+            const double *with = g->dense.with + t * (ptrdiff_t)prefix + i;
+            row[1 + i] += with[0] + with[(ptrdiff_t)g->targets * prefix];
         }
         if (g->machine.n > 0) {
             const int32_t column = gram_column_of(&g->machine, t);
-            row[0] += g->machine.sums.total[column];
+            row[0] += total_of(&g->machine, column);
             gram_finish_column(&g->machine, GRAM_COLUMNS + column, row + 1 + prefix, 1);
         }
         for (int32_t j = 0; j <= t; ++j) {
-            row[1 + g->n + j] += g->pairs[t * (ptrdiff_t)g->targets + j];
+            const double *pair = g->pairs + t * (ptrdiff_t)g->targets + j;
+            row[1 + g->n + j] += pair[0] + pair[(ptrdiff_t)g->targets * g->targets];
         }
     }
 }
 
-/* Adds the present sums to the lower triangle of out (size, size), size = 1 + n + targets. The log must be empty. */
+/* Sums of pairs that were put aside come back. */
+static void settle(gram_machine *m)
+{
+    const double *kept = m->sums.cross_kept;
+    const size_t size = gram_row(m->n + 1);
+    for (size_t i = 0; i < size && kept != NULL; ++i) {
+        m->sums.cross[i] = kept[i] + (kept[size + i] + m->sums.cross[i]);
+    }
+}
+
+/* Adds the present sums to the lower triangle of out (size, size), size = 1 + n + targets. The log must be empty;
+ * the sums must be cleared afterwards. */
 void gram_sum_up(engine_gram *g, double *out)
 {
     const ptrdiff_t size = 1 + (ptrdiff_t)g->n + g->targets, cells = 1 + (ptrdiff_t)g->dense.prefix;
     out[0] += g->weight + (g->machine.n > 0 ? g->machine.sums.weight : 0.0);
     add_dense(g, out, size);
     if (g->machine.n > 0 && !g->only_targets) {
+        settle(&g->machine);
         gram_finish_column(&g->machine, GRAM_ONES, out + cells * size, size);
         gram_finish_cells(&g->machine, g->state, out + cells * size + cells, size);
     }

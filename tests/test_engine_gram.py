@@ -1,11 +1,14 @@
 """The streaming normal equations are those of the cells written out, whatever the signal, the state and the pieces."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import _native
+from test_engine_levels import FLAGS, compiled, run, tool
 
 UNIT = np.finfo(float).eps
 
@@ -180,3 +183,203 @@ def test_bad_samples_are_named_and_shapes_checked(change, message):
 def test_operators_that_cannot_be_are_refused(r, z, message):
     with pytest.raises(ValueError, match=message):
         _native.Gram(np.array(r, dtype=float), np.array(z, dtype=float), 1)
+
+
+METHODS = (-1, 0, 8, 16, 24, 40, _native.ENGINE_DENSE)
+
+
+def sums_of(x, targets, r, z, method, weights=None):
+    """Return the sums of one pass with this method."""
+    gram = _native.Gram(r, z, len(targets))
+    gram.method(method)
+    gram.add(x, targets, weights)
+    return gram.take()
+
+
+def by_blas(x, y, r, piece=512):
+    """Return sums of products of [1 | cells | y] and of [1 | plays | y] by BLAS, on pieces that round little."""
+    n, z = len(r), np.zeros(len(r))
+    totals = [np.zeros((n + 2, n + 2), np.longdouble) for _ in range(2)]
+    for k in range(0, len(x), piece):
+        part = x[k : k + piece]
+        plays, z = _native.play_bank(part, r, z, np.arange(len(part)))
+        cells = plays - np.column_stack([plays[:, 1:], np.zeros(len(part))])
+        for total, columns in zip(totals, (cells, plays), strict=True):
+            rows = np.column_stack([np.ones(len(part)), columns, y[k : k + piece]])
+            total += rows.T @ rows
+    return totals
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_gives_the_same_sums(method):
+    for seed in range(25):
+        x, targets, r, z = case([9, seed], 40)
+        weights = np.random.default_rng(seed).uniform(0, 2, len(x)) if seed % 2 else None
+        exact, _ = written_out(x, targets, r, z, weights)
+        assert error(sums_of(x, targets, r, z, method, weights), exact, 40) < 4e-14
+
+
+def test_a_method_may_change_between_any_two_samples():
+    rng = np.random.default_rng(8)
+    for seed in range(10):
+        x, targets, r, z = case([10, seed], 33)
+        gram = _native.Gram(r, z, len(targets))
+        for k in range(len(x)):
+            if rng.random() < 0.2:
+                gram.method(int(rng.choice(METHODS)))
+            gram.add(x[k : k + 1], targets[:, k : k + 1].copy())
+        exact, last = written_out(x, targets, r, z)
+        assert error(gram.take(), exact, 33) < 4e-14
+        assert np.abs(gram.state - last).max() <= 4 * UNIT * (np.abs(x).max() + r[-1])
+
+
+@pytest.mark.parametrize("method", [7, -2, 72, 48])
+def test_a_method_that_cannot_be_is_refused(method):
+    with pytest.raises(ValueError, match="does not apply"):
+        _native.Gram(np.arange(40.0), np.zeros(40), 0).method(method)
+
+
+LONG = 300_000
+
+
+def long_signal(kind):
+    rng, k = np.random.default_rng(4), np.arange(LONG)
+    sine = np.sin(k * (2 * np.pi / 40_000))
+    return {
+        "smooth": sine,
+        "noisy": sine + rng.uniform(-0.02, 0.02, LONG),
+        "white": rng.uniform(-1, 1, LONG),
+        "decaying": np.linspace(1, 0, LONG) * (1 - 4 * np.abs(k % 2000 / 2000 - 0.5)),
+        "constant": np.full(LONG, 0.3),
+    }[kind]
+
+
+@pytest.mark.parametrize("kind", ["smooth", "noisy", "white", "decaying", "constant"])
+@pytest.mark.parametrize("method", [0, 8])
+def test_long_runs_lose_no_digits(kind, method):
+    x, r = long_signal(kind), np.arange(24) / 24
+    y = x + np.random.default_rng(5).normal(0, 0.1, LONG)
+    found = sums_of(x, y[None], r, np.zeros(24), method)
+    cells, plays = by_blas(x, y, r)
+    assert np.abs(found - cells).max() < 3e-15 * np.abs(cells).max()
+    g, b = in_plays(found, 24)[:-1, :-1], in_plays(found, 24)[-1, :-1]
+    assert np.abs(g - plays[:-1, :-1]).max() < 1e-14 * np.abs(plays[:-1, :-1]).max()  # 2.3e-14 is asked for
+    assert np.abs(b - plays[-1, :-1]).max() < 1e-14 * np.abs(plays[-1, :-1]).max()  # 1e-13 is
+    length = np.sqrt(np.diag(cells)) + 1e-300
+    assert np.abs((found - cells) / np.outer(length, length)).max() < 1e-12  # cells seldom visited count as much
+
+
+def test_an_event_takes_its_sample_whatever_rounding_says():
+    rng = np.random.default_rng(0)
+    r = np.r_[0, np.cumsum(rng.uniform(0.1, 1, 20))] / 3
+    x = rng.choice(np.r_[r, -r, 2 * r, np.nextafter(r, 9), np.nextafter(-r, -9)], 20_000) * rng.choice(
+        [1, 0.1, 1 / 3], 20_000
+    )
+    exact, _ = written_out(x, x[None], r, np.zeros(21))
+    for method in (0, 8):
+        assert error(sums_of(x, x[None], r, np.zeros(21), method), exact, 21) < 4e-14
+
+
+def test_noise_below_the_first_threshold_makes_no_events():
+    gram = _native.Gram(np.arange(50) / 50, np.zeros(50), 0)
+    gram.method(0)
+    gram.add(np.random.default_rng(1).uniform(-0.0199, 0.0199, 100_000), np.empty((0, 100_000)))
+    assert gram.events == 0
+
+
+def test_events_do_not_depend_on_the_number_of_operators_when_they_are_few():
+    x = long_signal("smooth")
+    for n in (10, 1000):
+        gram = _native.Gram(np.arange(n) / n, np.zeros(n), 0)
+        gram.add(x, np.empty((0, LONG)))
+        assert gram.prefix == 0
+        assert gram.events <= 2 * n * (2 * LONG // 40_000 + 1)
+
+
+@pytest.mark.parametrize("method", [0, 8])
+def test_nearly_equal_thresholds_keep_the_sums_of_plays(method):
+    rng = np.random.default_rng(2)
+    r = np.sort(np.r_[0, rng.uniform(0.1, 1, 9), rng.uniform(0.1, 1, 9)])
+    r = np.unique(np.r_[r, np.nextafter(r[1:], 2), r[1:] * (1 + 1e-13)])
+    for x in (rng.uniform(-1, 1, 3000), np.sin(np.arange(3000) / 50)):
+        exact, _ = written_out(x, x[None] ** 2, r, np.zeros(len(r)))
+        found = sums_of(x, x[None] ** 2, r, np.zeros(len(r)), method)
+        a, b = in_plays(found, len(r)), in_plays(exact, len(r))
+        assert np.abs(a - b).max() < 2e-14 * np.abs(b).max()
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e6])
+@pytest.mark.parametrize("method", [0, 8])
+def test_the_last_cell_may_be_far_larger_than_the_others(scale, method):
+    rng = np.random.default_rng(3)
+    r, x = np.arange(20) * scale, rng.uniform(-1, 1, 2000) * 1e4 * scale
+    exact, _ = written_out(x, x[None], r, np.zeros(20))
+    found = sums_of(x, x[None], r, np.zeros(20), method)
+    length = np.sqrt(np.diag(exact))
+    assert np.abs((found - exact) / np.outer(length, length)).max() < 1e-12
+
+
+def test_the_signal_chooses_how_many_operators_are_taken_one_by_one():
+    r, none = np.arange(200) / 200, np.empty((0, LONG))
+    smooth, noisy = long_signal("smooth"), long_signal("noisy")
+    gram = _native.Gram(r, np.zeros(200), 0)
+    chosen = []
+    for x in (smooth, noisy, smooth):
+        for _ in range(2):
+            gram.add(x, none)
+        chosen.append(gram.prefix)
+    assert chosen[0] == 0 < chosen[1]
+    assert chosen[2] == 0
+    plain = _native.Gram(r, np.zeros(200), 0)
+    plain.method(0)
+    for x in (smooth, smooth, noisy, noisy, smooth, smooth):
+        plain.add(x, none)
+    a, b = gram.take(), plain.take()
+    assert np.abs(a - b).max() < 4e-15 * np.abs(b).max()
+
+
+def test_threads_with_sums_of_their_own_do_not_meet():
+    data = [case([11, seed], 30, 20_000) for seed in range(4)]
+    alone = [sums_of(*one, 0) for one in data]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda one: sums_of(*one, 0), data * 5))
+    for k, found in enumerate(together):
+        assert np.array_equal(found, alone[k % 4])
+
+
+@pytest.fixture
+def use_level():
+    before = _native.engine_level()
+    yield _native.engine_use_level
+    _native.engine_use_level(before)
+
+
+@pytest.mark.parametrize("level", [0, 1, 2], ids=["portable", "avx2", "avx512"])
+def test_every_instruction_set_gives_the_same_sums(level, use_level):
+    if level > _native.engine_best_level():
+        pytest.skip("this processor has no such instructions")
+    use_level(level)
+    for seed in range(30):
+        x, targets, r, z = case([12, seed], 1 + seed, 1500)
+        exact, _ = written_out(x, targets, r, z)
+        for method in (0, 8, _native.ENGINE_DENSE):
+            assert error(sums_of(x, targets, r, z, method), exact, 1 + seed) < 4e-14
+
+
+def program(folder, compiler, levels, *options):
+    return compiled(tool(compiler), folder, levels, *options, driver="engine_gram.c")
+
+
+def test_no_sum_reads_or_writes_beyond_its_arrays(tmp_path):
+    best = list(FLAGS)[_native.engine_best_level()]
+    driver = program(tmp_path, "gcc", sorted({"portable", best}), "-O0", "-fsanitize=address,undefined")
+    for level in {0, _native.engine_best_level()}:
+        done = run(driver, level, 1, 1000)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_sums_are_right_on_another_architecture(tmp_path):
+    machine = tool("qemu-aarch64", "qemu-aarch64-static")
+    driver = program(tmp_path, "aarch64-linux-gnu-gcc", ["portable"], "-O1", "-static")
+    done = run(machine, driver, 0, 2, 800)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -29,13 +29,13 @@ def tool(*names):
     return pytest.skip(f"none of {', '.join(names)} is installed")
 
 
-def compiled(compiler, folder, levels, *options):
+def compiled(compiler, folder, levels, *options, driver="engine_differential.c"):
     """Compile the engine, the core's arithmetic of models and the driver; return the program."""
     has = [f"-DENGINE_HAS_{level.upper()}" for level in levels]
     jobs = [(s, [*has], s.stem) for s in sorted((ROOT / "engine").glob("*.c"))]
     jobs += [(s, FLAGS[v], f"{s.stem}_{v}") for s in sorted((ROOT / "engine/lanes").glob("*.c")) for v in levels]
     jobs += [(s, [], f"core_{s.stem}") for s in sorted((ROOT / "core").glob("[gp][ul]a*.c"))]
-    jobs += [(TESTS / "engine_differential.c", ["-O3"], "driver")]
+    jobs += [(TESTS / driver, ["-O3"], "driver")]
     objects = []
     for source, flags, name in jobs:
         objects.append(folder / f"{name}.o")

@@ -5,8 +5,9 @@
 void LANES_NAME(engine_cells)(int64_t samples, int32_t prefix, const double *r, double *z, const double *x, double *cells,
                               double *drive);
 void LANES_NAME(engine_products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f,
-                                 double *out, double *with);
-void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out);
+                                 double *out, double *with, int64_t lost);
+void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out,
+                                 int64_t lost);
 int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low, double high);
 
 static inline lanes play(lanes low, lanes high, lanes z) { return lanes_max(low, lanes_min(high, z)); }
@@ -95,7 +96,7 @@ void LANES_NAME(engine_cells)(int64_t samples, int32_t prefix, const double *r, 
 /* Eight rows of a'b and, if it is asked for, f'b: `wide` times eight columns. */
 static inline __attribute__((always_inline)) void block(const int wide, const int with_f, int64_t samples, int32_t stride,
                                                         const double *a, const double *b, const double *f, double *out,
-                                                        double *with)
+                                                        double *with, int64_t lost)
 {
     enum { ROWS = LANES_LEVEL == 2 ? 8 : 4 }; /* as many as there are registers */
     for (int half = 0; half < 8; half += ROWS) {
@@ -103,7 +104,7 @@ static inline __attribute__((always_inline)) void block(const int wide, const in
         lanes sum[ROWS][2], sum_f[2] = {lanes_all(0.0), lanes_all(0.0)};
         for (int i = 0; i < ROWS; ++i) {
             for (int j = 0; j < wide; ++j) {
-                sum[i][j] = lanes_load(out + (half + i) * stride + 8 * j);
+                sum[i][j] = lanes_all(0.0);
             }
         }
         for (int64_t k = 0; k < samples; ++k) {
@@ -123,44 +124,47 @@ static inline __attribute__((always_inline)) void block(const int wide, const in
         }
         for (int i = 0; i < ROWS; ++i) {
             for (int j = 0; j < wide; ++j) {
-                lanes_store(out + (half + i) * stride + 8 * j, sum[i][j]);
+                double *here = out + (half + i) * stride + 8 * j;
+                lanes_add_exactly(here, here + (int64_t)stride * stride, sum[i][j]);
             }
         }
         for (int j = 0; f_now && j < wide; ++j) {
-            lanes_store(with + 8 * j, lanes_add(lanes_load(with + 8 * j), sum_f[j]));
+            lanes_add_exactly(with + 8 * j, with + lost + 8 * j, sum_f[j]);
         }
     }
 }
 
-/* out (prefix, prefix) += a'b, blocks of eight on and below the diagonal; with (prefix,) += f'b, f a null pointer for none. */
+/* out (prefix, prefix) += a'b, blocks of eight on and below the diagonal; with (prefix,) += f'b, f a null pointer for none.
+ * What rounding takes from these sums is added up behind them: prefix^2 and `lost` numbers further on. */
 void LANES_NAME(engine_products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f,
-                                 double *out, double *with)
+                                 double *out, double *with, int64_t lost)
 {
     for (int32_t i = 0; i < prefix; i += 8) {
         int32_t j = 0;
         for (; LANES_LEVEL == 2 && j + 8 <= i; j += 16) { /* two at once: a number is fetched for two products */
             if (f != 0 && j + 8 == i) {
-                block(2, 1, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j);
+                block(2, 1, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j, lost);
             } else {
-                block(2, 0, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j);
+                block(2, 0, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j, lost);
             }
         }
         for (; j <= i; j += 8) {
             if (f != 0 && j == i && (LANES_LEVEL != 2 || i + 8 == prefix)) {
-                block(1, 1, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j);
+                block(1, 1, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j, lost);
             } else {
-                block(1, 0, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j);
+                block(1, 0, samples, prefix, a + i, b + j, f, out + i * prefix + j, with + j, lost);
             }
         }
     }
 }
 
 /* out (prefix,) += sum over samples of f times the row; of the row alone if f is a null pointer. */
-void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out)
+void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out,
+                                 int64_t lost)
 {
     for (int32_t first = 0; first < prefix; first += 8) {
         const double *u = rows + first;
-        lanes even = lanes_load(out + first), odd = lanes_all(0.0);
+        lanes even = lanes_all(0.0), odd = even;
         int64_t k = 0;
         for (; k + 2 <= samples; k += 2, u += 2 * (int64_t)prefix) {
             const lanes a = lanes_load(u), b = lanes_load(u + prefix);
@@ -171,7 +175,7 @@ void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *
             const lanes a = lanes_load(u);
             even = f == 0 ? lanes_add(even, a) : lanes_fma(lanes_all(f[k]), a, even);
         }
-        lanes_store(out + first, lanes_add(even, odd));
+        lanes_add_exactly(out + first, out + lost + first, lanes_add(even, odd));
     }
 }
 

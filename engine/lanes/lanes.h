@@ -179,6 +179,15 @@ static inline void lanes_fence(void)
 #endif
 }
 
+/* total += a, and what rounding took away goes to low: the sum of both is as good as one rounded once (Knuth's two-sum). */
+static inline void lanes_add_exactly(double *total, double *low, lanes a)
+{
+    const lanes t = lanes_load(total), sum = lanes_add(t, a), back = lanes_sub(sum, t);
+    const lanes lost = lanes_add(lanes_sub(t, lanes_sub(sum, back)), lanes_sub(a, back));
+    lanes_store(total, sum);
+    lanes_store(low, lanes_add(lanes_load(low), lost));
+}
+
 /* a b + c of one number, as lanes_fma does it at this level */
 static inline double lanes_fma_one(double a, double b, double c)
 {

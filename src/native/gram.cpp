@@ -96,6 +96,18 @@ class Gram {
         return own(std::move(z));
     }
 
+    int64_t events()
+    {
+        const std::lock_guard<std::mutex> alone(busy_);
+        return engine_gram_events(gram_.get());
+    }
+
+    int32_t prefix()
+    {
+        const std::lock_guard<std::mutex> alone(busy_);
+        return engine_gram_prefix(gram_.get());
+    }
+
   private:
     struct Free {
         void operator()(engine_gram *gram) const { engine_gram_free(gram); }
@@ -147,5 +159,7 @@ void bind_gram(nb::module_ &m)
         .def("take", &Gram::take, "Sums (1 + n + m, 1 + n + m) since the last take; the state goes on.")
         .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; a dense prefix of 8, 16, ..., or ENGINE_DENSE.")
         .def("only_targets", &Gram::only_targets, "only"_a, "Leave out sums of cells with cells and with ones.")
+        .def_prop_ro("events", &Gram::events, "Events so far, behind the dense prefix of the time.")
+        .def_prop_ro("prefix", &Gram::prefix, "Operators taken one by one at present.")
         .def_prop_ro("state", &Gram::state, nb::rv_policy::move, "Play states z (n,).");
 }
