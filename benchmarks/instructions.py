@@ -29,7 +29,7 @@ LEVELS: dict[str, tuple[str, ...]] = {
     "avx2": ("-DLANES_LEVEL=1", "-mavx2", "-mfma"),
 }
 COUNTED = {"evaluate": "engine_evaluator_run", "gram": "engine_gram_add"}
-SAMPLES = 100_000
+SAMPLES = 200_000
 
 SIGNALS = ("smooth", "noisy", "white")
 
@@ -40,9 +40,10 @@ LIMITS: dict[tuple[str, str, int], tuple[float, ...]] = {
     ("evaluate", "portable", 1000): (40, 260, 550),
     ("evaluate", "avx2", 14): (8, 45, 47),
     ("evaluate", "avx2", 100): (10, 50, 215),
-    ("evaluate", "avx2", 1000): (30, 105, 515),
-    ("gram", "portable", 100): (60, 910),
-    ("gram", "avx2", 100): (28, 730),
+    ("evaluate", "avx2", 1000): (30, 130, 515),
+    ("gram", "portable", 100): (30, 435),
+    ("gram", "avx2", 100): (13, 145),
+    ("gram", "avx2", 1000): (64,),
 }
 
 
