@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test check docs bench clean
+.PHONY: demo test check docs bench bench-quick clean
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --out demo
@@ -21,9 +21,20 @@ check: $(VENV)/installed-test
 docs: $(VENV)/installed-test
 	$(BIN)/python docs/build.py
 
-bench: $(VENV)/installed
+bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/startup.py
 	$(BIN)/python benchmarks/robot.py
+	$(BIN)/python benchmarks/step.py --instructions
+	$(BIN)/python benchmarks/step.py
+	$(BIN)/python benchmarks/instructions.py
+	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/memory.py
+
+# What does not depend on the machine being quiet: counted instructions, and half of each ratio.
+bench-quick: $(VENV)/installed-bench
+	$(BIN)/python benchmarks/step.py --instructions
+	$(BIN)/python benchmarks/instructions.py
+	$(BIN)/python benchmarks/speed.py --quick
 
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant engine -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
@@ -43,6 +54,10 @@ $(VENV)/installed: $(VENV)/bin/python $(SOURCES)
 $(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
 	$(PIP) '.[all,test]'
 	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-bench: $(VENV)/bin/python $(SOURCES)
+	$(PIP) '.[all,test,bench]'
+	@touch $@ $(VENV)/installed $(VENV)/installed-test
 
 clean:
 	rm -rf $(VENV) build demo
