@@ -40,7 +40,8 @@ class Figures:
                 continue
             rows.append({
                 "what": limit.what, "signal": limit.signal, "measured": value, "sense": limit.sense,
-                "limit": limit.value, "ok": None if value is None else limit.holds(value, quick),
+                "limit": limit.value, "asked": limit.asked(quick),
+                "ok": None if value is None else limit.holds(value, quick),
             })  # fmt: skip
         return rows
 

@@ -23,14 +23,21 @@ class Limit:
     value: float
     kind: str = "ratio"
 
-    def holds(self, measured: float, quick: bool = False) -> bool | None:
-        """Whether a measured figure is within it; None if that is not judged."""
+    def asked(self, quick: bool = False) -> float | None:
+        """The bound that a run is judged by; None if it is not judged."""
         if self.kind == "time" and quick:
             return None
-        easier = 1.0
-        if self.kind == "ratio":
-            easier = QUICK if quick else 1.0 + (TIMING if self.value == 1.0 else 0.0)
-        return measured <= self.value * easier if self.sense == "<=" else measured >= self.value / easier
+        easier = QUICK if self.kind == "ratio" and quick else 1.0
+        return self.value * easier if self.sense == "<=" else self.value / easier
+
+    def holds(self, measured: float, quick: bool = False) -> bool | None:
+        """Whether a measured figure is within it; None if that is not judged."""
+        bound = self.asked(quick)
+        if bound is None:
+            return None
+        if bound == 1.0:
+            bound += TIMING if self.sense == "<=" else -TIMING
+        return measured <= bound if self.sense == "<=" else measured >= bound
 
 
 def _row(what: str, sense: str, *values: float | None) -> tuple[Limit, ...]:

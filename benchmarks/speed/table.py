@@ -50,7 +50,7 @@ def limits(rows: Iterable[Mapping[str, Any]]) -> Iterable[str]:
     for row in rows:
         measured = "not measured" if row["measured"] is None else number(row["measured"])
         verdict = {True: "ok", False: "MISSED", None: ""}[row["ok"]]
-        bound = f"{row['sense']} {number(row['limit'])}"
+        bound = "not judged" if row["asked"] is None else f"{row['sense']} {number(row['asked'])}"
         yield f"{row['what']:46}{row['signal']:10}{measured:>12}{bound:>14}  {verdict}"
 
 
