@@ -23,6 +23,7 @@ docs: $(VENV)/installed-test
 
 bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/startup.py
+	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/robot.py
 	$(BIN)/python benchmarks/step.py --instructions
 	$(BIN)/python benchmarks/step.py

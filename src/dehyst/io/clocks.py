@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
-from dehyst.io.table import Array, Table, finite
+from dehyst.io.table import Array, Table, finite, measured
 from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
 
 TIME_WORDS = frozenset(
@@ -47,6 +48,7 @@ NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW m
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
 EPOCH = (9.78e8, 4.1e9)
+_FOUND: WeakKeyDictionary[Table, list[str]] = WeakKeyDictionary()  # a table is asked for its clocks several times
 
 
 def is_clock(table: Table, name: str) -> bool:
@@ -61,15 +63,15 @@ def is_clock(table: Table, name: str) -> bool:
 
 
 def _runs_forward(values: Array) -> bool:
-    good = values[finite(values)]
+    good = measured(values)
     if good.size < 2:
         return False
     step = np.diff(good)
-    return bool(np.mean(step >= 0) >= FORWARD_SHARE and np.any(step > 0))
+    return bool(np.count_nonzero(step >= 0) / step.size >= FORWARD_SHARE and np.any(step > 0))
 
 
 def _is_even(values: Array) -> bool:
-    good = values[finite(values)]
+    good = measured(values)
     if good.size < 8:
         return False
     step = np.diff(good)
@@ -84,6 +86,12 @@ def clock_names(table: Table) -> list[str]:
     reported, not a reason to do without it. Failing that, a nameless first column that counts up evenly is time, or
     the first column of a matrix in a binary log.
     """
+    if table not in _FOUND:
+        _FOUND[table] = _find_clocks(table)
+    return list(_FOUND[table])
+
+
+def _find_clocks(table: Table) -> list[str]:
     names = [name for name in table.order if name in table.columns]
     return (
         [name for name in names if is_clock(table, name)]
@@ -103,7 +111,7 @@ def _leads_matrix(table: Table, name: str) -> bool:
 
 
 def _moves(table: Table, name: str) -> bool:
-    good = table.columns[name][finite(table.columns[name])]
+    good = measured(table.columns[name])
     return good.size > 1 and float(good.min()) < float(good.max())
 
 
@@ -120,7 +128,7 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
         Add it to compare two clocks.
     """
     values = table.columns[name]
-    good = values[finite(values)]
+    good = measured(values)
     if good.size == 0:
         return np.full(values.size, np.nan), 0.0
     scale, is_epoch = counting(table, name)
@@ -130,7 +138,7 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
 
 def counting(table: Table, name: str) -> tuple[float, bool]:
     """Unit of a time column in seconds, and whether it counts from 1970."""
-    good = table.columns[name][finite(table.columns[name])]
+    good = measured(table.columns[name])
     scale = TABLE["time"].get(table.units.get(name, ""), 0.0)
     if good.size == 0 or (name not in table.stamps and float(good.max()) * max(scale, 1.0) < EPOCH[0]):
         return scale or 1.0, False  # whatever the unit
@@ -144,7 +152,8 @@ def counting(table: Table, name: str) -> tuple[float, bool]:
 def in_seconds(values: Array, scale: float, first: float) -> Array:
     """Stamps from `first` on, in seconds; NaN where there is none."""
     # Subtract before scaling: 1.7e18 ns has no digits to lose.
-    stamps = np.where(finite(values), values, np.nan) - first
+    good = finite(values)
+    stamps = (values if good.all() else np.where(good, values, np.nan)) - first
     return np.asarray(stamps / round(1 / scale) if scale < 1 else stamps * scale)
 
 

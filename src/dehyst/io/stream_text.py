@@ -23,7 +23,7 @@ from dehyst.io.text import open_text
 
 BLOCK = 1 << 20  # bytes read at a time
 LONGEST_LINE = 1 << 24
-HEAD = 1 << 22
+HEAD = 1 << 20  # bytes by which columns, clock and units are found
 ODD_MOST = 0.1  # of the lines of a chunk may be read one by one
 SHOWN = 4
 

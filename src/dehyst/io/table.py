@@ -84,6 +84,18 @@ def finite(values: Array) -> npt.NDArray[np.bool_]:
         return np.asarray((values <= LARGEST) & (values >= -LARGEST))
 
 
+def measured(values: Array) -> Array:
+    """Return the values that are measurements; the array itself, not a copy, if all are.
+
+    Examples
+    --------
+    >>> measured(np.array([1.0, np.nan, 2.0])).tolist()
+    [1.0, 2.0]
+    """
+    good = finite(values)
+    return values if good.all() else values[good]
+
+
 def list_rows(rows: Rows | Sequence[int], word: str = "line", shown: int = 4) -> str:
     """Name the first few rows and the number of the others.
 
