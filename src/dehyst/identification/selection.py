@@ -146,8 +146,8 @@ def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | Non
     if short.rows < FEWEST_ROWS:
         return "zero"
     for start in ("zero", "origin", "rest", "rising", "falling"):
-        bank = make_bank(data, threshold_grid(data, operators, Choice("pi", start, None), given), start)
-        folds = Folds(short, bank, blocks=1)
+        grid = threshold_grid(data, min(operators, COMPARED_OPERATORS), Choice("pi", start, None), given)
+        folds = Folds(short, make_bank(data, grid, start), blocks=1, ramps=False)
         errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
     best = min(errors, key=errors.__getitem__)
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
