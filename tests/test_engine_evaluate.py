@@ -329,6 +329,24 @@ def test_an_out_of_another_length_is_refused():
         Evaluator(*operator(4), 0.0, 0.0, np.zeros(4)).run(np.ones(3), np.ones(4))
 
 
+def test_an_out_that_cannot_be_written_to_is_refused():
+    evaluator = Evaluator(*operator(4), 0.0, 0.0, np.zeros(4))
+    frozen = np.ones(3)
+    frozen.flags.writeable = False
+    for out in (np.ones(3, dtype=np.float32), np.ones(6)[::2], frozen):
+        with pytest.raises(TypeError, match="writable contiguous float64"):
+            evaluator.run(np.ones(3), out)
+
+
+@pytest.mark.parametrize("shift", [1, -1])
+def test_an_out_that_overlaps_the_input_is_refused(shift):
+    memory = np.ones(3001)
+    one, other = memory[:-1], memory[1:]
+    x, out = (one, other) if shift > 0 else (other, one)
+    with pytest.raises(ValueError, match="overlaps"):
+        Evaluator(*operator(4), 0.0, 0.0, np.zeros(4)).run(x, out)
+
+
 def test_evaluators_of_several_threads_do_not_disturb_each_other():
     r, w = operator(100)
     x = signal("noisy", 200_000)

@@ -174,6 +174,7 @@ def test_bad_samples_are_named_and_shapes_checked(change, message):
     [
         ([0.5, 1.0], [0.0, 0.0], "first threshold must be 0"),
         ([0.0, 1.0, 1.0], [0.0] * 3, "increase strictly"),
+        ([0.0, 1e-310], [0.0] * 2, "too close"),
         ([0.0, 1.0], [0.0, 2.0], "not admissible"),
         ([0.0, np.nan], [0.0, 0.0], "not finite"),
         ([], [], "operators"),

@@ -294,6 +294,13 @@ def test_labels_keep_their_letters_and_lose_the_blanks_around_them():
     assert read(b"\xed\xa0\x80,1", [8, 0])[2][2] == 0  # half of a pair
 
 
+@WAYS
+def test_no_byte_before_the_text_counts(portable):
+    columns, rows = [np.empty(1) for _ in range(3)], np.zeros(1, np.int64)
+    answer = _native.text_read(b" \0", 1, 1, " ", ".", [0, 0, 0], columns, rows, True, portable)
+    assert answer[3] == 1  # the blank before the offset sets nothing off
+
+
 def test_no_byte_beyond_the_text_is_read(tmp_path):
     compiler = shutil.which("gcc") or shutil.which("clang")
     if not compiler:

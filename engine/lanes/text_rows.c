@@ -116,9 +116,10 @@ static inline const char *number(const char *p, const char *end, layout cells, c
 static NUMBER_APART const char *blank_row(const text_format *format, layout cells, const char *p, const char *end, int64_t k,
                              void *const *columns, text_stop *stop)
 {
+    const char *const line = p;
     for (int32_t j = 0; j < format->width; j++) {
         const int32_t letters = format->letters[j];
-        const char *behind = j > 0 && !is_blank(p[-1]) ? NULL
+        const char *behind = j > 0 && (p == line || !is_blank(p[-1])) ? NULL
                              : letters > 0
                                  ? label(p, end, cells, letters, (uint32_t *)columns[j] + (size_t)k * (size_t)letters)
                                  : number(p, end, cells, format, (double *)columns[j] + k, stop);

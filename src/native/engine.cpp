@@ -30,8 +30,14 @@ class Evaluator {
             advance(x, y.data());
             return nb::cast(y.release());
         }
-        const auto y = nb::cast<Writable>(out, false);
+        Writable y;
+        if (!nb::try_cast(out, y, false))
+            throw nb::type_error("out must be a writable contiguous float64 array (T,)");
         require(y.size() == x.size(), "out has another length than x");
+        const auto from = reinterpret_cast<std::uintptr_t>(x.data()), to = reinterpret_cast<std::uintptr_t>(y.data());
+        const std::uintptr_t bytes = x.size() * sizeof(double);
+        require(from == to || from + bytes <= to || to + bytes <= from,
+                "out overlaps x: pass x itself or an array of its own");
         advance(x, y.data());
         return out;
     }

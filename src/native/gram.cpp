@@ -137,6 +137,7 @@ class Gram {
         require(r[0] == 0.0, "the first threshold must be 0: its operator is the input, which drives all others");
         for (std::size_t i = 1; i < n_; ++i) {
             require(r[i] > r[i - 1], "thresholds must increase strictly");
+            require(std::isfinite(1 / (r[i] - r[i - 1])), "thresholds are too close: one over their distance overflows");
             const double gap = std::fabs(z[i] - z[i - 1]), size = std::fabs(z[i]);
             require(gap <= r[i] - r[i - 1] + 1e-9 * (size + r[i]), "the state is not admissible: no input leaves it");
         }
