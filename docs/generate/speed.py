@@ -16,6 +16,10 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 RESULT = ROOT / "benchmarks" / "results" / "speed.json"
 COMMAND = "python benchmarks/speed.py --json benchmarks/results/speed.json"
+PICTURE = (
+    "![Time of evaluation a sample over the number of operators: a loop in numpy, numba, dehyst for three signals, and",
+    "copying the signal.](../images/speed.svg)",
+)
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from speed import table  # noqa: E402 - found through the path above
@@ -32,8 +36,8 @@ def page() -> str:
     """Both kinds of tables in Markdown, with the machine."""
     if not RESULT.exists():
         return f"(Not run yet: `{COMMAND}`)"
-    machine, how = table.head(result())
-    return "\n".join([f"{how[0].upper()}{how[1:]}; {machine}.", "", *_limits(), *_times()])
+    machine, how, *_ = table.head(result())
+    return "\n".join([f"{how[0].upper()}{how[1:]}; {machine}.", "", *PICTURE, "", *_limits(), *_times()])
 
 
 def console() -> str:
