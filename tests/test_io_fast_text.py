@@ -435,11 +435,15 @@ QUICK = {
     "infinite cells": log_text(extra=[(9, "inf,1,-Infinity"), (10, "1,1e400,2")]),
     "longer than what the layout is found by": log_text(rows=12_000, extra=[(11_000, "# late"), (11_500, "1,nan,2")]),
     "one line": "1,2,3\n",
+    "run and missing cells": log_text(run=True, extra=[(k, f"run 1,{k}.5,,") for k in range(0, 90, 3)]),
+    "runs that begin with digits": log_text(run=True).replace("run ", "200g_").replace("200g_,", "run,"),
     "preamble": "Rig 7\nOperator: N. N.\n\n" + log_text(),
     "units row": "t,p,phi\ns,bar,deg\n" + log_text(header=False),
 }
 CAREFUL = {
     "text in a cell": log_text(extra=[(9, "1,ERR,2")]),
+    "runs that are numbers further on": log_text(run=True, extra=[(280, "7,1,,3")]),
+    "runs in brackets": log_text(run=True, extra=[(280, "(7),1,,3")]),
     "quotes": log_text(extra=[(9, '"1",2,3')]),
     "short line": log_text(extra=[(9, "1,2")]),
     "missing and infinite": log_text(extra=[(9, "1,,2"), (10, "1,inf,2")]),

@@ -52,7 +52,7 @@ def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
     if layout and quick:
         return _assemble(name, sha256, layout, quick[1], quick[0], findings)
     lines = text.all_lines()
-    layout = find_layout(lines, name)
+    layout = layout if layout and text.complete else find_layout(lines, name)
     body, rows = _body(lines, layout.first)
     cells, rows = _split(body, rows, layout, name, findings)
     content = _careful(cells, rows, layout, name, findings)

@@ -10,13 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.io.cells import is_date_time, number
+from dehyst.io.cells import comma_number, is_date_time, number
+from dehyst.io.dressed import is_dressed
 from dehyst.io.layout import BLANKS, Layout, split_line
 from dehyst.io.table import Array, Rows
 
 PROBE = 200  # lines that tell which columns hold labels
 LABEL_WIDTH = 64  # characters of a label; longer ones take the careful way
 NUMBERISH = "+-(.,0123456789"  # first characters of numbers, plain or not
+MOST_BLOCKS = 4096  # of equal labels that are looked at one by one
 SPARE = 1.05  # room for more lines than the first ones make expect
 
 Labels = npt.NDArray[np.str_]
@@ -36,6 +38,8 @@ class Plain:
         Columns that may hold whole numbers only: a comma in them would separate thousands, perhaps.
     missing
         Whether an empty cell is a missing number.
+    doubtful
+        Columns of labels that begin as numbers do: 200g_a. All of them must be looked at.
     """
 
     delimiter: str
@@ -43,6 +47,7 @@ class Plain:
     letters: tuple[int, ...]
     whole: tuple[int, ...] = ()
     missing: bool = False
+    doubtful: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +96,31 @@ def find_plain(body: Sequence[str], layout: Layout) -> Plain | None:
     texts = {j for j in columns if all(number(row[j]) is None for row in probe)}
     if texts and layout.decimal_comma:
         return None  # commas within text are not decimal signs
-    if any(row[j].strip()[:1] in NUMBERISH and not is_date_time(row[j]) for row in probe for j in texts):
+    doubtful = tuple(j for j in texts if any(_looks_like_number(row[j]) for row in probe))
+    if not all(_is_label(cell) for j in doubtful for cell in {row[j] for row in probe}):
         return None  # 1.234.567, (3.21) or 1.2 bar: numbers in disguise
     width = min(LABEL_WIDTH, 8 + max((len(row[j]) for row in probe for j in texts), default=0))
     letters = tuple(width if j in texts else 0 for j in columns)
-    missing = not (texts or layout.decimal_comma or layout.delimiter == BLANKS)
-    return Plain(layout.delimiter, "," if layout.decimal_comma else ".", letters, whole, missing)
+    missing = not (layout.decimal_comma or layout.delimiter == BLANKS)
+    return Plain(layout.delimiter, "," if layout.decimal_comma else ".", letters, whole, missing, doubtful)
+
+
+def _looks_like_number(cell: str) -> bool:
+    return cell.strip()[:1] in NUMBERISH and not is_date_time(cell)
+
+
+def _is_label(cell: str) -> bool:
+    """Whether a cell is a label whatever stands in the other rows: no number, dressed or not, and no date."""
+    text = cell.strip()
+    if "," in text or text.startswith("(") or is_dressed(text):
+        return False
+    return not text or not (is_date_time(text) or comma_number(text) is not None)
+
+
+def _are_labels(column: Labels) -> bool:
+    """Whether all cells of a column are labels; False as well if they are too many to be looked at."""
+    starts = np.flatnonzero(np.concatenate(([True], column[1:] != column[:-1])))
+    return starts.size <= MOST_BLOCKS and all(map(_is_label, set(column[starts].tolist())))
 
 
 def _may_be_thousands(column: Sequence[str]) -> bool:
@@ -141,7 +165,11 @@ def read_plain(text: bytes, offset: int, line: int, plain: Plain) -> tuple[list[
     else:
         columns = [np.concatenate(column) for column in zip(*(p.columns for p in parts), strict=True)]
         rows = np.concatenate([p.rows for p in parts])
-    return (columns, rows) if keeps_whole(columns, plain) else None
+    empty = any(p.empty for p in parts)
+    unsure = [j for j, k in enumerate(plain.letters) if k and (empty or j in plain.doubtful)]
+    if not keeps_whole(columns, plain) or not all(_are_labels(columns[j]) for j in unsure):  # type: ignore[arg-type]
+        return None
+    return columns, rows
 
 
 def keeps_whole(columns: Sequence[npt.NDArray[Any]], plain: Plain) -> bool:
