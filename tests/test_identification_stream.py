@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import os
 import subprocess
 import sys
 import textwrap
@@ -368,11 +367,9 @@ MEMORY = """
 
 
 def run(code, *arguments):
-    paths = os.pathsep.join(path for path in sys.path if path)
-    done = subprocess.run(
-        [sys.executable, "-S", "-c", f"import sys; sys.path[:0] = {paths.split(os.pathsep)!r}\n" + textwrap.dedent(code),
-         *arguments], capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    begin = f"import sys; sys.path[:0] = {[path for path in sys.path if path]!r}\n"
+    command = [sys.executable, "-S", "-c", begin + textwrap.dedent(code), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -431,7 +428,8 @@ def test_a_disk_without_room_is_refused_before_it_is_full(tmp_path, monkeypatch)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_disk_that_runs_full_is_an_error_that_cures(tmp_path, monkeypatch):
     time, x, y = record(80_000)
-    monkeypatch.setattr(spools.tempfile, "TemporaryFile", lambda **_: open("/dev/full", "r+b", buffering=0))  # noqa: SIM115
+    full = Path("/dev/full")
+    monkeypatch.setattr(spools.tempfile, "TemporaryFile", lambda **_: full.open("r+b", buffering=0))
     with pytest.raises(OutputError, match=r"No space left on device.*another folder"):
         dehyst.identify_stream(Chunks(x, y, time, costly=True), spool_dir=tmp_path)
 
@@ -490,3 +488,67 @@ def test_what_can_be_read_only_once_is_refused():
         dehyst.identify_stream([Chunks(x, y, time), other])
     with pytest.raises(ParameterError, match="train_fraction"):
         dehyst.identify_stream(Chunks(x, y, time), train_fraction=0.0)
+
+
+# ---- The command
+
+
+def invoke(capsys, *arguments):
+    """Output of the command, in this process; errors as they are raised."""
+    from dehyst.cli import app
+
+    app(["identify", *map(str, arguments), "--input", "pressure", "--output", "angle"], standalone_mode=False)
+    return capsys.readouterr().out
+
+
+def test_the_command_gives_the_same_figures_in_chunks_and_chooses_by_size(tmp_path, capsys, monkeypatch):
+    log = columns(tmp_path, "csv", *record(40_000))
+    options = (log, "--n", "10", "--family", "pi", "--json")
+    whole = json.loads(invoke(capsys, *options))
+    chunked = json.loads(invoke(capsys, *options, "--stream", "--spool-dir", tmp_path))
+    codes = [found["code"] for found in chunked.pop("warnings")]
+    assert "streamed" in codes
+    assert codes.count("streamed") == 1
+    whole.pop("warnings")
+    for key, value in whole.items():
+        if isinstance(value, dict):
+            assert chunked[key] == pytest.approx(value, rel=1e-12)
+        elif isinstance(value, float):
+            assert chunked[key] == pytest.approx(value, rel=1e-12, abs=1e-14)
+    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 10.0 * log.stat().st_size)
+    assert "streamed" not in invoke(capsys, *options, "--no-stream")
+    assert "streamed" not in invoke(capsys, *options)
+    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 9.9 * log.stat().st_size)
+    assert "streamed" in invoke(capsys, *options)
+    assert "streamed" not in invoke(capsys, *options, "--from", "1")
+
+
+def test_what_does_not_go_in_chunks_is_refused_if_asked_for_and_read_at_once_if_not(tmp_path, capsys, monkeypatch):
+    time, x, y = record(2000)
+    log = columns(tmp_path, "csv", time, x, y)
+    with pytest.raises(ParameterError, match=r"--from and --to.*--no-stream"):
+        invoke(capsys, log, "--stream", "--to", "3")
+    odd = tmp_path / "odd.csv"
+    odd.write_text(log.read_text(encoding="utf-8"), encoding="utf-16")
+    with pytest.raises(LogError, match="cannot be read in chunks"):
+        invoke(capsys, odd, "--stream")
+    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 1.0)
+    assert "operators" in invoke(capsys, odd, "--n", "5", "--family", "pi")
+
+
+def test_the_progress_bar_shows_stage_and_bytes_on_a_terminal_only():
+    import io
+
+    from rich.console import Console
+
+    from dehyst.app.identify_stream import memory_size, progress_bar
+
+    screen = io.StringIO()
+    with progress_bar(False, Console(file=screen, force_terminal=True, width=100)) as show:
+        show(dehyst.Progress("summing", 4, 7, 5e8, 2e9))
+    assert "summing, 4 of 7" in screen.getvalue()
+    assert "0.5/2.0 GB" in screen.getvalue()
+    for quiet, terminal in ((True, True), (False, False)):
+        with progress_bar(quiet, Console(file=screen, force_terminal=terminal)) as show:
+            assert show is None
+    assert memory_size() > 1e8

@@ -86,6 +86,17 @@ def identify(
     figures: Annotated[
         Path | None, typer.Option("--figures", help="Write every figure as SVG and PNG into this folder.")
     ] = None,
+    stream: Annotated[
+        bool | None,
+        typer.Option(
+            "--stream/--no-stream",
+            help="Read in chunks, in constant memory, or at once; logs that would fill half of it are streamed.",
+        ),
+    ] = None,
+    spool_dir: Annotated[
+        Path | None,
+        typer.Option("--spool-dir", help="Folder of the temporary copy that streaming makes of text logs and bags."),
+    ] = None,
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -97,6 +108,7 @@ def identify(
         runs=tuple(run or ()), start=start, stop=stop,
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
+        stream=stream, spool_dir=spool_dir,
     )  # fmt: skip
     run_identify(request)
 

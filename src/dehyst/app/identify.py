@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.targets import MODEL, PAGE, refuse_existing
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.grades import Grade, grade_of
 from dehyst.identification import Fit, Score, identify
+from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
 from dehyst.recording import Recording
 
@@ -42,23 +44,14 @@ class IdentifyRequest:
     figures: Path | None
     overwrite: bool
     json: bool
+    stream: bool | None = None
+    spool_dir: Path | None = None
 
 
 def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     _refuse_clashes(request)
-    with ask_progress("reading", request.json):
-        records = _read(request)
-    with ask_progress("identifying", request.json):
-        fit = identify(
-            records,
-            request.family,
-            n=_operators(request.n),
-            eps=request.eps,
-            thresholds=_thresholds(request.thresholds),
-            initial_state=request.initial_state,
-            train_fraction=request.train_fraction,
-        )
+    fit = _identify(request)
     if request.save is not None:
         fit.model.save(request.save)
     if request.report is not None or request.figures is not None:
@@ -68,6 +61,25 @@ def run_identify(request: IdentifyRequest) -> None:
         sys.stdout.write(json.dumps(_finite(fit.as_dict()), indent=1, allow_nan=False) + "\n")
         return
     _print(fit, request)
+
+
+def _identify(request: IdentifyRequest) -> Fit:
+    settings: dict[str, Any] = {
+        "family": request.family,
+        "n": _operators(request.n),
+        "eps": request.eps,
+        "thresholds": _thresholds(request.thresholds),
+        "initial_state": request.initial_state,
+        "train_fraction": request.train_fraction,
+    }
+    streams = open_streams(request)
+    if streams is not None:
+        with progress_bar(request.json) as show:
+            return identify_stream(streams, progress=show, spool_dir=request.spool_dir, **settings)
+    with ask_progress("reading", request.json):
+        records = _read(request)
+    with ask_progress("identifying", request.json):
+        return identify(records, **settings)
 
 
 def _read(request: IdentifyRequest) -> list[Recording]:
