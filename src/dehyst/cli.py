@@ -90,7 +90,7 @@ def identify(
         bool | None,
         typer.Option(
             "--stream/--no-stream",
-            help="Read in chunks, in constant memory, or at once; logs that would fill half of it are streamed.",
+            help="Read in chunks, in constant memory, or at once; without either, by size.",
         ),
     ] = None,
     spool_dir: Annotated[

@@ -12,6 +12,7 @@ from dehyst.app.terminal import terminal
 from dehyst.errors import DehystError, LogError, ParameterError
 from dehyst.identification.stream import Progress
 from dehyst.io.chunks import ChunkedLog, open_chunks
+from dehyst.io.text import SIZE_LIMIT
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,8 +41,11 @@ def memory_size() -> float:
 
 
 def is_large(logs: Sequence[Path]) -> bool:
-    """Whether logs are too large to be identified at once with comfort."""
-    sizes = [log.stat().st_size * PACKED.get(log.suffix.lower(), 1.0) for log in logs if log.is_file()]
+    """Whether logs are too large to be identified at once with comfort, or at all."""
+    files = [log for log in logs if log.is_file()]
+    sizes = [log.stat().st_size * PACKED.get(log.suffix.lower(), 1.0) for log in files]
+    if any(log.stat().st_size > SIZE_LIMIT for log in files):
+        return True
     return MEMORY_PER_BYTE * sum(sizes) > SHARE * memory_size()
 
 

@@ -59,7 +59,7 @@ def read_table(path: PathLike) -> Table:
         if size > SIZE_LIMIT:
             raise LogError(
                 f"'{source.name}' has {size / 2**20:.0f} MB, more than the {SIZE_LIMIT >> 20} MB that are read "
-                f"at once. Split it into runs, or read it in chunks: dehyst.io.open_chunks.",
+                f"at once. Split it into runs, or read it in chunks: dehyst identify --stream, or dehyst.open_chunks.",
                 size=size,
             )
         data = source.read_bytes()
