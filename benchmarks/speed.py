@@ -2,9 +2,9 @@
 
 python benchmarks/speed.py [--samples 10000000] [--rounds 5] [--quick] [--json [FILE]] [--only evaluation,program]
 
-One thread; every ratio is of minima of runs that took turns in this process. Ends with status 1 and a list if a limit
-is missed. --quick: four million samples, fewer rounds, and half of each ratio is enough; shorter signals would be copied
-within the cache of large processors, which makes every ratio to memcpy another one.
+One thread; every ratio is of minima of processor time, of runs that took turns in this process. Ends with status 1 and
+a list if a limit is missed. --quick: five million samples, methods with a limit only, and half of each ratio is enough;
+shorter signals would be copied within the cache of large processors, and every ratio to memcpy be another one.
 """
 
 from __future__ import annotations
@@ -67,14 +67,14 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
 def main() -> None:
     """Measure, print, and fail if a limit is missed."""
     parser = argparse.ArgumentParser(description="What a sample costs, against numpy, numba, BLAS and solvers.")
-    parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 4e6 with --quick")
-    parser.add_argument("--rounds", type=int, help="repetitions of every method; 5, or 3 with --quick")
+    parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 5e6 with --quick")
+    parser.add_argument("--rounds", type=int, default=5, help="repetitions of every method")
     parser.add_argument("--quick", action="store_true", help="a short run; half of each ratio is asked for")
     parser.add_argument("--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead")
     parser.add_argument("--json", nargs="?", const="-", metavar="FILE", help="JSON, to a file or instead of the tables")
     options = parser.parse_args()
-    samples = options.samples or (4_000_000 if options.quick else 10_000_000)
-    rounds = options.rounds or (3 if options.quick else 5)
+    samples = options.samples or (5_000_000 if options.quick else 10_000_000)
+    rounds = options.rounds
     only = {name for name in options.only.split(",") if name}
     with threadpool_limits(limits=1, user_api="blas"):
         result = measure(samples, rounds, options.quick, only)

@@ -14,7 +14,7 @@ def console(result: Mapping[str, Any]) -> list[str]:
 def head(result: Mapping[str, Any]) -> list[str]:
     """Machine, versions, and how it was measured."""
     lines = [", ".join(f"{key} {value}" for key, value in result["machine"].items())]
-    what = f"{result['samples']:g} samples, one thread, best of {result['rounds']} interleaved runs"
+    what = f"{result['samples']:g} samples, processor time of one thread, best of {result['rounds']} interleaved runs"
     return [*lines, what + (", short form: half of each ratio is asked for" if result["quick"] else "")]
 
 
