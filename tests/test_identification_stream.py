@@ -318,7 +318,8 @@ def test_an_outline_keeps_extremes_and_sums_of_any_length(samples, block, most, 
     assert first <= int(np.argmax(x)) < first + outline.size
 
 
-def test_pieces_of_a_stream_say_what_those_in_memory_say():
+def test_pieces_of_a_stream_say_what_those_in_memory_say(monkeypatch):
+    monkeypatch.setattr("dehyst.identification.short_signal.OFTEN", 2)
     time, x, y = record(150_000)
     keep = np.ones(x.size, dtype=bool)
     keep[61_000:62_000] = False

@@ -19,6 +19,9 @@ from dehyst.identification.regressors import fitted_samples
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
+# Parts of a long signal after which what they left is looked through again.
+OFTEN = 256
+
 
 @dataclass(frozen=True)
 class ShortPiece:
@@ -109,18 +112,25 @@ def _essential(piece: Piece, rows: Rows) -> tuple[Array, Rows, Array]:
     if isinstance(piece.x, np.ndarray):
         kept, place = _native.essential(piece.x, rows)
         return piece.x[kept], place, piece.y[rows]
-    x, y, places = [np.zeros(0)], np.empty(rows.size), [np.zeros(0, dtype=np.int64)]
-    size = 0
+    x, places, y = np.zeros(0), np.zeros(0, dtype=np.int64), np.empty(rows.size)
+    new: list[Array] = []
     for part in chunks(slice(0, int(rows[-1]) + 1)) if rows.size else ():
         low, high = np.searchsorted(rows, [part.start, part.stop])
         inside = rows[low:high] - part.start
         signal = piece.x[part]
-        wanted = inside if high > low and inside[-1] == signal.size - 1 else np.append(inside, signal.size - 1)
-        kept, place = _native.essential(signal, wanted)
-        x.append(signal[kept])
-        places.append(size + place[: inside.size])
+        kept, place = _native.essential(signal, _with_last(inside, signal.size))
+        places = np.append(places, x.size + sum(one.size for one in new) + place[: inside.size])
+        new.append(signal[kept])
         y[low:high] = piece.y[part][inside]
-        size += kept.size
-    joined, place = np.concatenate(x), np.concatenate(places)
-    kept, place = _native.essential(joined, place)
-    return joined[kept], place, y
+        if len(new) == OFTEN:
+            x = np.concatenate([x, *new])
+            kept, place = _native.essential(x, _with_last(places, x.size))
+            x, places, new = x[kept], place[: places.size], []
+    x = np.concatenate([x, *new])
+    kept, place = _native.essential(x, places)
+    return x[kept], place, y
+
+
+def _with_last(rows: Rows, size: int) -> Rows:
+    """Rows and the last of `size` samples."""
+    return rows if rows.size and rows[-1] == size - 1 else np.append(rows, size - 1)
