@@ -203,3 +203,23 @@ def test_of_a_long_log_facts_are_those_of_all_its_samples(monkeypatch):
     assert part.width_percent == pytest.approx(whole.width_percent, rel=0.05)
     assert part.rate_dependence_percent == pytest.approx(whole.rate_dependence_percent, abs=0.5)
     assert part.drift_percent == whole.drift_percent
+
+
+def test_a_refit_keeps_names_units_and_ranges_and_says_what_it_is():
+    fit = dehyst.identify(example_recording(), family="pi")
+    card = fit.refit(n=20, eps=0.1).model.card
+    assert (card.input, card.output) == (fit.model.card.input, fit.model.card.output)
+    assert card.provenance["settings"]["n"] == 20 and card.provenance["settings"]["eps"] == 0.1
+    assert "refit" in card.provenance["verdict"] and card.provenance["logs"] == fit.model.card.provenance["logs"]
+
+
+def test_settings_that_contradict_each_other_are_refused_by_name():
+    fit = dehyst.identify(example_recording(), family="pi")
+    with pytest.raises(ParameterError, match="whole number"):
+        fit.refit(n="auto")
+    with pytest.raises(ParameterError, match="Pass one"):
+        fit.refit(n=50, thresholds=[0.0, 1.0])
+    with pytest.raises(ParameterError, match=r"n=\[50\]"):
+        dehyst.cross_validate(example_recording(), n=50)
+    with pytest.raises(ParameterError, match="open_chunks"):
+        dehyst.identify_stream("log.csv")

@@ -201,8 +201,8 @@ def cross_validate(
     sample_weights = check_weights(weights, records)
     fraction = parameter_number(train_fraction, "train_fraction")
     for name, listed in (("families", families), ("n", n), ("powers", powers), ("shear", shear), ("starts", starts)):
-        if isinstance(listed, str) or not len(tuple(np.atleast_1d(np.asarray(listed, dtype=object)))):
-            raise ParameterError(f"{name} = {listed!r} must be a sequence of at least one setting, such as a list.")
+        if isinstance(listed, str) or np.ndim(listed) != 1 or not len(listed):
+            raise ParameterError(f"{name} = {listed!r} must be a list of at least one setting: {name}=[{listed!r}].")
     for family, count, start in itertools.product(families, n, starts):
         if family == "auto" or start == "auto" or isinstance(count, str):
             raise ParameterError("cross_validate compares what is listed: name families, numbers and starts, not auto.")

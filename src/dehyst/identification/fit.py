@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
-from dehyst.models import HysteresisModel, StaticCurve
+from dehyst.models import HysteresisModel, ModelCard, StaticCurve
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -163,7 +163,7 @@ class Refit:
     family, n, eps
         Its settings; the others are those of the fit it was made from.
     model
-        The model, without provenance.
+        The model, with the names, units and ranges of the fit and its own settings and scores as provenance.
     train, test
         Scores on the same fitted and held-out samples; test is None when nothing was held out.
     inverse_gain
@@ -315,9 +315,31 @@ class Fit:
         """
         if self.refitter is None:
             raise ParameterError(
-                "this fit holds no sums over its data: it was not made by dehyst.identify. Identify again, then refit."
+                "this fit holds no sums over its data: fits by dehyst.identify do, those by identify_stream do not. "
+                "Identify again with the other settings."
             )
-        return self.refitter(n, eps, family, thresholds)
+        if isinstance(n, str):
+            raise ParameterError(
+                f"n = {n!r}: a refit takes a whole number. Numbers are compared by identify(recording, n='auto')."
+            )
+        if n is not None and thresholds is not None:
+            raise ParameterError(f"n = {n} and thresholds were both given; thresholds are their own number. Pass one.")
+        found = self.refitter(n, eps, family, thresholds)
+        return replace(found, model=found.model.with_card(self._card_of(found)))
+
+    def _card_of(self, found: Refit) -> ModelCard:
+        """Card of this fit with the settings and scores of another one."""
+        card = self.model.card
+        given = dict(card.provenance)
+        settings = {**dict(given.get("settings", {})), "family": found.family, "n": found.n, "eps": found.eps}
+        given |= {
+            "settings": settings,
+            "identified_family": found.family,
+            "train": found.train.as_dict(),
+            "test": None if found.test is None else found.test.as_dict(),
+            "verdict": "a refit, which is not judged; see the scores",
+        }
+        return replace(card, provenance=given)
 
     def __repr__(self) -> str:
         """One line: family, operators and the error that counts."""

@@ -114,13 +114,18 @@ def _identify(call: Call, logs: list[Log], watch: Watch) -> Fit:
 
 def _sources(sources: Source | Sequence[Source]) -> list[Source]:
     listed: list[Any] = list(sources) if isinstance(sources, (list, tuple)) else [sources]
-    if not listed or not all(isinstance(source, Source) and not hasattr(source, "__next__") for source in listed):
+    if not listed or not all(_is_source(source) for source in listed):
         raise ParameterError(
             "identify_stream() takes a log in chunks that can be read several times, or a list of such logs: "
             "dehyst.open_chunks(path, input=..., output=...), or an object whose __iter__ begins anew and yields "
             "(time or None, x, y). A generator can be read only once."
         )
     return listed
+
+
+def _is_source(source: object) -> bool:
+    """A path is a sequence of characters and an iterator is spent after one pass: neither is a log in chunks."""
+    return isinstance(source, Source) and not isinstance(source, (str, bytes)) and not hasattr(source, "__next__")
 
 
 def _costly(source: Source) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst import _native
 from dehyst.errors import LogError
 from dehyst.identification.stream.source import Chunk, Source
 from dehyst.identification.stream.spool import BLOCK, Spool
@@ -165,7 +166,13 @@ def blocks_of(source: Source, name: str) -> Iterator[Block]:
 
 
 def _checked(chunk: Chunk, name: str) -> Chunk:
-    time, x, y = (None if part is None else np.ascontiguousarray(part, dtype=np.float64) for part in chunk)
+    try:
+        time, x, y = (None if part is None else np.ascontiguousarray(part, dtype=np.float64) for part in chunk)
+    except (TypeError, ValueError) as fault:
+        raise LogError(
+            f"{name} gave a chunk that is not (time, x, y), three arrays of numbers of one length ({fault}). Files are "
+            f"opened by dehyst.open_chunks(path, input=..., output=...)."
+        ) from None
     if x is None or y is None or x.ndim != 1 or x.shape != y.shape or (time is not None and time.shape != x.shape):
         shapes = [None if part is None else part.shape for part in (time, x, y)]
         raise LogError(
@@ -174,10 +181,10 @@ def _checked(chunk: Chunk, name: str) -> Chunk:
             shapes=shapes,
         )
     for part in (time, x, y):
-        if part is not None and not np.all(np.isfinite(part)):
+        if part is not None and not np.all(np.abs(part) <= _native.INPUT_LIMIT):
             raise LogError(
-                f"{name} gave a chunk with values that are not finite; a play would carry them into every later "
-                f"sample. Leave such samples out of the chunks; dehyst.open_chunks does."
+                f"{name} gave a chunk with values that are not finite, or beyond {_native.INPUT_LIMIT:g}; a play would "
+                f"carry them into every later sample. Leave such samples out of the chunks; dehyst.open_chunks does."
             )
     return time, x, y
 
