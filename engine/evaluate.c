@@ -86,18 +86,20 @@ static int64_t run_method(engine_evaluator *e, int64_t samples, const double *x,
 static int64_t run_apart(engine_evaluator *e, int64_t samples, const double *x, double *y)
 {
     const int stream = samples >= ENGINE_STREAM_SAMPLES;
-    if (!e->choice.automatic) {
-        return run_method(e, samples, x, y, stream);
-    }
     int64_t rejected = 0;
     for (int64_t k = 0; k < samples;) {
-        const int64_t part = samples - k < e->choice.left ? samples - k : e->choice.left;
+        const int64_t left = e->choice.automatic ? e->choice.left : samples, part = samples - k < left ? samples - k : left;
         rejected += run_method(e, part, x + k, y + k, stream);
         k += part;
-        e->choice.left -= part;
-        if (e->choice.left == 0) {
-            choice_decide(e);
+        if (e->choice.automatic) {
+            e->choice.left -= part;
+            if (e->choice.left == 0) {
+                choice_decide(e);
+            }
         }
+    }
+    if (stream) {
+        engine_kernels_in_use()->fence();
     }
     return rejected;
 }

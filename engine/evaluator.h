@@ -30,7 +30,7 @@ typedef struct choice {
     int64_t stay;      /* of them still to come */
     int64_t calm;      /* samples after which events are looked at again */
     int64_t events;    /* counted before the present stretch */
-    int64_t turns;
+    int64_t crawled;
     double expected;   /* ns a sample that the present method should need */
 } choice;
 

@@ -75,8 +75,9 @@ int evaluator_switch(engine_evaluator *e, int32_t method)
 }
 
 /* ---- Costs in ns, measured on one machine; only their ratios matter.
- * Events: a change of direction is four to five branches that nobody foresees, a boundary that moves on is none or one. */
-static const double LINE = 0.3, TURN = 28.0, ADVANCE = 5.0;
+ * Events: four to five branches that nobody foresees, or none or one where the boundary moves on by an operator or a few. */
+static const double LINE = 0.3, EVENT = 30.0, CRAWLED = 4.0;
+static const double REST = 1.4; /* times that, of an event behind a prefix: it comes when nothing hints at it */
 /* Dense: a sample, an operator, and what a prefix costs besides. By level. */
 static const double DENSE_SAMPLE[ENGINE_LEVELS] = {0.7, 0.9, 1.0};
 static const double DENSE_OPERATOR[ENGINE_LEVELS] = {0.25, 0.115, 0.07};
@@ -86,16 +87,17 @@ static const double HARMLESS = 8.0;
 
 enum {
     PROBE = 256,                       /* samples */
-    STRETCH = EVALUATOR_BLOCK,         /* between two looks at the events */
-    SHORTEST_DWELL = 32 * STRETCH,     /* with a dense method before the next probe */
-    LONGEST_DWELL = 256 * STRETCH,
-    LONGEST_CALM = 64 * STRETCH,       /* between probes that found nothing better than events */
+    STRETCH = 4 * EVALUATOR_BLOCK,     /* between two looks at the events */
+    SHORTEST_DWELL = 8 * STRETCH,     /* with a dense method before the next probe */
+    LONGEST_DWELL = 64 * STRETCH,
+    LONGEST_CALM = 16 * STRETCH,       /* between probes that found nothing better than events */
     LARGEST_PREFIX = 512
 };
 
-static double event_cost(int64_t events, int64_t turns)
+static double event_cost(const machine *m, const choice *c)
 {
-    return TURN * (double)turns + ADVANCE * (double)(events - turns);
+    const double events = (double)(m->events - c->events), crawled = (double)(m->crawled - c->crawled);
+    return EVENT * (events - crawled) + CRAWLED * crawled;
 }
 
 static void look_again(engine_evaluator *e, int64_t samples)
@@ -104,7 +106,7 @@ static void look_again(engine_evaluator *e, int64_t samples)
     e->choice.left = samples;
     e->choice.span = samples;
     e->choice.events = m->events;
-    e->choice.turns = m->turns;
+    e->choice.crawled = m->crawled;
 }
 
 static void probe(engine_evaluator *e)
@@ -133,8 +135,8 @@ void choice_start(engine_evaluator *e, int automatic)
 static int32_t cheapest(const engine_evaluator *e, double *cost)
 {
     const machine *m = &e->events;
-    const int64_t events = m->events - e->choice.events, turns = m->turns - e->choice.turns;
-    const double each = events > 0 ? event_cost(events, turns) / (double)events / PROBE : 0.0;
+    const int64_t events = m->events - e->choice.events;
+    const double each = events > 0 ? event_cost(m, &e->choice) / (double)events / PROBE : 0.0;
     const int level = engine_level();
     int32_t best = ENGINE_EVENTS;
     *cost = LINE + each * (double)events;
@@ -155,7 +157,7 @@ static int32_t cheapest(const engine_evaluator *e, double *cost)
             if ((k & (k - 1)) != 0) {
                 continue;
             }
-            price += PREFIX + each * (double)(events - shallow);
+            price += PREFIX + REST * each * (double)(events - shallow);
         }
         if (price < *cost) {
             *cost = price;
@@ -181,23 +183,23 @@ static void choose(engine_evaluator *e)
     c->expected = cost;
     c->stay = c->dwell;
     c->dwell = 2 * c->dwell < LONGEST_DWELL ? 2 * c->dwell : LONGEST_DWELL;
-    look_again(e, 16 * STRETCH);
+    look_again(e, 4 * STRETCH);
 }
 
 void choice_decide(engine_evaluator *e)
 {
     choice *c = &e->choice;
     if (e->method != ENGINE_EVENTS) {
-        c->stay -= 16 * STRETCH;
-        const double by_rest = event_cost(e->rest.events - c->events, e->rest.turns - c->turns) / (16 * STRETCH);
+        c->stay -= 4 * STRETCH;
+        const double by_rest = REST * event_cost(&e->rest, c) / (4 * STRETCH);
         if (c->stay > 0 && by_rest <= 2 * c->expected) {
-            look_again(e, 16 * STRETCH);
+            look_again(e, 4 * STRETCH);
         } else if (evaluator_switch(e, ENGINE_EVENTS) == 0) {
             probe(e);
         }
     } else if (c->probing) {
         choose(e);
-    } else if (event_cost(e->events.events - c->events, e->events.turns - c->turns) >
+    } else if (event_cost(&e->events, c) >
                DENSE_SAMPLE[engine_level()] * (double)c->span) {
         probe(e);
     } else {

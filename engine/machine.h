@@ -20,10 +20,10 @@ typedef struct machine {
     double above;     /* Y_b of the top */
     double base, gain, origin; /* of the present line y = base + gain (x - origin) */
     int64_t events;
-    int64_t turns;    /* of them: changes of direction */
-    double reach;     /* largest |x| at one */
+    int64_t crawled;  /* of them: the boundary moved on by an operator or a few, as on smooth signals */
+    double reach;     /* largest |x| at a turning point */
     double size;      /* largest |y - offset| at one */
-    uint32_t *depth;  /* (n / 8 + 1,) events whose boundary b ended in (8 i, 8 i + 8], since machine_forget */
+    uint32_t *depth;  /* (n / 8 + 1,) events that changed (8 i, 8 i + 8] operators, since machine_forget */
     double *memory;   /* one block for all arrays */
     double *r;        /* (n,) thresholds */
     double *rest;     /* (n,) states in the beginning */
@@ -63,12 +63,11 @@ static inline void machine_event(machine *m, double x)
         const double reach = fabs(top->e), size = fabs(m->base - m->offset + moving);
         m->reach = reach > m->reach ? reach : m->reach;
         m->size = size > m->size ? size : m->size;
-        ++m->turns;
     }
     stack_event(&m->grid, k, x);
     machine_line(m);
     ++m->events;
-    ++m->depth[(k->segment[k->top].b - 1) >> 3];
+    ++m->depth[(k->depth - 1) >> 3];
 }
 
 #endif

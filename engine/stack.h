@@ -35,6 +35,7 @@ typedef struct stack_grid {
 typedef struct stack {
     int32_t top; /* index of the top segment, >= 1 */
     stack_segment *segment; /* (n + 2,) */
+    int32_t depth; /* operators below which the last event changed nothing but e */
     double low, high; /* while low <= x <= high (and x goes on in direction s if b > 1) only the boundary cell moves */
 } stack;
 
@@ -63,8 +64,25 @@ static inline int32_t stack_find(const stack_grid *g, int32_t from, int32_t to, 
     const double place = value * g->per_unit;
     int32_t i = place < g->buckets ? g->guide[(int32_t)place] : g->guide[g->buckets];
     i = i < from + 2 ? from + 2 : i;
-    while (i < to && g->r[i] < value) {
+    const int32_t near = i + 8; /* crowded thresholds share a place of the guide: gallop, then bisect */
+    while (i < to && i < near && g->r[i] < value) {
         ++i;
+    }
+    if (i == near && i < to && g->r[i] < value) {
+        int32_t low = i, high = i;
+        for (int32_t step = 1; high < to && g->r[high] < value; step *= 2) {
+            low = high;
+            high = step < to - high ? high + step : to;
+        }
+        while (high - low > 1) {
+            const int32_t middle = low + (high - low) / 2;
+            if (g->r[middle] < value) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        i = high;
     }
     while (i > from + 2 && i <= to && g->r[i - 1] >= value) {
         --i; /* the guide was rounded up */
@@ -138,6 +156,7 @@ static inline void stack_event(const stack_grid *g, stack *k, double x)
         ++k->top;
         b = 1;
     }
+    int32_t joined = 0, joined_at = 0; /* segment of the same sign that went on */
     while (b < g->n) {
         const int32_t q = k->top - 1;
         if (q == 0) {
@@ -149,6 +168,8 @@ static inline void stack_event(const stack_grid *g, stack *k, double x)
         int32_t first;
         if (below->s == sign) { /* 0 * r_i: all of its operators move, or none */
             first = way > 0 ? below->b : b;
+            joined = first;
+            joined_at = b;
         } else {
             first = stack_find(g, b, below->b, 0.5 * way);
         }
@@ -161,6 +182,7 @@ static inline void stack_event(const stack_grid *g, stack *k, double x)
     k->segment[k->top].e = x;
     k->segment[k->top].s = sign;
     k->segment[k->top].b = b;
+    k->depth = b == joined ? joined_at : b;
     stack_window(g, k);
 }
 

@@ -38,9 +38,9 @@ static void make_operator(operator_ *o, int32_t n, int exact)
     o->n = n;
     o->exact = exact;
     o->r[0] = below(3) == 0 ? (exact ? 1 + below(5) : uniform(0.01, 0.3)) : 0.0;
-    const int even = below(2);
+    const int even = below(2), crowded = below(8) == 0; /* most thresholds within a small part of their range */
     for (int32_t i = 1; i < n; ++i) {
-        const double tiny = below(8) == 0 ? 1e-9 : 0.0; /* nearly equal thresholds */
+        const double tiny = crowded && i + 2 < n ? uniform(1e-6, 1e-3) : below(8) == 0 ? 1e-9 : 0.0; /* or nearly equal ones */
         o->r[i] = o->r[i - 1] + (exact ? 1 + below(4) : tiny > 0 ? tiny : even ? 1.0 / n : uniform(0.001, 2.0 / n));
     }
     const int any_sign = below(2);

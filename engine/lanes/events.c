@@ -6,12 +6,14 @@
 
 int64_t LANES_NAME(engine_events)(machine *m, int64_t samples, const double *x, double *y, double center, int stream);
 
+void LANES_NAME(engine_fence)(void);
+
 enum { FREE, RISING, FALLING };
 enum {
-    FAR = 12,         /* samples between events from which on each is followed by eight at once */
+    FAR = 6,         /* samples between events from which on each is followed by eight at once */
     PATIENCE = 8,     /* samples without an event after which eight at once pay */
-    AHEAD = 512,      /* samples that are fetched ahead: a branch that was not foreseen waits for what it looked at */
-    STREAM_AFTER = 32 /* samples of a line after which its outputs go past the caches */
+    AHEAD = 1024,      /* samples that are fetched ahead: a branch that was not foreseen waits for what it looked at */
+    STREAM_FAR = 64   /* samples between events from which on outputs of the next line go past the caches */
 };
 
 /* 1 if u, after `last`, is within the window and, off a single operator, does not turn. */
@@ -20,58 +22,67 @@ static inline __attribute__((always_inline)) int on_line(int way, double low, do
     return way == RISING ? last <= u && u <= high : way == FALLING ? low <= u && u <= last : low <= u && u <= high;
 }
 
+/* What a line needs, in registers. */
+typedef struct straight {
+    lanes base, gain, origin, low, high, center;
+} straight;
+
+/* Outputs of eight samples from x on, and bits of those on the line. */
+static inline __attribute__((always_inline)) lanes eight(int way, const straight *l, const double *x, unsigned *on)
+{
+    const lanes now = lanes_sub(lanes_load(x), l->center), before = lanes_sub(lanes_load(x - 1), l->center);
+    *on = way == RISING    ? lanes_le(before, now) & lanes_le(now, l->high)
+          : way == FALLING ? lanes_le(now, before) & lanes_le(l->low, now)
+                           : lanes_le(l->low, now) & lanes_le(now, l->high);
+    return lanes_fma(l->gain, lanes_sub(now, l->origin), l->base);
+}
+
 /* Samples [k, ...) on the present line. `last` is the sample before k, and the last one on the line on return. y is written
- * up to eight samples beyond the line. */
+ * up to eight samples beyond the line; with `stream` past the caches, to multiples of 64 bytes. */
 static inline __attribute__((always_inline)) int64_t line(int way, int stream, const machine *m, int64_t k, int64_t samples,
                                                           const double *x, double *y, double center, double *last)
 {
-    const double base = m->base, gain = m->gain, origin = m->origin, low = m->stack.low, high = m->stack.high;
-    const lanes bases = lanes_all(base), gains = lanes_all(gain), origins = lanes_all(origin), lows = lanes_all(low),
-                highs = lanes_all(high), centers = lanes_all(center);
-    int64_t singly = k + 1; /* the sample before eight must be on the line */
-    int past = 0;           /* 1: store past the caches, to multiples of 64 bytes */
-    for (;;) {
-        for (; k < singly; ++k) {
-            const double u = x[k] - center;
-            if (!on_line(way, low, high, *last, u)) {
-                return k;
-            }
-            y[k] = lanes_fma_one(gain, u - origin, base);
-            *last = u;
-        }
-        const int64_t pause = stream && !past && k + STREAM_AFTER < samples ? k + STREAM_AFTER : samples;
-        for (; k + 8 <= pause; k += 8) {
-            __builtin_prefetch(x + k + AHEAD);
-            const lanes now = lanes_sub(lanes_load(x + k), centers);
-            const lanes before = lanes_sub(lanes_load(x + k - 1), centers);
-            const unsigned on = way == RISING    ? lanes_le(before, now) & lanes_le(now, highs)
-                                : way == FALLING ? lanes_le(now, before) & lanes_le(lows, now)
-                                                 : lanes_le(lows, now) & lanes_le(now, highs);
-            const lanes out = lanes_fma(gains, lanes_sub(now, origins), bases);
-            if (on != 0xff) {
-                lanes_store(y + k, out);
-                k += __builtin_ctz(~on);
-                *last = x[k - 1] - center;
-                return k;
-            }
-            if (past) {
-                lanes_stream(y + k, out);
-            } else {
-                lanes_store(y + k, out);
-            }
-        }
-        *last = x[k - 1] - center;
-        if (k == samples) {
-            return k;
-        }
-        if (pause == samples) { /* less than eight are left */
-            singly = samples;
-        } else {
-            singly = k + (int64_t)((64 - ((uintptr_t)(y + k) & 63)) & 63) / 8;
-            singly = singly < samples ? singly : samples;
-            past = 1;
-        }
+    const double low = m->stack.low, high = m->stack.high;
+    double u = x[k] - center;
+    if (!on_line(way, low, high, *last, u)) {
+        return k;
     }
+    y[k] = lanes_fma_one(m->gain, u - m->origin, m->base);
+    *last = u;
+    ++k;
+    const straight l = {lanes_all(m->base), lanes_all(m->gain), lanes_all(m->origin),
+                        lanes_all(low),     lanes_all(high),    lanes_all(center)};
+    unsigned on = 0xff;
+    if (stream && k + 8 <= samples) {
+        const int some = (int)((64 - ((uintptr_t)(y + k) & 63)) & 63) / 8;
+        const lanes out = eight(way, &l, x + k, &on);
+        lanes_store_some(y + k, out, some);
+        on = (on | 0xffu << some) & 0xff;
+        k += on == 0xff ? some : __builtin_ctz(~on);
+    }
+    while (on == 0xff && k + 8 <= samples) {
+        __builtin_prefetch(x + k + AHEAD);
+        const lanes out = eight(way, &l, x + k, &on);
+        if (on != 0xff || !stream) {
+            lanes_store(y + k, out);
+        } else {
+            lanes_stream(y + k, out);
+        }
+        k += on == 0xff ? 8 : __builtin_ctz(~on);
+    }
+    *last = x[k - 1] - center;
+    if (on != 0xff) {
+        return k;
+    }
+    for (; k < samples; ++k) {
+        u = x[k] - center;
+        if (!on_line(way, low, high, *last, u)) {
+            break;
+        }
+        y[k] = lanes_fma_one(m->gain, u - m->origin, m->base);
+        *last = u;
+    }
+    return k;
 }
 
 /* Samples [k, ...) while x goes on in direction `sign` and the boundary moves on within the segment below, one or a few
@@ -129,6 +140,7 @@ static inline __attribute__((always_inline)) int64_t crawl(double sign, machine 
         y[k] = lanes_fma_one(gain, u - origin, base);
     }
     if (m->events != start) {
+        m->crawled += m->events - start;
         top->e = u;
         top->b = b;
         m->base = base;
@@ -146,11 +158,13 @@ int64_t LANES_NAME(engine_events)(machine *m, int64_t samples, const double *x, 
 {
     int64_t k = 0, rejected = 0, event = -FAR;
     double last = m->stack.segment[m->stack.top].e;
+    int64_t gap = samples; /* between the last two events */
     while (k < samples) {
+        const int past = stream && gap >= STREAM_FAR;
         const stack_segment *top = &m->stack.segment[m->stack.top];
-        k = top->b == 1   ? line(FREE, stream, m, k, samples, x, y, center, &last)
-            : top->s > 0  ? line(RISING, stream, m, k, samples, x, y, center, &last)
-                          : line(FALLING, stream, m, k, samples, x, y, center, &last);
+        k = top->b == 1   ? line(FREE, past, m, k, samples, x, y, center, &last)
+            : top->s > 0  ? line(RISING, past, m, k, samples, x, y, center, &last)
+                          : line(FALLING, past, m, k, samples, x, y, center, &last);
         if (k == samples) {
             break;
         }
@@ -163,6 +177,7 @@ int64_t LANES_NAME(engine_events)(machine *m, int64_t samples, const double *x, 
                 k = crawl(-1.0, m, k, samples, x, y, center, &last, k - event > FAR ? 1 : PATIENCE);
             }
             if (k > from) {
+                gap = from - event;
                 event = k;
                 continue;
             }
@@ -177,11 +192,11 @@ int64_t LANES_NAME(engine_events)(machine *m, int64_t samples, const double *x, 
         }
         y[k] = lanes_fma_one(m->gain, last - m->origin, m->base);
         ++k;
+        gap = k - event;
         event = k;
     }
     m->stack.segment[m->stack.top].e = last;
-    if (stream) {
-        lanes_fence();
-    }
     return rejected;
 }
+
+void LANES_NAME(engine_fence)(void) { lanes_fence(); }

@@ -14,8 +14,10 @@ typedef struct engine_ahead {
 
 typedef struct engine_kernels {
     /* Evaluation by events: y (samples,) of x (samples,), centred by `center`, continuing the machine; they do not overlap.
-     * Returns the number of samples that were rejected: the last output is held for them. `stream`: y is larger than caches. */
+     * Returns the number of samples that were rejected: the last output is held for them. `stream`: y is larger than caches;
+     * the last of such calls is followed by fence(). */
     int64_t (*events)(struct machine *m, int64_t samples, const double *x, double *y, double center, int stream);
+    void (*fence)(void);
     /* Dense evaluation (dense.c) and centred samples for it: the number until one is not within +-limit. */
     void (*dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples, const double *x,
                   double *y, double base, double *moved, const engine_ahead *ahead);

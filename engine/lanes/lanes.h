@@ -124,6 +124,21 @@ static inline void lanes_store_first(double *p, lanes a)
 #endif
 }
 
+/* The first `count` < 8 lanes. */
+static inline void lanes_store_some(double *p, lanes a, int count)
+{
+#if LANES_LEVEL == 2
+    _mm512_mask_storeu_pd(p, (__mmask8)((1u << count) - 1u), a);
+#elif LANES_LEVEL == 1
+    _mm256_maskstore_pd(p, lanes_below(count, 0), a.l);
+    _mm256_maskstore_pd(p + 4, lanes_below(count, 4), a.h);
+#else
+    double v[8];
+    lanes_store(v, a);
+    for (int k = 0; k < count; ++k) p[k] = v[k];
+#endif
+}
+
 /* Sums of eight: lanes_fold first, which may halve them, then lane k of lanes_sums is the sum of all of a[k]. */
 #if LANES_LEVEL == 2
 typedef __m512d lanes_folded;

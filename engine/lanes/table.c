@@ -3,6 +3,7 @@
 #include "lanes.h"
 
 int64_t LANES_NAME(engine_events)(struct machine *m, int64_t samples, const double *x, double *y, double center, int stream);
+void LANES_NAME(engine_fence)(void);
 void LANES_NAME(engine_dense)(int32_t vectors, double *p, const double *width, const double *weight, int64_t samples,
                               const double *x, double *y, double base, double *moved, const engine_ahead *ahead);
 int64_t LANES_NAME(engine_centre)(int64_t samples, const double *x, double center, double limit, double *u);
@@ -25,6 +26,7 @@ int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low,
 
 const engine_kernels LANES_NAME(engine_kernels) = {
     .events = LANES_NAME(engine_events),
+    .fence = LANES_NAME(engine_fence),
     .dense = LANES_NAME(engine_dense),
     .centre = LANES_NAME(engine_centre),
     .sum = LANES_NAME(engine_sum),
