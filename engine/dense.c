@@ -80,9 +80,12 @@ static int64_t run_block(engine_evaluator *e, int64_t samples, const double *x, 
     }
     const engine_ahead ahead = {x + samples, y};
     const int hybrid = d->operators < e->n;
-    kernels->dense((d->operators + 7) / 8, d->p, d->width, d->weight, eights, u, out, d->base, hybrid ? moved : NULL, &ahead);
+    double *const to = hybrid || eights > samples ? out : y;
+    kernels->dense((d->operators + 7) / 8, d->p, d->width, d->weight, eights, u, to, d->base, hybrid ? moved : NULL, &ahead);
     if (!hybrid) {
-        memcpy(y, out, (size_t)samples * sizeof *y);
+        if (to != y) {
+            memcpy(y, out, (size_t)samples * sizeof *y);
+        }
         return rejected;
     }
     kernels->events(&e->rest, samples, moved, rest, e->r[d->operators - 1], 0);

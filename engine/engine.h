@@ -36,7 +36,8 @@ engine_evaluator *engine_evaluator_new(int32_t n, const double *threshold, const
                                        double offset, const double *state);
 void engine_evaluator_free(engine_evaluator *evaluator);
 /* Force a method (ENGINE_EVENTS, ENGINE_DENSE, a prefix) or leave the choice to the signal (ENGINE_AUTO, the default).
- * Returns 0, or -1 if the method does not apply to this operator. */
+ * Forced dense methods do not ask whether their error, eps sum |w| (r + |x|), is small beside y; the choice does.
+ * Returns 0, or -1 if there is no such method for so many operators, or memory is short. */
 int engine_evaluator_method(engine_evaluator *evaluator, int32_t method);
 /* Outputs y (samples,) of x (samples,), continuing from the present state; returns the number of rejected samples (not
  * finite, or beyond the core's DEHYST_INPUT_LIMIT): the last good output is held for them, as the core does. x may be y. */

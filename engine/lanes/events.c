@@ -12,7 +12,7 @@ enum { FREE, RISING, FALLING };
 enum {
     FAR = 6,         /* samples between events from which on each is followed by eight at once */
     PATIENCE = 8,     /* samples without an event after which eight at once pay */
-    AHEAD = 1024,      /* samples that are fetched ahead: a branch that was not foreseen waits for what it looked at */
+    AHEAD = 4096,     /* samples that are fetched ahead: a branch that was not foreseen waits for what it looked at */
     STREAM_FAR = 64   /* samples between events from which on outputs of the next line go past the caches */
 };
 
@@ -61,7 +61,7 @@ static inline __attribute__((always_inline)) int64_t line(int way, int stream, c
         k += on == 0xff ? some : __builtin_ctz(~on);
     }
     while (on == 0xff && k + 8 <= samples) {
-        __builtin_prefetch(x + k + AHEAD);
+        __builtin_prefetch(x + k + AHEAD, 0, 2);
         const lanes out = eight(way, &l, x + k, &on);
         if (on != 0xff || !stream) {
             lanes_store(y + k, out);
@@ -107,7 +107,7 @@ static inline __attribute__((always_inline)) int64_t crawl(double sign, machine 
     const int64_t start = m->events;
     int64_t patient = k + patience;
     for (; k < samples && k < patient; ++k) {
-        __builtin_prefetch(x + k + AHEAD);
+        __builtin_prefetch(x + k + AHEAD, 0, 2);
         const double next = x[k] - center;
         if (sign > 0 ? !(next >= u) : !(next <= u)) {
             break;
