@@ -52,9 +52,10 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
     for name, part in parts.items():
         if not only or name in only:
             part()
-    level = engine.LEVELS[_native.engine_level()]
+    here = machine(PACKAGES)
+    here["system"] = ".".join(str(here["system"]).split(".")[:2])
     return {
-        "machine": {**machine(PACKAGES), **versions(), "instructions": level},
+        "machine": {**here, **versions(), "instructions": engine.LEVELS[_native.engine_level()]},
         "samples": samples,
         "rounds": rounds,
         "quick": quick,
