@@ -104,3 +104,24 @@ int64_t engine_essential(const double *x, int64_t rows, const int64_t *row, int6
     }
     return count;
 }
+
+/* ---- Sums over bins. */
+void engine_bin_sums(int64_t samples, const double *x, const double *y, const double *weight, int32_t bins, double low,
+                     double high, double *sums)
+{
+    const double scale = bins / (high - low), last = bins;
+    for (int64_t k = 0; k < samples; ++k) {
+        double place = (x[k] - low) * scale;
+        place = place > 0.0 ? place : 0.0;
+        place = place < last ? place : last;
+        int32_t bin = (int32_t)place;
+        bin = bin < bins ? bin : bins - 1;
+        const double w = weight ? weight[k] : 1.0, t = place - bin;
+        double *sum = sums + 5 * (int64_t)bin;
+        sum[0] += w;
+        sum[1] += w * t;
+        sum[2] += w * t * t;
+        sum[3] += w * y[k];
+        sum[4] += w * t * y[k];
+    }
+}

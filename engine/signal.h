@@ -18,6 +18,11 @@ int64_t engine_turning_points(int64_t samples, const double *x, double swing, in
  * Returns how many are kept. Exact: clamps are monotone, also in rounding. */
 int64_t engine_essential(const double *x, int64_t rows, const int64_t *row, int64_t *kept, int64_t *place);
 
+/* Sums of weight (1, t, t^2, y, t y) over the samples of each of `bins` equal bins over [low, high], t the place in the
+ * bin from 0 to 1; beyond the ends t stays 0 or 1. They are added to sums (bins, 5); weight may be a null pointer. */
+void engine_bin_sums(int64_t samples, const double *x, const double *y, const double *weight, int32_t bins, double low,
+                     double high, double *sums);
+
 #ifdef __cplusplus
 }
 #endif

@@ -67,6 +67,18 @@ def test_rows_outside_the_signal_or_out_of_order_are_refused(rows):
         _native.essential(np.zeros(3), np.array(rows, dtype=np.int64))
 
 
+@given(LEVELS, st.integers(1, 7), st.booleans())
+def test_sums_over_bins_are_those_of_the_definition(levels, bins, weighted):
+    x = np.array(levels) / 5.0  # some beyond the ends
+    y, weight = np.cos(np.arange(x.size)), np.arange(x.size) % 3 * 1.0 if weighted else None
+    sums = np.zeros((bins, 5))
+    for k, place in enumerate(np.clip((x + 1.0) * (bins / 2.0), 0.0, bins)):
+        cell = min(int(place), bins - 1)
+        t, w = place - cell, 1.0 if weight is None else weight[k]
+        sums[cell] += w * np.array([1.0, t, t * t, y[k], t * y[k]])
+    assert np.allclose(_native.bin_sums(x, y, weight, bins, -1.0, 1.0), sums, rtol=0, atol=1e-12)
+
+
 def test_short_signals_have_the_turning_points_they_can_have():
     assert _native.turning_points(np.zeros(0), 1.0).tolist() == []
     assert _native.turning_points(np.zeros(1), 1.0).tolist() == [0]

@@ -1,7 +1,10 @@
 // Signals on the host: turning points, and the samples that decide the states of plays.
 #include "arrays.h"
 
+#include <nanobind/stl/optional.h>
+
 #include <memory>
+#include <optional>
 
 #include "signal.h"
 
@@ -47,8 +50,25 @@ static nb::tuple essential(const In &x, const Rows &rows)
     return nb::make_tuple(kept.take(count), place.take(static_cast<int64_t>(chosen)));
 }
 
+static Matrix bin_sums(const In &x, const In &y, const std::optional<In> &weight, int32_t bins, double low, double high)
+{
+    require(x.size() == y.size() && (!weight || weight->size() == x.size()), "x, y and weight differ in length");
+    require(bins > 0 && low < high, "bins must be positive and low below high");
+    const auto room = static_cast<std::size_t>(bins);
+    auto *sums = new std::vector<double>(5 * room, 0.0);
+    nb::capsule owner(sums, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    {
+        nb::gil_scoped_release released;
+        engine_bin_sums(static_cast<int64_t>(x.size()), x.data(), y.data(), weight ? weight->data() : nullptr, bins,
+                        low, high, sums->data());
+    }
+    return Matrix(sums->data(), {room, 5}, owner);
+}
+
 void bind_signal(nb::module_ &m)
 {
+    m.def("bin_sums", &bin_sums, "x"_a, "y"_a, "weight"_a.none(), "bins"_a, "low"_a, "high"_a,
+          "Sums (bins, 5) of (1, t, t^2, y, t y) over equal bins of x, t the place in the bin.");
     m.def("turning_points", &turning_points, "x"_a, "swing"_a,
           "Indices where a signal turns by more than `swing`, its first and its last sample.");
     m.def("essential", &essential, "x"_a, "rows"_a,

@@ -8,7 +8,7 @@ from typing import Any
 from dehyst import __version__
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
-from dehyst.identification.data import DataSet
+from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
@@ -101,8 +101,8 @@ def _card(
     verdict: str,
 ) -> ModelCard:
     first = records[0]
-    low_in, high_in = min(float(r.input.min()) for r in records), max(float(r.input.max()) for r in records)
-    low_out, high_out = min(float(r.output.min()) for r in records), max(float(r.output.max()) for r in records)
+    low_in, high_in = range_over([record.input for record in records])
+    low_out, high_out = range_over([record.output for record in records])
     provenance = {
         "logs": [dict(record.provenance) | {"name": record.name, "samples": record.samples} for record in records],
         "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),

@@ -129,7 +129,7 @@ def chunks(span: slice, size: int = CHUNK) -> Iterator[slice]:
 def extremes(x: Signal, span: slice) -> tuple[float, float]:
     """Least and largest value within a span of a signal, which is not empty."""
     if isinstance(x, np.ndarray):
-        return float(np.min(x[span])), float(np.max(x[span]))
+        return range_of(x[span])
     streamed = cast(Streamed, x)
     return streamed.extremes(span)
 
@@ -151,8 +151,8 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     counted = [_counted(x, weights, index) for index, x in enumerate(inputs)]
     outputs = [_counted(rec.output[:k], weights, i) for i, (rec, k) in enumerate(zip(recordings, splits, strict=True))]
     _refuse_weightless(outputs)
-    center, half = middle(recordings[0], _range(inputs), "input", train_fraction)
-    level, amplitude = middle(recordings[0], _range(outputs), "output", train_fraction)
+    center, half = middle(recordings[0], range_over(inputs), "input", train_fraction)
+    level, amplitude = middle(recordings[0], range_over(outputs), "output", train_fraction)
     trend = _trend(counted, outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
     for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
@@ -162,7 +162,7 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
             inside = min(max(split - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
             pieces.append(Piece(x, y, index, span.start, inside, known_from(x, -1.0, 1.0), order > 0, weight))
-    low, high = _range([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
+    low, high = range_over([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
 
 
@@ -194,9 +194,19 @@ def _refuse_weightless(outputs: Sequence[Array]) -> None:
         )
 
 
-def _range(parts: Sequence[Array]) -> tuple[float, float]:
-    there = [part for part in parts if part.size]
-    return min(float(np.min(part)) for part in there), max(float(np.max(part)) for part in there)
+def range_over(parts: Sequence[Array]) -> tuple[float, float]:
+    """Least and largest value of several arrays, some of which may be empty."""
+    there = [range_of(part) for part in parts if part.size]
+    return min(low for low, _ in there), max(high for _, high in there)
+
+
+def range_of(values: Array) -> tuple[float, float]:
+    """Least and largest of values that are not empty; each is fetched from memory once."""
+    low, high = np.inf, -np.inf
+    for part in chunks(slice(0, values.size)):
+        inside = values[part]
+        low, high = min(low, float(inside.min())), max(high, float(inside.max()))
+    return low, high
 
 
 def _scaled(values: Array, origin: float, unit: float) -> Array:

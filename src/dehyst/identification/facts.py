@@ -198,16 +198,21 @@ def _least_squares(columns: Array, y: Array) -> Array:
     return solution
 
 
-def drift(x: Array, residual: Array) -> tuple[float, float]:
+def drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, float]:
     """Change of the residual from the first to the last cycle, and its standard error, in the residual's unit.
 
-    A line through the mean residual of each full cycle; (0, 0) with fewer than four cycles.
+    A line through the mean residual of each full cycle; (0, 0) with fewer than four cycles. With `less` the residual is
+    the difference of both, which need not be made for that.
     """
     points = turning_points(x)[1:-1]
     begins = points[::2]
     if begins.size < 5:
         return 0.0, 0.0
-    cycles = np.add.reduceat(residual[: begins[-1]], begins[:-1]) / np.diff(begins)
+    counted = slice(0, int(begins[-1]))
+    sums = np.add.reduceat(residual[counted], begins[:-1])
+    if less is not None:
+        sums = sums - np.add.reduceat(less[counted], begins[:-1])
+    cycles = sums / np.diff(begins)
     k = np.arange(cycles.size, dtype=np.float64)
     k -= k.mean()
     slope = float(k @ cycles / (k @ k))

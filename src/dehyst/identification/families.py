@@ -28,7 +28,7 @@ __all__ = [
     "Regularisation",
     "fit_family",
     "map_points",
-    "predict",
+    "mapped",
     "residual_norm",
 ]
 
@@ -186,9 +186,8 @@ def map_points(knots: Array, slopes: Array) -> tuple[Array, Array]:
     )
 
 
-def predict(estimate: Estimate, plays: Array, knots: Array | None) -> Array:
-    """Scaled output for play outputs (m, n)."""
-    u: Array = estimate.offset + plays @ estimate.weights
+def mapped(estimate: Estimate, u: Array, knots: Array | None) -> Array:
+    """Scaled output for outputs u = c + sum w_i z_i of the operators, (m,)."""
     if estimate.slopes is None or knots is None:
         return u
     points, values = map_points(knots, estimate.slopes)

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.families import MAP_PIECES, Estimate, Regularisation, fit_family, predict
+from dehyst.identification.families import MAP_PIECES, Estimate, Regularisation, fit_family, mapped
 from dehyst.identification.regressors import Bank
 from dehyst.identification.short_signal import ShortSignal
 from dehyst.identification.sums import NormalEquations, ramp_columns
@@ -42,25 +42,17 @@ class Folds:
     """Consecutive blocks of the rows under one bank of operators."""
 
     def __init__(self, short: ShortSignal, bank: Bank, blocks: int = BLOCKS, ramps: bool = True) -> None:
-        self._thresholds = bank.thresholds
-        self._plays, self._y, self._weight = short.plays(bank.thresholds, bank.states), short.y, short.weight
+        self._short, self._bank = short, bank
+        self._y, self._weight = short.y, short.weight
         rows = np.array_split(np.arange(short.rows), blocks)
         self._blocks = [slice(int(part[0]), int(part[-1]) + 1) for part in rows]
         self.knots = output_knots()
         self._samples = float(self._y.size if self._weight is None else np.sum(self._weight))
-        cells = self._plays.copy()
-        cells[:, :-1] -= self._plays[:, 1:]
-        parts = [np.ones((1, short.rows)), cells.T, self._y[None, :]]
+        self._targets = self._y[None, :]
         if ramps:
-            parts.insert(2, ramp_columns(self._y, self.knots))
-        self._columns = np.vstack(parts)
-        self._sums = [self._sum(block) for block in self._blocks]
+            self._targets = np.vstack([ramp_columns(self._y, self.knots), self._y])
+        self._sums = short.sums(bank.thresholds, bank.states, self._targets, self._blocks)
         self._warm: dict[tuple[str, int], Marks | None] = {}
-
-    def _sum(self, block: slice) -> Array:
-        columns = self._columns[:, block]
-        product: Array = columns @ (columns if self._weight is None else columns * self._weight[block]).T
-        return product
 
     def errors(self, choice: Setting, eps: float) -> Array:
         """RMSE on every block of the fit to the others, scaled, (blocks,)."""
@@ -73,7 +65,7 @@ class Folds:
 
     def _without(self, choice: Setting, eps: float, left_out: int) -> Estimate:
         others = [block for k, block in enumerate(self._sums) if k != left_out]
-        sums = NormalEquations(self._thresholds, np.sum(others, axis=0))
+        sums = NormalEquations(self._bank.thresholds, np.sum(others, axis=0))
         estimate = fit_family(
             choice.family, sums, eps, self.knots, choice.regularisation,
             fold_ridge=FOLD_RIDGE**2 * self._samples,
@@ -85,21 +77,24 @@ class Folds:
 
     def fitted_error(self, choice: Setting, eps: float) -> float:
         """RMSE of the fit to all rows on these, scaled."""
-        sums = NormalEquations(self._thresholds, np.sum(self._sums, axis=0))
+        whole = self._sums[0] if len(self._sums) == 1 else np.sum(self._sums, axis=0)
         estimate = fit_family(
-            choice.family, sums, eps, self.knots, choice.regularisation, triangle=lambda: self._triangle(None)
-        )
+            choice.family, NormalEquations(self._bank.thresholds, whole), eps, self.knots, choice.regularisation,
+            triangle=lambda: self._triangle(None),
+        )  # fmt: skip
         return self._rms(estimate, slice(0, self._y.size))
 
     def _rms(self, estimate: Estimate, block: slice) -> float:
-        residual = predict(estimate, self._plays[block], self.knots) - self._y[block]
+        bank = self._bank
+        inner = self._short.outputs(bank.thresholds, bank.states, estimate.weights, estimate.offset)[block]
+        residual = mapped(estimate, inner, self.knots) - self._y[block]
         return float(np.sqrt(np.average(residual**2, weights=None if self._weight is None else self._weight[block])))
 
     def _triangle(self, left_out: int | None) -> Array:
         from dehyst.identification.least_squares import triangle  # only where normal equations will not do
 
-        rows = self._columns.T.copy()
-        rows[:, 1 : 1 + self._thresholds.size] = self._plays
+        plays = self._short.plays(self._bank.thresholds, self._bank.states)
+        rows = np.column_stack([np.ones(self._y.size), plays, self._targets.T])
         if self._weight is not None:
             rows *= np.sqrt(self._weight)[:, None]
         return triangle(rows if left_out is None else np.delete(rows, self._blocks[left_out], axis=0))

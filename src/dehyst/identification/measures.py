@@ -63,6 +63,23 @@ class Measured:
     drift: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Answers:
+    """Output of a curve without memory, made where it is asked for."""
+
+    curve: StaticCurve
+    input: Array
+
+    def __getitem__(self, part: slice) -> Array:
+        """Output at some samples."""
+        return self.curve.simulate(self.input[part])
+
+    @property
+    def whole(self) -> Array:
+        """Output at all samples, (T,)."""
+        return self.curve.simulate(self.input)
+
+
 class Measure(Protocol):
     """Compares a model and a curve with all samples of a data set."""
 
@@ -77,16 +94,16 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
     def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
         fitted, held_out = parts(records, data, bank.initial_state)
         outputs, demands = predictions(records, data, bank, model)
-        curves = tuple(static.simulate(record.input) for record in records)
+        curves = tuple(Answers(static, record.input) for record in records)
         train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
         static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
         if train is None or static_train is None:
             raise AssertionError("no training samples")  # the caller has checked
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
-        better = outputs if train.rmse <= static_train.rmse else curves
+        better = outputs if train.rmse <= static_train.rmse else tuple(curve.whole for curve in curves)
         change = (0.0, 0.0)
         if len(records[0]) > 8:
-            change = facts.drift(records[0].input, better[0] - records[0].output)
+            change = facts.drift(records[0].input, better[0], records[0].output)
         return Measured(
             recordings=records,
             outputs=outputs,

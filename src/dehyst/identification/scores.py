@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet, Piece, chunks
+from dehyst.identification.data import DataSet, Piece, chunks, range_over
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StopOperatorModel
@@ -16,6 +17,13 @@ from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+
+
+class Readable(Protocol):
+    """Samples that can be asked for part by part."""
+
+    def __getitem__(self, part: slice, /) -> Array:
+        """Samples of a part."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,7 @@ class Part:
         return mask
 
     def moments(
-        self, signals: Sequence[Array], less: Sequence[Array] | None = None, *numbers: int, extremes: bool = False
+        self, signals: Sequence[Readable], less: Sequence[Readable] | None = None, *numbers: int, extremes: bool = False
     ) -> Moments:
         """Count, mean, mean square and, if `extremes`, largest size of a signal, or of a difference of two."""
         count = first = second = largest = 0.0
@@ -152,7 +160,7 @@ def thresholds_of(model: HysteresisModel) -> Array:
     raise AssertionError(f"no thresholds in {type(model).__name__}")
 
 
-def score(records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, output_range: float) -> Score | None:
+def score(records: tuple[Recording, ...], outputs: Sequence[Readable], part: Part, output_range: float) -> Score | None:
     """Score of the chosen samples of all recordings together; None if there are none."""
     measured = [record.output for record in records]
     about = part.moments(measured)
@@ -175,22 +183,19 @@ def score_of(error: Moments, deviation: float, output_range: float) -> Score:
 
 def round_trip(model: HysteresisModel, x: Array) -> float:
     """Larger of max|inverse(model(x)) - x| and max|model(inverse(y)) - y|, y = model(x), relative to the ranges."""
-    y = model.simulate(x)
-    inverse = model.inverse()
-    back = inverse.simulate(y)
-    again = model.simulate(back)
-    return max(_farthest(back, x), _farthest(again, y))
-
-
-def _farthest(values: Array, reference: Array) -> float:
-    """Largest distance, relative to the range of the reference."""
-    span = float(np.max(reference)) - float(np.min(reference))
-    farthest = max(float(np.max(np.abs(values[part] - reference[part]))) for part in chunks(slice(0, values.size)))
-    return farthest / max(span, 1e-300)
+    forward, inverse, again = (m.stepper("dense") for m in (model, model.inverse(), model))
+    misses, ranges = np.zeros(2), np.array([[np.inf, -np.inf], [np.inf, -np.inf]])
+    for part in chunks(slice(0, x.size)):
+        y = forward.simulate(x[part])[0]
+        back = inverse.simulate(y)[0]
+        for k, (found, wanted) in enumerate(((back, x[part]), (again.simulate(back)[0], y))):
+            misses[k] = max(misses[k], float(np.max(np.abs(found - wanted))))
+            ranges[k] = min(ranges[k, 0], float(wanted.min())), max(ranges[k, 1], float(wanted.max()))
+    return float(np.max(misses / np.maximum(ranges[:, 1] - ranges[:, 0], 1e-300)))
 
 
 def inverse_miss(records: tuple[Recording, ...], demands: Sequence[Array], part: Part) -> float:
     """RMS of the input asked for less the input applied, over the chosen samples, share of the input's range."""
     inputs = [record.input for record in records]
-    span = max(float(np.max(x)) for x in inputs) - min(float(np.min(x)) for x in inputs)
-    return part.moments(demands, inputs).rms / span
+    low, high = range_over(inputs)
+    return part.moments(demands, inputs).rms / (high - low)

@@ -27,8 +27,8 @@ Array = npt.NDArray[np.float64]
 
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000
-# A finer grid changes the fit, not the choice.
-COMPARED_OPERATORS = 100
+# A finer grid changes the fit, not the choice of a family, nor that of the paper's start.
+COMPARED_OPERATORS, STARTING_OPERATORS = 100, 2000
 FEWEST_ROWS = 40
 # Errors below this share of the best candidate's are not told apart: a block at standstill must not decide.
 FLOOR = 0.1
@@ -116,7 +116,7 @@ def compare(
         if short.rows < FEWEST_ROWS:
             return []
         bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), group[0], given), start)
-        folds = Folds(short, bank)
+        folds = Folds(short, bank, ramps=any(choice.family == "modified-pi" for choice in group))
         return [(choice, folds.errors(choice, eps)) for choice in group]
 
     results = [result for part in in_parallel(errors_of, _by_bank(listed)) for result in part]
@@ -146,8 +146,9 @@ def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | Non
     if short.rows < FEWEST_ROWS:
         return "zero"
     for start in ("zero", "origin", "rest", "rising", "falling"):
-        grid = threshold_grid(data, min(operators, COMPARED_OPERATORS), Choice("pi", start, None), given)
-        folds = Folds(short, make_bank(data, grid, start), blocks=1, ramps=False)
+        grid = threshold_grid(data, min(operators, STARTING_OPERATORS), Choice("pi", start, None), given)
+        bank = make_bank(data, grid, start)
+        folds = Folds(short, bank, blocks=1, ramps=False)
         errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
     best = min(errors, key=errors.__getitem__)
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
@@ -163,7 +164,8 @@ def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Ch
 
     def score_of(grid: tuple[int, Choice]) -> float:
         n, setting = grid
-        folds = Folds(short, make_bank(data, threshold_grid(data, n, setting, None), start))
+        bank = make_bank(data, threshold_grid(data, n, setting, None), start)
+        folds = Folds(short, bank, ramps=setting.family == "modified-pi")
         return float(np.mean(np.log(folds.errors(setting, eps) + 1e-12)))
 
     scores = in_parallel(score_of, grids)

@@ -87,6 +87,42 @@ class ShortSignal:
         ]
         return np.concatenate(parts)
 
+    def outputs(self, thresholds: Array, states: tuple[Array, ...], weights: Array, offset: float) -> Array:
+        """Outputs of a weighted sum of plays at the rows, (k,)."""
+        parts = [
+            _native.Evaluator(thresholds, weights, 0.0, offset, state).run(piece.x)[piece.place]
+            for piece, state in zip(self.pieces, states, strict=True)
+            if piece.y.size
+        ]
+        return np.concatenate(parts)
+
+    def sums(self, thresholds: Array, states: tuple[Array, ...], targets: Array, blocks: list[slice]) -> list[Array]:
+        """Sums of [1 | cells | targets] over each block of the rows; targets (m, k), blocks one after the other.
+
+        The extremes between the rows have no weight.
+        """
+        sums = [np.zeros(0)] * len(blocks)
+        begin = 0
+        for piece, state in zip(self.pieces, states, strict=True):
+            end = begin + piece.y.size
+            gram = _native.Gram(thresholds, state, targets.shape[0])
+            done = 0
+            for number, block in enumerate(blocks):
+                low, high = max(block.start, begin), min(block.stop, end)
+                if low >= high:
+                    continue
+                place = piece.place[low - begin : high - begin]
+                stop = int(place[-1]) + 1
+                weight, columns = np.zeros(stop - done), np.zeros((targets.shape[0], stop - done))
+                weight[place - done] = 1.0 if piece.weight is None else piece.weight[low - begin : high - begin]
+                columns[:, place - done] = targets[:, low:high]
+                gram.add(piece.x[done:stop], columns, weight)
+                found = gram.take()
+                sums[number] = found if sums[number].size == 0 else sums[number] + found
+                done = stop
+            begin = end
+        return sums
+
 
 def shorten(data: DataSet, initial_state: str, most: int) -> ShortSignal:
     """Every k-th fitted sample of each piece, k such that no more than about `most` remain."""

@@ -41,23 +41,19 @@ def _sums(data: DataSet, initial_state: str) -> tuple[Array, Array, float]:
     Within a bin between two knots all ramps below are full, all above zero, and one is t = x - knot: the sums of 1, t,
     t^2, y and t y over each bin are enough.
     """
-    moments, square = np.zeros((5, PIECES)), 0.0
+    moments, square = np.zeros((PIECES, 5)), 0.0
     for piece in data.pieces:
         for part in chunks(piece.fitted(initial_state)):
             x, y = piece.x[part], piece.y[part]
-            position = np.clip(0.5 * PIECES * (x + 1.0), 0.0, float(PIECES))
-            cell = np.minimum(position.astype(np.int64), PIECES - 1)
-            t = position - cell
-            one = np.ones(x.size) if piece.weight is None else piece.weight[part]
-            for row, values in enumerate((one, one * t, one * t * t, one * y, one * t * y)):
-                moments[row] += np.bincount(cell, values, PIECES)
-            square += float(one * y @ y)
+            weight = None if piece.weight is None else piece.weight[part]
+            moments += _native.bin_sums(x, y, weight, PIECES, -1.0, 1.0)
+            square += float(y @ (y if weight is None else weight * y))
     return *_from_bins(moments), square
 
 
 def _from_bins(moments: Array) -> tuple[Array, Array]:
     """Gram matrix of [1 | ramps] and its right-hand side from the sums over bins, t in units of a bin."""
-    count, t, tt, y, ty = moments
+    count, t, tt, y, ty = moments.T
     width = 2.0 / PIECES
     above = np.concatenate([np.cumsum(count[::-1])[::-1][1:], [0.0]])  # samples beyond each bin: its ramp is full
     full = np.concatenate([np.cumsum(y[::-1])[::-1][1:], [0.0]])
