@@ -31,7 +31,7 @@ bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/memory.py
 
-# What does not depend on the machine being quiet: counted instructions, and half of each ratio.
+# What does not depend on the machine being quiet: counted instructions, and a quarter of each ratio.
 bench-quick: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/step.py --instructions
 	$(BIN)/python benchmarks/instructions.py

@@ -35,7 +35,7 @@ SIGNALS = ("smooth", "noisy", "white")
 
 # (what, level, n): most instructions a sample for each of the signals
 LIMITS: dict[tuple[str, str, int], tuple[float, ...]] = {
-    ("evaluate", "portable", 14): (16, 55, 130),
+    ("evaluate", "portable", 14): (16, 95, 130),
     ("evaluate", "portable", 100): (18, 100, 530),
     ("evaluate", "portable", 1000): (40, 260, 550),
     ("evaluate", "avx2", 14): (8, 45, 47),

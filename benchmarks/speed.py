@@ -3,7 +3,7 @@
 python benchmarks/speed.py [--samples 10000000] [--rounds 5] [--quick] [--json [FILE]] [--only evaluation,program]
 
 One thread; every ratio is of minima of processor time, of runs that took turns in this process. Ends with status 1 and
-a list if a limit is missed. --quick: five million samples, methods with a limit only, and half of each ratio is enough;
+a list if a limit is missed. --quick: five million samples, methods with a limit only, and a quarter of each ratio is enough;
 shorter signals would be copied within the cache of large processors, and every ratio to memcpy be another one.
 """
 
@@ -70,7 +70,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="What a sample costs, against numpy, numba, BLAS and solvers.")
     parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 5e6 with --quick")
     parser.add_argument("--rounds", type=int, default=5, help="repetitions of every method")
-    parser.add_argument("--quick", action="store_true", help="a short run; half of each ratio is asked for")
+    parser.add_argument("--quick", action="store_true", help="a short run; a quarter of each ratio is asked for")
     parser.add_argument("--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead")
     parser.add_argument("--json", nargs="?", const="-", metavar="FILE", help="JSON, to a file or instead of the tables")
     options = parser.parse_args()

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 SIGNALS = ("smooth", "noisy", "white")
 TIMING = 0.05  # two equal things differ by so much in a good measurement
-QUICK = 2.0  # a short measurement on any machine must reach half of what is asked for
+QUICK = 4.0  # a short measurement on any machine, busy or old, must reach a quarter of what is asked for
 
 
 @dataclass(frozen=True)
 class Limit:
     """A figure `what` for a signal: at most or at least so much.
 
-    Kinds: a "ratio" of times, which a short run has to reach half; an "accuracy", which holds in a short run as well; a
+    Kinds: a "ratio" of times, which a short run has to reach by a quarter; an "accuracy", which holds in a short run as well; a
     "time", which a short run on a busy machine does not judge.
     """
 

@@ -15,7 +15,7 @@ def head(result: Mapping[str, Any]) -> list[str]:
     """Machine, versions, and how it was measured."""
     lines = [", ".join(f"{key} {value}" for key, value in result["machine"].items())]
     what = f"{result['samples']:g} samples, processor time of one thread, best of {result['rounds']} interleaved runs"
-    return [*lines, what + (", short form: half of each ratio is asked for" if result["quick"] else "")]
+    return [*lines, what + (", short form: a quarter of each ratio is asked for" if result["quick"] else "")]
 
 
 def groups(result: Mapping[str, Any]) -> dict[str, tuple[str, list[str], dict[str, list[str]]]]:
