@@ -3,8 +3,8 @@
 python benchmarks/speed.py [--samples 10000000] [--rounds 5] [--quick] [--json [FILE]] [--only evaluation,program]
 
 One thread; every ratio is of minima of processor time, of runs that took turns in this process. Ends with status 1 and
-a list if a limit is missed. --quick: five million samples, methods with a limit only, and a quarter of each ratio is enough;
-shorter signals would be copied within the cache of large processors, and every ratio to memcpy be another one.
+a list if a limit is missed. --quick: five million samples, methods with a limit only, and a quarter of each ratio is
+enough; shorter signals would be copied within the cache of large processors, and every ratio to memcpy be another one.
 """
 
 from __future__ import annotations

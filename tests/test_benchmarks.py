@@ -16,13 +16,13 @@ from speed import alternatives, limits, measure, signals
 from speed.figures import Figures
 
 
-def test_every_limit_can_be_missed_and_a_short_run_asks_for_half_of_each_ratio():
+def test_every_limit_can_be_missed_and_a_short_run_asks_for_a_quarter_of_each_ratio():
     for limit in limits.LIMITS:
         worse, better = (10.0, 0.1) if limit.sense == "<=" else (0.1, 10.0)
         assert limit.holds(better * limit.value)
         assert limit.holds(worse * limit.value) is False
-        half = limit.value * (1.9 if limit.sense == "<=" else 1 / 1.9)
-        assert limit.holds(half, quick=True) is {"ratio": True, "accuracy": False, "time": None}[limit.kind]
+        part = limit.value * (3.8 if limit.sense == "<=" else 1 / 3.8)
+        assert limit.holds(part, quick=True) is {"ratio": True, "accuracy": False, "time": None}[limit.kind]
         assert not limit.holds(worse * limit.value, quick=True)
     assert len({(limit.what, limit.signal) for limit in limits.LIMITS}) == len(limits.LIMITS)
 

@@ -13,8 +13,8 @@ QUICK = 4.0  # a short measurement on any machine, busy or old, must reach a qua
 class Limit:
     """A figure `what` for a signal: at most or at least so much.
 
-    Kinds: a "ratio" of times, which a short run has to reach by a quarter; an "accuracy", which holds in a short run as well; a
-    "time", which a short run on a busy machine does not judge.
+    Kinds: a "ratio" of times, of which a short run has to reach a quarter; an "accuracy", which holds in a short run as
+    well; a "time", which a short run on a busy machine does not judge.
     """
 
     what: str
