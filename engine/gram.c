@@ -151,13 +151,15 @@ static void mirror(double *out, ptrdiff_t size)
 
 void engine_gram_take(engine_gram *g, double *out)
 {
-    const size_t size = 1 + (size_t)g->n + (size_t)g->targets, bytes = size * size * sizeof *out;
+    const size_t size = 1 + (size_t)g->n + (size_t)g->targets;
     gram_finish_log(g);
     if (out != NULL) {
-        if (g->earlier != NULL) {
-            memcpy(out, g->earlier, bytes);
-        } else {
-            memset(out, 0, bytes);
+        for (size_t i = 0; i < size; ++i) {
+            if (g->earlier != NULL) {
+                memcpy(out + i * size, g->earlier + i * size, (i + 1) * sizeof *out);
+            } else {
+                memset(out + i * size, 0, (i + 1) * sizeof *out);
+            }
         }
         gram_sum_up(g, out);
         mirror(out, (ptrdiff_t)size);

@@ -45,7 +45,7 @@ typedef struct gram_sums {
     double *cross; /* g_p g_q of different boundaries, p from the deeper one: packed lower triangle */
     double *cross_kept; /* (2, triangle) the same from earlier on, and its rounding; a null pointer while there is none */
     double *place; /* (n + 1, stride): g_p^2 and g_p g_{p-1} of the same boundary, g_p, and g_p f_k for each column f_k */
-    double *kept, *lost; /* (n + 1, stride) the same from before the log was last emptied: a sum and its rounding */
+    double *kept, *lost; /* (n + 1, stride) the same from earlier on: a sum and its rounding */
     double weight;       /* of the samples, up to then */
     double *total, *total_lost; /* (columns,) f_k, likewise */
 } gram_sums;
@@ -67,7 +67,8 @@ typedef struct gram_machine {
     gram_sums sums;
     double weight;       /* of the samples since the log was emptied */
     double *total;       /* (columns,) their sums */
-    int64_t events, events_kept; /* so far; when cross was last put aside */
+    int64_t events, emptied;           /* so far; how often the log was emptied */
+    int64_t places_kept, pairs_kept;   /* their sum when sums were last put aside */
     /* the present run: samples with the same moving cell and sign */
     int32_t cell;
     double sign, below, origin, last;

@@ -86,9 +86,13 @@ static inline void gram_freeze(gram_machine *m, int32_t q, gram_pair pair)
 {
     m->frozen[q] = (gram_frozen){pair, m->logged, m->weight};
     double *at = m->frozen_at + (ptrdiff_t)q * m->columns;
+    int32_t j = 1;
     at[0] = m->total[0];
-    if (m->columns > 1) {
-        memcpy(at + 1, m->total + 1, (size_t)(m->columns - 1) * sizeof *at);
+    for (; j < 1 + m->dense; j += 8) {
+        lanes_store(at + j, lanes_load(m->total + j));
+    }
+    for (; j < m->columns; ++j) {
+        at[j] = m->total[j];
     }
 }
 
@@ -166,19 +170,23 @@ static inline void gram_pair_with_block(gram_machine *m, gram_pair each, gram_pa
     *(gram_two *)(block + c) += rest.g;
 }
 
-/* Sums so far are put aside, so that sums of very many samples round as little as those of few; those of pairs, of which
- * there are n^2, after as many events. */
+/* Sums so far are put aside now and then, so that sums of very many samples round as little as those of few. What that costs
+ * is a part of what the events since the last time did. */
 static inline void gram_put_aside(gram_machine *m)
 {
     gram_sums *s = &m->sums;
-    for (ptrdiff_t i = 0; i < (m->n + 1) * m->stride; i += 8) {
-        lanes_add_exactly(s->kept + i, s->lost + i, lanes_load(s->place + i));
-        lanes_store(s->place + i, lanes_all(0.0));
+    const int64_t places = (m->n + 1) * m->stride, pairs = (int64_t)m->n * m->n, now = m->events + ++m->emptied;
+    if (8 * (now - m->places_kept) >= places) {
+        m->places_kept = now;
+        for (int64_t i = 0; i < places; i += 8) {
+            lanes_add_exactly(s->kept + i, s->lost + i, lanes_load(s->place + i));
+            lanes_store(s->place + i, lanes_all(0.0));
+        }
     }
-    if (m->only_targets || 4 * (m->events - m->events_kept) < (int64_t)m->n * m->n) {
+    if (m->only_targets || 4 * (now - m->pairs_kept) < pairs) {
         return;
     }
-    m->events_kept = m->events;
+    m->pairs_kept = now;
     const size_t size = gram_row(m->n + 1);
     if (s->cross_kept == NULL && (s->cross_kept = calloc(2 * size, sizeof *s->cross_kept)) == NULL) {
         return; /* then they round a little more */

@@ -7,7 +7,8 @@ static double gap(const gram_machine *m, int32_t c) { return c + 1 < m->n ? m->g
 
 static double own(const gram_machine *m, int32_t p, int entry)
 {
-    return m->sums.kept[p * m->stride + entry] + m->sums.lost[p * m->stride + entry];
+    const ptrdiff_t i = p * m->stride + entry;
+    return m->sums.kept[i] + (m->sums.lost[i] + m->sums.place[i]);
 }
 
 /* g_p g_q with p and q in one group of rows, symmetric. */
