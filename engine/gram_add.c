@@ -104,7 +104,8 @@ static int64_t add_chunk(engine_gram *g, const engine_kernels *kernels, int64_t 
     if (g->dense.prefix == 0) {
         return kernels->gram_run(&g->machine, samples, x, weight, g->column, NULL);
     }
-    const int64_t good = kernels->between(samples, x, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
+    const double limit = DEHYST_INPUT_LIMIT;
+    const int64_t good = kernels->dot(samples, x, x) <= limit * limit ? samples : kernels->between(samples, x, -limit, limit);
     for (int64_t from = 0; from < good; from += GRAM_DENSE_SAMPLES) {
         const int64_t count = good - from < GRAM_DENSE_SAMPLES ? good - from : GRAM_DENSE_SAMPLES;
         for (int32_t t = 0; t < g->targets; ++t) {

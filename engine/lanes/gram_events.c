@@ -75,34 +75,38 @@ static inline void add_rows(gram_machine *m, int32_t prefix, int64_t samples, co
     }
 }
 
-/* Samples [k, ...) of one run; the first column of weight 1 is summed while its end is sought. */
-static inline int64_t sum_one_run(gram_machine *m, int64_t samples, const double *x, const double *weight,
-                                  const double *const *f, int64_t k, int begin)
+/* The samples of one run, the first target at once; x is in its place if there is none: nobody reads that. */
+static inline __attribute__((always_inline)) int64_t sum_run(const int what, gram_machine *m, run_samples r,
+                                                             const run_window *window)
+{
+    const lanes none = lanes_all(0.0);
+    sums_of_run s = {none, none, none, none, none};
+    double sums[4] = {0};
+    const int64_t count = follow_run(what, r, window, &s);
+    lanes_add_sums(s.d, s.dd, s.f, s.df, sums);
+    m->run_weight += what == WEIGHTED ? lanes_sum(s.w) : (double)count;
+    m->run_d += sums[0];
+    m->run_dd += sums[1];
+    m->run_f[0] += sums[2];
+    m->run_df[0] += sums[3];
+    return count;
+}
+
+/* Samples [k, ...) of one run with all columns. */
+static inline int64_t sum_columns(gram_machine *m, int64_t samples, const double *x, const double *weight,
+                                  const double *const *f, const double *rows, int64_t k, int begin)
 {
     const run_window window = window_of(m, begin);
-    double sums[4] = {0};
-    int64_t count;
-    int32_t t = 0;
-    if (weight == NULL) { /* the first target at once; x in its place if there is none: nobody reads that */
-        count = sum_run(samples - k, x + k, (m->targets > 0 ? f[0] : x) + k, &window, sums);
-        m->run_weight += (double)count;
-        m->run_d += sums[0];
-        m->run_dd += sums[1];
-        m->run_f[0] += sums[2];
-        m->run_df[0] += sums[3];
-        t = 1;
-    } else {
-        count = scan_run(samples - k, x + k, &window);
-        add_moments(count, x + k, weight + k, m->origin, sums);
-        m->run_weight += sums[0];
-        m->run_d += sums[1];
-        m->run_dd += sums[2];
-    }
-    for (; t < m->targets; ++t) {
-        double moments[3] = {0};
+    const run_samples r = {samples - k, x + k, (m->targets > 0 ? f[0] : x) + k, weight + (weight == NULL ? 0 : k)};
+    const int64_t count = weight == NULL ? sum_run(PLAIN, m, r, &window) : sum_run(WEIGHTED, m, r, &window);
+    for (int32_t t = 1; t < m->targets; ++t) {
+        double moments[2] = {0};
         add_moments(count, x + k, f[t] + k, m->origin, moments);
         m->run_f[gram_column_of(m, t)] += moments[0];
         m->run_df[gram_column_of(m, t)] += moments[1];
+    }
+    if (m->dense > 0 && !m->only_targets) {
+        add_rows(m, m->dense, count, x + k, rows + k * m->dense);
     }
     return count;
 }
@@ -114,11 +118,7 @@ int64_t LANES_NAME(engine_gram_run)(gram_machine *m, int64_t samples, const doub
 {
     int begin = 0;
     for (int64_t k = 0; k < samples;) {
-        const int64_t count = sum_one_run(m, samples, x, weight, f, k, begin);
-        if (m->dense > 0 && !m->only_targets) {
-            add_rows(m, m->dense, count, x + k, rows + k * m->dense);
-        }
-        k += count;
+        k += sum_columns(m, samples, x, weight, f, rows, k, begin);
         m->last = k > 0 ? x[k - 1] : m->last;
         if (k == samples) {
             break;
@@ -142,7 +142,8 @@ void LANES_NAME(engine_gram_pass_by)(gram_machine *m, int64_t samples, const dou
     int begin = 0;
     for (int64_t k = 0; k < samples;) {
         const run_window window = window_of(m, begin);
-        k += scan_run(samples - k, x + k, &window);
+        const run_samples r = {samples - k, x + k, x, x};
+        k += follow_run(SCAN, r, &window, 0);
         m->last = k > 0 ? x[k - 1] : m->last;
         m->stack.segment[m->stack.top].e = m->last;
         if (k == samples) {

@@ -41,108 +41,99 @@ static inline int first_outside(unsigned mask, int64_t there)
     return count < there ? count : (int)there;
 }
 
+enum { FREE, RISING, FALLING, AHEAD = 1024 };
+enum { SCAN, PLAIN, WEIGHTED }; /* sum nothing; samples of weight 1; of weights w, with columns that are multiplied by them */
+
 typedef struct sums_of_run {
-    lanes d, dd, f, df;
+    lanes w, d, dd, f, df;
 } sums_of_run;
 
-static inline void add_samples(sums_of_run *s, lanes d, lanes f)
+static inline __attribute__((always_inline)) void add_samples(const int what, sums_of_run *s, lanes d, lanes f, lanes w)
 {
-    s->d = lanes_add(s->d, d);
-    s->dd = lanes_fma(d, d, s->dd);
+    if (what == SCAN) {
+        return;
+    }
+    const lanes wd = what == WEIGHTED ? lanes_mul(w, d) : d;
+    s->w = what == WEIGHTED ? lanes_add(s->w, w) : s->w;
+    s->d = lanes_add(s->d, wd);
+    s->dd = lanes_fma(d, wd, s->dd);
     s->f = lanes_add(s->f, f);
     s->df = lanes_fma(d, f, s->df);
 }
 
-enum { FREE, RISING, FALLING, AHEAD = 1024 };
+/* Samples of one run: x, and their column and weights if they are summed. */
+typedef struct run_samples {
+    int64_t count;
+    const double *x, *f, *w;
+} run_samples;
 
 /* Whole eights from k on that lie in the window of a long run; x[k - 1] does. Returns where they end. */
-static inline __attribute__((always_inline)) int64_t follow(const int way, const int with_sums, int64_t k, int64_t samples,
-                                                            const double *x, const double *f, const run_window *window,
-                                                            sums_of_run *s)
+static inline __attribute__((always_inline)) int64_t follow(const int way, const int what, int64_t k, run_samples r,
+                                                            const run_window *window, sums_of_run *s)
 {
     const lanes low = lanes_all(window->low), high = lanes_all(window->high), origin = lanes_all(window->origin);
-    for (; k + 8 <= samples; k += 8) {
-        const lanes u = lanes_load(x + k), before = lanes_load(x + k - 1);
+    for (; k + 8 <= r.count; k += 8) {
+        const lanes u = lanes_load(r.x + k), before = lanes_load(r.x + k - 1);
         const unsigned mask = way == RISING    ? lanes_le(before, u) & lanes_le(u, high)
                               : way == FALLING ? lanes_le(u, before) & lanes_le(low, u)
                                                : lanes_le(low, u) & lanes_le(u, high);
         if (mask != 255) {
             break;
         }
-        if (with_sums) {
-            __builtin_prefetch(x + k + AHEAD);
-            __builtin_prefetch(f + k + AHEAD);
-            add_samples(s, lanes_sub(u, origin), lanes_load(f + k));
+        if (what == PLAIN) {
+            __builtin_prefetch(r.x + k + AHEAD);
+            __builtin_prefetch(r.f + k + AHEAD);
         }
+        add_samples(what, s, lanes_sub(u, origin), what == SCAN ? u : lanes_load(r.f + k),
+                    what == WEIGHTED ? lanes_load(r.w + k) : u);
     }
     return k;
 }
 
-static inline __attribute__((always_inline)) int64_t follow_any(const int with_sums, int64_t k, int64_t samples,
-                                                                const double *x, const double *f, const run_window *window,
+/* Fewer than nine samples from k on: how many of them lie in the window, and their sums. */
+static inline __attribute__((always_inline)) int end_of(const int what, int64_t k, run_samples r, const run_window *window,
+                                                        bounds *b, unsigned begin, sums_of_run *s)
+{
+    const int64_t there = r.count - k < 8 ? r.count - k : 8;
+    const lanes u = lanes_load_first(r.x + k, there);
+    const int count = first_outside(inside(b, u) | begin, there);
+    if (what != SCAN) {
+        add_samples(what, s, lanes_keep(lanes_sub(u, lanes_all(window->origin)), count), lanes_load_first(r.f + k, count),
+                    what == WEIGHTED ? lanes_load_first(r.w + k, count) : u);
+    }
+    return count;
+}
+
+/* Samples from the first on that lie in the window, and their sums. The first eight are treated alike in every kind of run,
+ * for noise ends it there and its kind could not be predicted. */
+static inline __attribute__((always_inline)) int64_t follow_run(const int what, run_samples r, const run_window *window,
                                                                 sums_of_run *s)
 {
-    return window->monotone > 0   ? follow(RISING, with_sums, k, samples, x, f, window, s)
-           : window->monotone < 0 ? follow(FALLING, with_sums, k, samples, x, f, window, s)
-                                  : follow(FREE, with_sums, k, samples, x, f, window, s);
-}
-
-/* Samples from the first on that lie in the window; adds their sums of d, d^2, f, d f to sums. The first eight are treated
- * alike in every kind of run, for noise ends it there and its kind could not be predicted. */
-static inline int64_t sum_run(int64_t samples, const double *x, const double *f, const run_window *window, double *sums)
-{
     bounds b = bounds_of(window);
-    const lanes origin = lanes_all(window->origin), none = lanes_all(0.0);
-    sums_of_run s = {none, none, none, none};
-    int64_t k = 0, there = samples < 8 ? samples : 8;
-    lanes u = lanes_load_first(x, there);
-    int count = first_outside(inside(&b, u) | (unsigned)window->begin, there);
-    add_samples(&s, lanes_keep(lanes_sub(u, origin), count), lanes_load_first(f, count));
-    k = count;
-    if (count == 8) {
-        k = follow_any(1, k, samples, x, f, window, &s);
-        there = samples - k < 8 ? samples - k : 8;
-        u = lanes_load_first(x + k, there);
-        b.before = lanes_all(x[k - 1]);
-        count = first_outside(inside(&b, u), there);
-        add_samples(&s, lanes_keep(lanes_sub(u, origin), count), lanes_load_first(f + k, count));
-        k += count;
-    }
-    lanes_add_sums(s.d, s.dd, s.f, s.df, sums);
-    return k;
-}
-
-/* Number of samples from the first on that lie in the window. */
-static inline int64_t scan_run(int64_t samples, const double *x, const run_window *window)
-{
-    bounds b = bounds_of(window);
-    int64_t k, there = samples < 8 ? samples : 8;
-    k = first_outside(inside(&b, lanes_load_first(x, there)) | (unsigned)window->begin, there);
+    int64_t k = end_of(what, 0, r, window, &b, (unsigned)window->begin, s);
     if (k == 8) {
-        k = follow_any(0, k, samples, x, x, window, 0);
-        there = samples - k < 8 ? samples - k : 8;
-        b.before = lanes_all(x[k - 1]);
-        k += first_outside(inside(&b, lanes_load_first(x + k, there)), there);
+        k = window->monotone > 0   ? follow(RISING, what, k, r, window, s)
+            : window->monotone < 0 ? follow(FALLING, what, k, r, window, s)
+                                   : follow(FREE, what, k, r, window, s);
+        b.before = lanes_all(r.x[k - 1]);
+        k += end_of(what, k, r, window, &b, 0, s);
     }
     return k;
 }
 
-/* Adds sum f, sum d f and sum d^2 f to sums. */
+/* Adds sum f and sum d f to sums. */
 static inline void add_moments(int64_t samples, const double *x, const double *f, double origin, double *sums)
 {
     const lanes from = lanes_all(origin);
-    lanes f0 = lanes_all(0.0), f1 = f0, f2 = f0;
+    lanes f0 = lanes_all(0.0), f1 = f0;
     for (int64_t k = 0; k < samples; k += 8) {
         const int64_t there = samples - k < 8 ? samples - k : 8;
         const lanes d = lanes_sub(lanes_load_first(x + k, there), from), v = lanes_load_first(f + k, there);
-        const lanes moving = lanes_mul(d, v);
         f0 = lanes_add(f0, v);
-        f1 = lanes_add(f1, moving);
-        f2 = lanes_fma(d, moving, f2);
+        f1 = lanes_fma(d, v, f1);
     }
     sums[0] += lanes_sum(f0);
     sums[1] += lanes_sum(f1);
-    sums[2] += lanes_sum(f2);
 }
 
 #endif

@@ -1,5 +1,6 @@
 // Binding of the streaming normal equations: arrays in, a matrix out, no formula.
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -115,8 +116,9 @@ class Gram {
 
     [[noreturn]] static void bad(const char *what, std::size_t k, double value)
     {
-        throw std::invalid_argument("sample " + std::to_string(k) + " of " + what + " is " + std::to_string(value) +
-                                    ": the samples before it are in the sums, none from it on; drop or repair it");
+        char number[32];
+        std::snprintf(number, sizeof number, "%g", value);
+        throw std::invalid_argument("sample " + std::to_string(k) + " of " + what + " is " + number + ": the samples before it are in the sums, none from it on; drop or repair it");
     }
 
     [[noreturn]] static void refuse(std::size_t k, const double *x, const std::vector<const double *> &column,
