@@ -56,7 +56,7 @@ typedef struct engine_gram engine_gram;
 
 engine_gram *engine_gram_new(int32_t n, const double *threshold, const double *state, int32_t targets);
 void engine_gram_free(engine_gram *gram);
-/* Method as for the evaluator: events only, a dense prefix (a multiple of 8, at most 64), or the choice of the signal.
+/* Method as for the evaluator: events only, a dense prefix (a multiple of 4, at most 64), or the choice of the signal.
  * ENGINE_DENSE: up to 64 operators. Sums and states go on. Returns 0, or -1 if it does not apply. */
 int engine_gram_method(engine_gram *gram, int32_t method);
 /* Add samples. x (samples,) centred; targets: m pointers to (samples,) columns, the output y among them; weight

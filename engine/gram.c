@@ -14,7 +14,7 @@ static int build(engine_gram *g, int32_t prefix, const double *state)
     memset(&machine, 0, sizeof machine);
     if (gram_dense_start(&dense, prefix, n, g->r, state, g->targets) != 0 ||
         (prefix < n &&
-         gram_machine_start(&machine, n - prefix, g->r + prefix, state + prefix, prefix, g->targets) != 0)) {
+         gram_machine_start(&machine, n - prefix, g->r + prefix, state + prefix, dense.width, g->targets) != 0)) {
         gram_dense_free(&dense);
         gram_machine_free(&machine);
         return -1;
@@ -118,14 +118,13 @@ int gram_change_prefix(engine_gram *g, int32_t prefix)
     return build(g, prefix, g->state);
 }
 
-/* A prefix of a multiple of 8 operators, all of them if there are few. */
+/* A prefix of a multiple of 4 operators, all of them if there are few. */
 int engine_gram_method(engine_gram *g, int32_t method)
 {
-    const int32_t all = (g->n + 7) / 8 * 8;
     if (method == ENGINE_DENSE) {
-        method = all;
+        method = (g->n + 3) / 4 * 4;
     }
-    if (method > 0 && (method % 8 != 0 || method > GRAM_PREFIX_LIMIT || method > all)) {
+    if (method > 0 && (method % 4 != 0 || method > GRAM_PREFIX_LIMIT || method >= g->n + 8)) {
         return -1;
     }
     if (method < ENGINE_AUTO) {

@@ -81,14 +81,14 @@ static inline int32_t gram_column_of(const gram_machine *m, int32_t t) { return 
 
 /* Cells 0 .. prefix - 1, written out: z_0 .. z_prefix, of which the last drives the events. */
 typedef struct gram_dense {
-    int32_t prefix, targets; /* prefix: a multiple of 8, 0 for none */
-    double *r, *z;           /* (prefix,) of operators 1 .. prefix; those beyond the last have r infinite and z = 0 */
-    double *rows, *weighted; /* (SAMPLES, prefix) cells, and times weight */
+    int32_t prefix, width, targets; /* a multiple of 4, 0 for none; the same as a multiple of 8 */
+    double *r, *z;           /* (width,) of operators 1 .. prefix; those that fill it up have r infinite and z = 0 */
+    double *rows, *weighted; /* (SAMPLES, width) cells, and times weight */
     double *drive;           /* (SAMPLES,) z_prefix */
     /* sums, each followed by as many numbers that rounding took from it */
-    double *products;        /* (2, prefix, prefix) cell_i cell_j, lower triangle of blocks of 8 */
-    double *with;            /* (2, targets, prefix) */
-    double *ones;            /* (2, prefix) */
+    double *products;        /* (2, width, width) cell_i cell_j, lower triangle of blocks of 8 */
+    double *with;            /* (2, targets, width) */
+    double *ones;            /* (2, width) */
 } gram_dense;
 
 enum { GRAM_SAMPLES = 1024, GRAM_DENSE_SAMPLES = 128, GRAM_PREFIX_LIMIT = 64, GRAM_EMPTY = 1 << 17 };

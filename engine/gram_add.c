@@ -72,27 +72,27 @@ static void add_dense(engine_gram *g, const engine_kernels *kernels, int64_t sam
                       const double *const *f)
 {
     gram_dense *d = &g->dense;
-    const int32_t prefix = d->prefix;
+    const int32_t prefix = d->prefix, width = d->width;
     const double *rows = d->rows;
     kernels->cells(samples, prefix, d->r, d->z, x, d->rows, d->drive);
     if (weight != NULL) {
-        for (int64_t k = 0; k < samples * prefix; ++k) {
-            d->weighted[k] = weight[k / prefix] * d->rows[k];
+        for (int64_t k = 0; k < samples * width; ++k) {
+            d->weighted[k] = weight[k / width] * d->rows[k];
         }
         rows = d->weighted;
     }
-    const ptrdiff_t offset = (ptrdiff_t)g->targets * prefix; /* to what rounding took away */
+    const ptrdiff_t offset = (ptrdiff_t)g->targets * width; /* to what rounding took away */
     int32_t t = 0;
     if (!g->only_targets) {
         kernels->products(samples, prefix, rows, d->rows, g->targets > 0 ? f[t++] : NULL, d->products, d->with, offset);
     }
     for (; t < g->targets; ++t) {
-        kernels->row_sums(samples, prefix, d->rows, f[t], d->with + (ptrdiff_t)t * prefix, offset);
+        kernels->row_sums(samples, width, d->rows, f[t], d->with + (ptrdiff_t)t * width, offset);
     }
     if (g->machine.n > 0) {
         kernels->gram_run(&g->machine, samples, d->drive, weight, f, rows);
     } else {
-        kernels->row_sums(samples, prefix, rows, NULL, d->ones, prefix);
+        kernels->row_sums(samples, width, rows, NULL, d->ones, width);
         add_totals(g, samples, weight, f);
     }
 }

@@ -5,13 +5,15 @@
 #include "dehyst.h"
 #include "gram.h"
 
-enum { TRIAL = 512, FEWEST = 128, SOONEST = 1 << 14, LATEST = 1 << 18, PREFIXES = 5 };
+enum { TRIAL = 512, FEWEST = 128, SOONEST = 1 << 14, LATEST = 1 << 18, LONGEST = 32 };
 
-/* What a sample costs with a prefix of 0, 8, 16, 24, 32 operators, and what an event adds: ns, measured at each level. Only
+/* What a sample costs with a prefix of 0, 4, ... 32 operators, and what an event adds: ns, measured at each level. Only
  * their ratios matter. */
-static const double prefix_cost[ENGINE_LEVELS][PREFIXES] = {
-    {4.0, 20.0, 40.0, 66.0, 100.0}, {0.7, 8.5, 17.0, 27.0, 39.0}, {0.6, 4.5, 9.3, 14.8, 22.0}};
-static const double event_cost[ENGINE_LEVELS] = {110.0, 75.0, 65.0};
+static const double prefix_cost[ENGINE_LEVELS][LONGEST / 4 + 1] = {
+    {1.1, 12.0, 15.7, 28.8, 37.0, 50.4, 61.5, 81.0, 95.6},
+    {0.6, 5.5, 6.7, 11.9, 15.7, 20.4, 24.0, 31.5, 36.6},
+    {0.5, 4.4, 5.0, 8.7, 10.9, 13.6, 15.7, 21.7, 24.6}};
+static const double event_cost[ENGINE_LEVELS] = {80.0, 65.0, 65.0};
 static const double column_cost = 1.0; /* of a cell of the prefix, per event */
 static const double few = 0.03;        /* events a sample that leave nothing to gain */
 
@@ -49,7 +51,7 @@ static double trial(const engine_gram *g, const engine_kernels *kernels, int32_t
 
 static double cost(int level, int32_t prefix, double events)
 {
-    return prefix_cost[level][prefix / 8] + events * (event_cost[level] + column_cost * prefix);
+    return prefix_cost[level][prefix / 4] + events * (event_cost[level] + column_cost * prefix);
 }
 
 /* The cheapest prefix for samples like these. */
@@ -60,7 +62,7 @@ static int32_t cheapest(engine_gram *g, const engine_kernels *kernels, int64_t s
     int32_t chosen = g->dense.prefix;
     *now = *best = 1e300;
     engine_gram_state(g, g->state);
-    for (int32_t prefix = 0; prefix < 8 * PREFIXES && prefix < g->n + 7; prefix += 8) {
+    for (int32_t prefix = 0; prefix <= LONGEST && prefix < g->n + 3; prefix += 4) {
         const double events = prefix < g->n ? trial(g, kernels, prefix, g->state, samples, x) : 0.0;
         const double one = cost(level, prefix, events);
         if (events < 0.0) {

@@ -10,8 +10,9 @@ int gram_dense_start(gram_dense *d, int32_t prefix, int32_t n, const double *thr
 {
     memset(d, 0, sizeof *d);
     d->prefix = prefix;
+    d->width = (prefix + 7) / 8 * 8;
     d->targets = targets;
-    const size_t k = (size_t)prefix;
+    const size_t k = (size_t)d->width;
     d->r = malloc((k + 1) * sizeof *d->r);
     d->z = malloc((k + 1) * sizeof *d->z);
     d->rows = malloc((k * GRAM_DENSE_SAMPLES + 1) * sizeof *d->rows);
@@ -24,9 +25,10 @@ int gram_dense_start(gram_dense *d, int32_t prefix, int32_t n, const double *thr
         d->products == NULL || d->with == NULL || d->ones == NULL) {
         return -1;
     }
-    for (int32_t i = 0; i < prefix; ++i) {
-        d->r[i] = i + 1 < n ? threshold[i + 1] : INFINITY;
-        d->z[i] = i + 1 < n ? state[i + 1] : 0.0;
+    for (int32_t i = 0; i < d->width; ++i) {
+        const int there = i < prefix && i + 1 < n;
+        d->r[i] = there ? threshold[i + 1] : INFINITY;
+        d->z[i] = there ? state[i + 1] : 0.0;
     }
     return 0;
 }
@@ -46,7 +48,7 @@ void gram_dense_free(gram_dense *d)
 
 void gram_dense_clear(gram_dense *d)
 {
-    const size_t k = (size_t)d->prefix;
+    const size_t k = (size_t)d->width;
     memset(d->products, 0, 2 * k * k * sizeof *d->products);
     memset(d->with, 0, 2 * k * (size_t)d->targets * sizeof *d->with);
     memset(d->ones, 0, 2 * k * sizeof *d->ones);

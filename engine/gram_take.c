@@ -10,11 +10,11 @@ static double total_of(const gram_machine *m, int32_t column)
 static void add_dense(const engine_gram *g, double *out, ptrdiff_t size)
 {
     const gram_dense *d = &g->dense;
-    const int32_t prefix = d->prefix, cells = prefix < g->n ? prefix : g->n;
+    const int32_t prefix = d->prefix, width = d->width, cells = prefix < g->n ? prefix : g->n;
     for (int32_t i = 0; i < cells && !g->only_targets; ++i) {
         double *row = out + (1 + i) * size;
-        const double *products = d->products + (ptrdiff_t)i * prefix, *lost = products + (ptrdiff_t)prefix * prefix;
-        row[0] += g->machine.n > 0 ? total_of(&g->machine, 1 + i) : d->ones[i] + d->ones[prefix + i];
+        const double *products = d->products + (ptrdiff_t)i * width, *lost = products + (ptrdiff_t)width * width;
+        row[0] += g->machine.n > 0 ? total_of(&g->machine, 1 + i) : d->ones[i] + d->ones[width + i];
         for (int32_t j = 0; j <= i; ++j) {
             row[1 + j] += products[j] + lost[j];
         }
@@ -27,13 +27,13 @@ static void add_dense(const engine_gram *g, double *out, ptrdiff_t size)
 /* What targets have to do with ones, cells and each other: the last rows. */
 static void add_targets(const engine_gram *g, double *out, ptrdiff_t size)
 {
-    const int32_t prefix = g->dense.prefix, cells = prefix < g->n ? prefix : g->n;
+    const int32_t prefix = g->dense.prefix, width = g->dense.width, cells = prefix < g->n ? prefix : g->n;
     for (int32_t t = 0; t < g->targets; ++t) {
         double *row = out + (1 + g->n + t) * size;
         row[0] += g->total[t] + g->total[g->targets + t];
         for (int32_t i = 0; i < cells; ++i) {
-            const double *with = g->dense.with + t * (ptrdiff_t)prefix + i;
-            row[1 + i] += with[0] + with[(ptrdiff_t)g->targets * prefix];
+            const double *with = g->dense.with + t * (ptrdiff_t)width + i;
+            row[1 + i] += with[0] + with[(ptrdiff_t)g->targets * width];
         }
         if (g->machine.n > 0) {
             const int32_t column = gram_column_of(&g->machine, t);

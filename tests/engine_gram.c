@@ -101,8 +101,8 @@ static int add(engine_gram *g, const problem *p, int64_t from, int64_t to)
 
 static int32_t any_method(int32_t n)
 {
-    const int32_t prefixes = (n + 7) / 8, choice = below(4);
-    return choice == 0 ? ENGINE_AUTO : choice == 1 ? ENGINE_EVENTS : choice == 2 ? ENGINE_DENSE : 8 * (1 + below(prefixes));
+    const int32_t prefixes = (n + 3) / 4, choice = below(4);
+    return choice == 0 ? ENGINE_AUTO : choice == 1 ? ENGINE_EVENTS : choice == 2 ? ENGINE_DENSE : 4 * (1 + below(prefixes));
 }
 
 /* In pieces: some added, some skipped, some taken at once; methods change on the way. */

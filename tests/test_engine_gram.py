@@ -186,7 +186,7 @@ def test_operators_that_cannot_be_are_refused(r, z, message):
         _native.Gram(np.array(r, dtype=float), np.array(z, dtype=float), 1)
 
 
-METHODS = (-1, 0, 8, 16, 24, 40, _native.ENGINE_DENSE)
+METHODS = (-1, 0, 4, 8, 12, 16, 20, 28, 40, 44, _native.ENGINE_DENSE)
 
 
 def sums_of(x, targets, r, z, method, weights=None):
@@ -227,7 +227,7 @@ def test_a_method_may_change_between_any_two_samples():
         gram = _native.Gram(r, z, len(targets))
         for k in range(len(x)):
             if rng.random() < 0.2:
-                gram.method(int(rng.choice(METHODS)))
+                gram.method(int(rng.choice((*METHODS[:-2], _native.ENGINE_DENSE))))
             gram.add(x[k : k + 1], targets[:, k : k + 1].copy())
         exact, last = written_out(x, targets, r, z)
         assert error(gram.take(), exact, 33) < 4e-14

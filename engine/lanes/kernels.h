@@ -37,7 +37,7 @@ typedef struct engine_kernels {
     void (*cells)(int64_t samples, int32_t prefix, const double *r, double *z, const double *x, double *cells, double *drive);
     void (*products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f, double *out,
                      double *with, int64_t lost);
-    void (*row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out, int64_t lost);
+    void (*row_sums)(int64_t samples, int32_t width, const double *rows, const double *f, double *out, int64_t lost);
     int64_t (*between)(int64_t samples, const double *x, double low, double high);
 } engine_kernels;
 

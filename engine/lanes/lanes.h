@@ -30,7 +30,8 @@ static inline lanes lanes_shift(lanes a, lanes b)
 {
     return _mm512_castsi512_pd(_mm512_alignr_epi64(_mm512_castpd_si512(a), _mm512_castpd_si512(b), 7));
 }
-static inline void lanes_store_last(double *p, lanes a) { _mm512_mask_storeu_pd(p - 7, 0x80, a); }
+/* lane 3 or 7 */
+static inline void lanes_store_one(double *p, lanes a, int lane) { _mm512_mask_storeu_pd(p - lane, (__mmask8)(1u << lane), a); }
 /* sums[0 .. 3] += sums of a, b, c, d */
 static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
 {
@@ -97,9 +98,9 @@ static inline lanes lanes_shift(lanes a, lanes b)
                _mm256_shuffle_pd(_mm256_permute2f128_pd(a.l, a.h, 0x21), a.h, 5)};
     return r;
 }
-static inline void lanes_store_last(double *p, lanes a)
+static inline void lanes_store_one(double *p, lanes a, int lane)
 {
-    _mm_storeh_pd(p, _mm256_extractf128_pd(a.h, 1));
+    _mm_storeh_pd(p, _mm256_extractf128_pd(lane == 7 ? a.h : a.l, 1));
 }
 static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
 {

@@ -108,7 +108,11 @@ static inline lanes lanes_shift(lanes a, lanes b)
                 pair_shift(a.v[3], a.v[2])}};
     return r;
 }
-static inline void lanes_store_last(double *p, lanes a) { pair_store_first(p, pair_shift(a.v[3], a.v[3])); }
+static inline void lanes_store_one(double *p, lanes a, int lane)
+{
+    const pair both = a.v[lane / 2];
+    pair_store_first(p, pair_shift(both, both));
+}
 static inline void lanes_add_sums(lanes a, lanes b, lanes c, lanes d, double *sums)
 {
     sums[0] += lanes_sum(a);

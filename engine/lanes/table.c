@@ -20,7 +20,7 @@ void LANES_NAME(engine_cells)(int64_t samples, int32_t prefix, const double *r, 
                               double *drive);
 void LANES_NAME(engine_products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f,
                                  double *out, double *with, int64_t lost);
-void LANES_NAME(engine_row_sums)(int64_t samples, int32_t prefix, const double *rows, const double *f, double *out,
+void LANES_NAME(engine_row_sums)(int64_t samples, int32_t width, const double *rows, const double *f, double *out,
                                  int64_t lost);
 int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low, double high);
 

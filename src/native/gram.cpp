@@ -79,7 +79,7 @@ class Gram {
         if (engine_gram_method(gram_.get(), prefix) != 0)
             throw std::invalid_argument("method " + std::to_string(prefix) +
                                         " does not apply: -1 (the signal decides), 0 (events only), a dense prefix (a "
-                                        "multiple of 8, up to 64 and up to what holds all operators), or ENGINE_DENSE (up "
+                                        "multiple of 4, up to 64 and up to what holds all operators), or ENGINE_DENSE (up "
                                         "to 64 operators)");
     }
 
@@ -118,7 +118,8 @@ class Gram {
     {
         char number[32];
         std::snprintf(number, sizeof number, "%g", value);
-        throw std::invalid_argument("sample " + std::to_string(k) + " of " + what + " is " + number + ": the samples before it are in the sums, none from it on; drop or repair it");
+        throw std::invalid_argument("sample " + std::to_string(k) + " of " + what + " is " + number +
+                                    ": the samples before it are in the sums, none from it on; drop or repair it");
     }
 
     [[noreturn]] static void refuse(std::size_t k, const double *x, const std::vector<const double *> &column,
@@ -160,7 +161,7 @@ void bind_gram(nb::module_ &m)
              "Add the samples x (T,) with targets (m, T) and weights (T,) >= 0, ones if None.")
         .def("skip", &Gram::skip, "x"_a, "Advance the state by x without adding anything.")
         .def("take", &Gram::take, "Sums (1 + n + m, 1 + n + m) since the last take; the state goes on.")
-        .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; a dense prefix of 8, 16, ..., or ENGINE_DENSE.")
+        .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; a dense prefix of 4, 8, ..., or ENGINE_DENSE.")
         .def("only_targets", &Gram::only_targets, "only"_a, "Leave out sums of cells with cells and with ones.")
         .def_prop_ro("events", &Gram::events, "Events so far, behind the dense prefix of the time.")
         .def_prop_ro("prefix", &Gram::prefix, "Operators taken one by one at present.")
