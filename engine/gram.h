@@ -74,6 +74,7 @@ typedef struct gram_machine {
     double sign, below, origin, last;
     double run_weight, run_d, run_dd;
     double *run_f, *run_df; /* (columns,) */
+    double squares;         /* of the first target in the last call, if samples had no weights */
 } gram_machine;
 
 /* Column of target t. */

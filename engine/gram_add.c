@@ -3,7 +3,7 @@
 #include "gram.h"
 
 /* Targets of a chunk and their squares; returns how many samples have usable ones. A square that is too large or not a
- * number says where to look, so that good data are read once. */
+ * number says where to look, so that good data are read once. Without a prefix the first target is left to the runs. */
 static int64_t plain_targets(engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *const *targets,
                              int64_t from)
 {
@@ -12,6 +12,9 @@ static int64_t plain_targets(engine_gram *g, const engine_kernels *kernels, int6
     for (int32_t t = 0; t < g->targets; ++t) {
         const double *f = targets[t] + from;
         g->column[t] = f;
+        if (t == 0 && g->dense.prefix == 0) {
+            continue;
+        }
         g->square[t] = kernels->dot(samples, f, f);
         if (!(g->square[t] <= limit * limit)) {
             good = kernels->between(good, f, -limit, limit);
@@ -37,15 +40,16 @@ static int64_t weighted_targets(engine_gram *g, const engine_kernels *kernels, i
     return good;
 }
 
-/* Products of targets with each other. */
+/* Products of targets with each other. The squares of the first one and of the others may be known. */
 static void add_pairs(engine_gram *g, const engine_kernels *kernels, int64_t samples, const double *const *targets,
-                      int64_t from, int squares)
+                      int64_t from, int first, int squares)
 {
     for (int32_t i = 0; i < g->targets; ++i) {
         double *row = g->pairs + (ptrdiff_t)i * g->targets;
         for (int32_t j = 0; j <= i; ++j) {
+            const int known = i == j && (i == 0 ? first : squares);
             gram_add_exactly(row + j, row + j + (ptrdiff_t)g->targets * g->targets,
-                             squares && i == j ? g->square[i] : kernels->dot(samples, g->column[i], targets[j] + from));
+                             known ? g->square[i] : kernels->dot(samples, g->column[i], targets[j] + from));
         }
     }
 }
@@ -102,7 +106,9 @@ static int64_t add_chunk(engine_gram *g, const engine_kernels *kernels, int64_t 
                          const double *weight)
 {
     if (g->dense.prefix == 0) {
-        return kernels->gram_run(&g->machine, samples, x, weight, g->column, NULL);
+        const int64_t taken = kernels->gram_run(&g->machine, samples, x, weight, g->column, NULL);
+        g->square[0] = g->machine.squares;
+        return taken;
     }
     const double limit = DEHYST_INPUT_LIMIT;
     const int64_t good = kernels->dot(samples, x, x) <= limit * limit ? samples : kernels->between(samples, x, -limit, limit);
@@ -126,7 +132,8 @@ int64_t engine_gram_add(engine_gram *g, int64_t samples, const double *x, const 
         const int64_t good = weight == NULL ? plain_targets(g, kernels, count, targets, from)
                                             : weighted_targets(g, kernels, count, targets, weight, from);
         const int64_t taken = add_chunk(g, kernels, good, x + from, weight == NULL ? NULL : weight + from);
-        add_pairs(g, kernels, taken, targets, from, weight == NULL && taken == count);
+        const int known = weight == NULL && taken == count;
+        add_pairs(g, kernels, taken, targets, from, known || (weight == NULL && g->dense.prefix == 0), known);
         g->empty = g->empty && taken == 0;
         if ((g->until_empty -= taken) <= 0) {
             gram_finish_log(g);

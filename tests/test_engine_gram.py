@@ -169,6 +169,24 @@ def test_bad_samples_are_named_and_shapes_checked(change, message):
         gram.add(**({"x": np.zeros(3), "targets": np.zeros((1, 3))} | change))
 
 
+@pytest.mark.parametrize("method", [0, 8])
+@pytest.mark.parametrize("what", ["x", "target", "second target", "weight"])
+def test_samples_before_a_bad_one_are_in_the_sums_and_none_from_it_on(what, method):
+    x, _, r, z = case(21, 20, 3000)
+    x, y, w = np.tile(x, 3), np.vstack([np.cos(np.tile(x, 3))] * 2), np.full(3 * len(x), 0.5)
+    for bad in (0, 5, len(x) // 2, len(x) - 1):
+        a, b, c = x.copy(), y.copy(), w.copy()
+        {"x": a, "target": b[0], "second target": b[1], "weight": c}[what][bad] = np.nan
+        gram = _native.Gram(r, z, 2)
+        gram.method(method)
+        with pytest.raises(ValueError, match=f"sample {bad} of "):
+            gram.add(a, b, c if what == "weight" else None)
+        exact, last = written_out(x[:bad], y[:, :bad], r, z, w[:bad] if what == "weight" else None)
+        found = gram.take()
+        assert np.abs(found - exact).max() <= 4e-14 * np.abs(exact).max()
+        assert np.abs(gram.state - last).max() <= 4 * UNIT * (np.abs(x).max() + r[-1])
+
+
 @pytest.mark.parametrize(
     ("r", "z", "message"),
     [

@@ -75,15 +75,33 @@ static inline void add_rows(gram_machine *m, int32_t prefix, int64_t samples, co
     }
 }
 
-/* The samples of one run, the first target at once; x is in its place if there is none: nobody reads that. */
+/* The samples of one run, the first target at once; x is in its place if there is none: nobody reads that. Squares of a
+ * target of weight 1 are summed as well, for one that is too large or not a number spoils them: then the samples before it
+ * are summed again and `refused` is set. */
 static inline __attribute__((always_inline)) int64_t sum_run(const int what, gram_machine *m, run_samples r,
-                                                             const run_window *window)
+                                                             const run_window *window, int *refused)
 {
     const lanes none = lanes_all(0.0);
-    sums_of_run s = {none, none, none, none, none};
+    const double limit = m->grid.limit;
+    sums_of_run s = {none, none, none, none, none, none};
     double sums[4] = {0};
-    const int64_t count = follow_run(what, r, window, &s);
+    int64_t count = follow_run(what, r, window, &s);
+    double squares = what == PLAIN ? lanes_sum(s.ff) : 0.0;
+    if (!(squares <= limit * limit)) {
+        int64_t good = 0;
+        while (good < count && __builtin_fabs(r.f[good]) <= limit) {
+            ++good;
+        }
+        *refused = good < count;
+        r.count = count = good;
+        s = (sums_of_run){none, none, none, none, none, none};
+        if (good > 0) {
+            follow_run(what, r, window, &s);
+        }
+        squares = lanes_sum(s.ff);
+    }
     lanes_add_sums(s.d, s.dd, s.f, s.df, sums);
+    m->squares += squares;
     m->run_weight += what == WEIGHTED ? lanes_sum(s.w) : (double)count;
     m->run_d += sums[0];
     m->run_dd += sums[1];
@@ -94,11 +112,11 @@ static inline __attribute__((always_inline)) int64_t sum_run(const int what, gra
 
 /* Samples [k, ...) of one run with all columns. */
 static inline int64_t sum_columns(gram_machine *m, int64_t samples, const double *x, const double *weight,
-                                  const double *const *f, const double *rows, int64_t k, int begin)
+                                  const double *const *f, const double *rows, int64_t k, int begin, int *refused)
 {
     const run_window window = window_of(m, begin);
     const run_samples r = {samples - k, x + k, (m->targets > 0 ? f[0] : x) + k, weight + (weight == NULL ? 0 : k)};
-    const int64_t count = weight == NULL ? sum_run(PLAIN, m, r, &window) : sum_run(WEIGHTED, m, r, &window);
+    const int64_t count = weight == NULL ? sum_run(PLAIN, m, r, &window, refused) : sum_run(WEIGHTED, m, r, &window, refused);
     for (int32_t t = 1; t < m->targets; ++t) {
         double moments[2] = {0};
         add_moments(count, x + k, f[t] + k, m->origin, moments);
@@ -112,19 +130,22 @@ static inline int64_t sum_columns(gram_machine *m, int64_t samples, const double
 }
 
 /* x drives the machine; f are its targets and rows (samples, prefix) the cells before it, both times weight if there is one.
- * Returns the number of samples taken: all, or those before one that the core would reject. */
+ * Returns the number of samples taken: all, or those before an x or, without weights, a first target that the core would
+ * reject. The squares of that target are left in the machine. */
 int64_t LANES_NAME(engine_gram_run)(gram_machine *m, int64_t samples, const double *x, const double *weight,
                                  const double *const *f, const double *rows)
 {
-    int begin = 0;
+    const double limit = m->grid.limit, *target = weight == NULL && m->targets > 0 ? f[0] : x;
+    int begin = 0, refused = 0;
+    m->squares = 0.0;
     for (int64_t k = 0; k < samples;) {
-        k += sum_columns(m, samples, x, weight, f, rows, k, begin);
+        k += sum_columns(m, samples, x, weight, f, rows, k, begin, &refused);
         m->last = k > 0 ? x[k - 1] : m->last;
-        if (k == samples) {
-            break;
-        }
-        if (!(__builtin_fabs(x[k]) <= m->grid.limit)) {
+        if (k == samples || refused) {
             return k;
+        }
+        if (!(__builtin_fabs(x[k]) <= limit && __builtin_fabs(target[k]) <= limit)) {
+            return k; /* before the state knows of it */
         }
         if (m->logged >= m->log_size) {
             gram_empty_log(m);

@@ -45,7 +45,7 @@ enum { FREE, RISING, FALLING, AHEAD = 1024 };
 enum { SCAN, PLAIN, WEIGHTED }; /* sum nothing; samples of weight 1; of weights w, with columns that are multiplied by them */
 
 typedef struct sums_of_run {
-    lanes w, d, dd, f, df;
+    lanes w, d, dd, f, df, ff;
 } sums_of_run;
 
 static inline __attribute__((always_inline)) void add_samples(const int what, sums_of_run *s, lanes d, lanes f, lanes w)
@@ -55,6 +55,7 @@ static inline __attribute__((always_inline)) void add_samples(const int what, su
     }
     const lanes wd = what == WEIGHTED ? lanes_mul(w, d) : d;
     s->w = what == WEIGHTED ? lanes_add(s->w, w) : s->w;
+    s->ff = what == PLAIN ? lanes_fma(f, f, s->ff) : s->ff;
     s->d = lanes_add(s->d, wd);
     s->dd = lanes_fma(d, wd, s->dd);
     s->f = lanes_add(s->f, f);
