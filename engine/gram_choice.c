@@ -63,6 +63,9 @@ static int32_t cheapest(engine_gram *g, const engine_kernels *kernels, int64_t s
     *now = *best = 1e300;
     engine_gram_state(g, g->state);
     for (int32_t prefix = 0; prefix <= LONGEST && prefix < g->n + 3; prefix += 4) {
+        if (cost(level, prefix, 0.0) >= *best && prefix > g->dense.prefix) { /* without any event too dear */
+            break;
+        }
         const double events = prefix < g->n ? trial(g, kernels, prefix, g->state, samples, x) : 0.0;
         const double one = cost(level, prefix, events);
         if (events < 0.0) {
