@@ -72,7 +72,10 @@ static void build(bench *b, int n, int logarithmic)
     }
     b->model.hysteresis.n = n;
     b->model.hysteresis.threshold = r;
-    b->model.hysteresis.weight = w;
+    double *slope = reals(n), *loading = reals(n);
+    dehyst_pi_tables(n, r, w, slope, loading);
+    b->model.hysteresis.slope = slope;
+    b->model.hysteresis.loading = loading;
     b->dense.z = reals(n);
     b->zero = reals(n);
     dehyst_stack_prepare(&b->model, reals(n), reals(n), reals(n), &b->tables);

@@ -12,6 +12,8 @@
 
 #include <stdint.h>
 
+#include "dehyst_config.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -19,14 +21,18 @@ extern "C" {
 #ifdef DEHYST_FLOAT
 typedef float dehyst_real;
 #define DEHYST_INPUT_LIMIT 1e15f
+#define DEHYST_FAR 1e38f
 #else
 typedef double dehyst_real;
 #define DEHYST_INPUT_LIMIT 1e100 /* beyond this no signal is physical, and sums could overflow */
+#define DEHYST_FAR 1e300         /* beyond every input and output; finite, and so are sums with it */
 #endif
 
 enum {
     DEHYST_REJECTED = 1u,      /* the last sample was not finite or beyond DEHYST_INPUT_LIMIT */
-    DEHYST_REJECTED_EVER = 2u  /* some sample since the last reset was rejected (sticky) */
+    DEHYST_REJECTED_EVER = 2u, /* some sample since the last reset was rejected (sticky) */
+    DEHYST_LIMITED = 4u,       /* of a block: the last sample met the limit of the input or of the output */
+    DEHYST_LIMITED_EVER = 8u   /* some sample since the last reset did (sticky) */
 };
 
 /* Strictly monotone, piecewise linear map v(u), continued along its end segments. n = 0: identity. */
@@ -36,11 +42,12 @@ typedef struct dehyst_map {
     const dehyst_real *v;   /* (n,) values, strictly increasing or strictly decreasing, [unit of the result] */
 } dehyst_map;
 
-/* y = offset + sum_i w_i play_{r_i}[x - center] */
+/* y = offset + sum_i w_i play_{r_i}[x - center], weights as running sums: those lose no digits in an inverse */
 typedef struct dehyst_pi {
     int32_t n;                     /* number of play operators, >= 1 */
     const dehyst_real *threshold;  /* (n,) r, increasing, r_1 >= 0, [input] */
-    const dehyst_real *weight;     /* (n,) w, [output/input] */
+    const dehyst_real *slope;      /* (n,) S_i = w_1 + ... + w_i, [output/input] */
+    const dehyst_real *loading;    /* (n,) phi_i = sum_{j<i} S_j (r_{j+1} - r_j), loading curve at r_i, [output] */
     dehyst_real center;            /* subtracted from the input, [input] */
     dehyst_real offset;            /* added to the output, [output] */
 } dehyst_pi;
@@ -52,6 +59,7 @@ typedef struct dehyst_model {
     dehyst_map after;    /* memoryless map of the output, n = 0 if there is none */
 } dehyst_model;
 
+/* Play states that an input can leave are admissible: |z_i - z_{i+1}| <= r_{i+1} - r_i. Only such may be set. */
 typedef struct dehyst_state {
     dehyst_real *z;      /* (n,) play states of the centred input, [input of the hysteresis] */
     dehyst_real output;  /* last good output, held while samples are rejected, [output] */
@@ -61,11 +69,26 @@ typedef struct dehyst_state {
 /* 1 if x is finite and within the input limit, by bit pattern: -ffast-math cannot delete it. */
 int dehyst_accept(dehyst_real x);
 
-/* Advance n play states by the input x (already centred) in place. */
+/* Advance n play states, admissible or not, by the input x (already centred) in place: the definition. */
 void dehyst_play_step(int32_t n, const dehyst_real *threshold, dehyst_real x, dehyst_real *z);
+
+/* Tables of an operator from its weights w (n,): slope (n,) and loading (n,). */
+void dehyst_pi_tables(int32_t n, const dehyst_real *threshold, const dehyst_real *weight, dehyst_real *slope,
+                      dehyst_real *loading);
 
 /* offset + sum_i w_i z_i, summed by slopes in a fixed order: the same bits from every compiler. */
 dehyst_real dehyst_pi_output(const dehyst_pi *pi, const dehyst_real *z);
+
+enum { /* what a step did */
+    DEHYST_MOVED = 1,    /* states moved, and the output is new */
+    DEHYST_HELD_BACK = 2 /* the output met a limit: the input was not followed all the way */
+};
+
+/* One step of an operator with admissible states z (n,) by a centred input x: moves the states and writes H[x]; an x that
+ * moves no operator leaves both alone. Where H would leave low .. high, outwards, x is held back at the point where it
+ * meets the limit; not so for operators with r_1 > 0. Returns what it did. O(n), but for the states O(log n). */
+int dehyst_pi_step(const dehyst_pi *pi, dehyst_real *z, dehyst_real x, dehyst_real low, dehyst_real high,
+                   dehyst_real *output);
 
 /* Value of a map at u. */
 dehyst_real dehyst_map_value(const dehyst_map *map, dehyst_real u);
@@ -76,7 +99,8 @@ dehyst_real dehyst_model_output(const dehyst_model *model, const dehyst_real *z)
 /* Set the states to z0 (n,), the held output to the one that belongs to them, and clear the flags. */
 void dehyst_model_reset(const dehyst_model *model, dehyst_state *state, const dehyst_real *z0);
 
-/* One sample. A rejected sample holds the last good output, raises the flags and leaves z untouched. */
+/* One sample. A rejected sample holds the last good output, raises the flags and leaves z untouched. Also rejected are
+ * samples of which the model's first map makes infinity. */
 dehyst_real dehyst_model_step(const dehyst_model *model, dehyst_state *state, dehyst_real x);
 
 /* Closed inverse (Kuhnen 2003):
@@ -92,6 +116,91 @@ int32_t dehyst_pi_invert(int32_t n, const dehyst_real *threshold, const dehyst_r
  *   w_1 = slope + sum_{i>=2} s_i,   w_i = -s_i */
 void dehyst_stop_to_play(int32_t n, dehyst_real slope, const dehyst_real *stop_weight,
                          dehyst_real *weight);
+
+/* ---- A model or its inverse as a function block of a machine: bounded for every input, switched without a bump.
+ *
+ * A compensator asks for an input of the actuator. Where the actuator cannot follow, a plain inverse would go on as if
+ * it had: its states would be wrong from there on. The block holds its own input back at the point where the output
+ * meets its limit, so that its states stay those of the actuator. */
+
+typedef struct dehyst_block {
+    dehyst_model model;
+    const dehyst_real *start;            /* (n,) play states after a reset, [input of the hysteresis] */
+    dehyst_real input_low, input_high;   /* inputs beyond are taken as the limit, [input] */
+    dehyst_real output_low, output_high; /* no output lies beyond, [output] */
+    dehyst_real reach_low, reach_high;   /* the same in front of the last map: where the input is held back, [its argument] */
+    dehyst_real line_slope, line_offset; /* answer while off: line_offset + line_slope x, [output/input], [output] */
+    dehyst_real fade;                    /* share of a switching that one sample makes, 0 < fade <= 1 */
+    uint32_t fingerprint;                /* of the model: images of another one are refused */
+} dehyst_block;
+
+typedef struct dehyst_block_state {
+    dehyst_state model;  /* its z (n,) must point to memory before the reset */
+    dehyst_real share;   /* 0 off .. 1 on */
+    dehyst_real output;  /* last good output, [output] */
+    uint32_t flags;
+    int32_t started;     /* 0 until the first good sample after the reset */
+} dehyst_block_state;
+
+/* Start states, flags cleared, the output that belongs to them. */
+void dehyst_block_reset(const dehyst_block *block, dehyst_block_state *state);
+
+/* One sample; `on` may change at any time: the output fades between the model's and the line's over 1/fade samples,
+ * but for the first sample after a reset, which begins where it is told to. The states follow in either case.
+ * output_low <= output <= output_high for every x, whatever its bits. While it is on and nothing is limited the output
+ * is that of dehyst_model_step, to the bit. */
+dehyst_real dehyst_block_step(const dehyst_block *block, dehyst_block_state *state, dehyst_real x, int on);
+
+/* x within low..high, low if it is not a number. */
+dehyst_real dehyst_within(dehyst_real x, dehyst_real low, dehyst_real high);
+
+/* ---- Images: states and parameters as 32-bit words that can be stored, sent and checked. The first word tells kind and
+ * format, the last one is a CRC-32; numbers are IEEE patterns, low word first, whatever the machine. Nothing is changed
+ * unless all of an image is good. */
+
+enum { /* answers */
+    DEHYST_IMAGE_GOOD = 0,
+    DEHYST_IMAGE_SIZE = 1,    /* of another length, or the memory given is too small */
+    DEHYST_IMAGE_KIND = 2,    /* not of this kind, format or precision */
+    DEHYST_IMAGE_DAMAGED = 3, /* checksum */
+    DEHYST_IMAGE_FOREIGN = 4, /* of another model */
+    DEHYST_IMAGE_INVALID = 5  /* parameters of no model, or states that no input leaves */
+};
+
+/* Words of an image of n operators: the state of a block; the parameters of one with maps of `before` and `after`
+ * points; the state of a joint controller with n operators, 0 without compensator. */
+#define DEHYST_REAL_WORDS ((int32_t)(sizeof(dehyst_real) / sizeof(uint32_t)))
+#define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
+#define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
+#define DEHYST_JOINT_WORDS(n) (14 + DEHYST_REAL_WORDS * ((n) + 40))
+
+/* Reals of memory that the parameters of an image need. */
+#define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
+
+/* Save the state into `image` of that many words, and go on from it; returns one of the answers above. */
+int32_t dehyst_block_save(const dehyst_block *block, const dehyst_block_state *state, uint32_t *image, int32_t words);
+int32_t dehyst_block_restore(const dehyst_block *block, dehyst_block_state *state, const uint32_t *image,
+                             int32_t words);
+
+/* Write the parameters of a block, and make a block of them that lives in `memory` of `reals` numbers. */
+int32_t dehyst_block_dump(const dehyst_block *block, uint32_t *image, int32_t words);
+int32_t dehyst_block_load(const uint32_t *image, int32_t words, dehyst_real *memory, int32_t reals,
+                          dehyst_block *block);
+
+/* DEHYST_IMAGE_GOOD if parameters are those of a block, whatever their source, else DEHYST_IMAGE_INVALID. */
+int32_t dehyst_block_check(const dehyst_block *block);
+
+/* 1 if an input can leave play states z: |z_i - z_{i+1}| <= r_{i+1} - r_i, to rounding. */
+int dehyst_admissible(const dehyst_pi *pi, const dehyst_real *z);
+
+/* CRC-32 (IEEE 802.3) of words, low byte first; write n reals, read n reals. The last two return where to go on;
+ * reading returns a null pointer if some number is not one that dehyst_accept takes. */
+uint32_t dehyst_image_sum(const uint32_t *words, int32_t count);
+uint32_t *dehyst_image_put(uint32_t *at, const dehyst_real *values, int32_t n);
+const uint32_t *dehyst_image_get(const uint32_t *at, dehyst_real *values, int32_t n);
+
+/* sum + low += term, with all digits. */
+void dehyst_accumulate(dehyst_real *sum, dehyst_real *low, dehyst_real term);
 
 /* ---- The same step in O(log n), for many operators.
  *
@@ -326,6 +435,13 @@ void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, con
  * one to the new one over `ramp`. z (n,) is memory for its states, z0 (n,) their start. */
 void dehyst_joint_exchange(dehyst_joint *joint, dehyst_joint_state *state, const dehyst_model *compensator,
                            dehyst_real unit, dehyst_real shear, dehyst_real *z, const dehyst_real *z0);
+
+/* Save the state of a joint controller and go on from it, as for blocks; `fingerprint` is that of its parameters.
+ * `state->compensator.z` must point to memory if there is a compensator. */
+int32_t dehyst_joint_save(const dehyst_joint *joint, const dehyst_joint_state *state, uint32_t fingerprint,
+                          uint32_t *image, int32_t words);
+int32_t dehyst_joint_restore(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t fingerprint,
+                             const uint32_t *image, int32_t words);
 
 /* ---- Parts of it. */
 

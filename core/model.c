@@ -17,12 +17,15 @@ void dehyst_model_reset(const dehyst_model *model, dehyst_state *state, const de
 dehyst_real dehyst_model_step(const dehyst_model *model, dehyst_state *state, dehyst_real x)
 {
     const dehyst_pi *pi = &model->hysteresis;
-    if (!dehyst_accept(x)) {
+    const dehyst_real argument = dehyst_accept(x) ? dehyst_map_value(&model->before, x) : x;
+    if (!dehyst_accept(argument)) {
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return state->output;
     }
     state->flags &= ~(uint32_t)DEHYST_REJECTED;
-    dehyst_play_step(pi->n, pi->threshold, dehyst_map_value(&model->before, x) - pi->center, state->z);
-    state->output = dehyst_model_output(model, state->z);
+    dehyst_real h = 0;
+    if (dehyst_pi_step(pi, state->z, argument - pi->center, -DEHYST_FAR, DEHYST_FAR, &h) & DEHYST_MOVED) {
+        state->output = dehyst_map_value(&model->after, h);
+    }
     return state->output;
 }

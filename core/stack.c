@@ -9,25 +9,9 @@
  *   first_held_floor   floor(log2 n) + 1 comparisons, instead of first_held
  * and all else is straight line. So a step has a bound that grows like 2 log2 n, whatever the signal did before. */
 
-/* Beyond every input; finite, and sums with it are finite too. */
-#ifdef DEHYST_FLOAT
-#define FAR 1e38f
-#else
-#define FAR 1e300
-#endif
-
 static inline dehyst_real sign_of(int32_t rising)
 {
     return rising ? (dehyst_real)1 : (dehyst_real)-1;
-}
-
-/* sum + low += term, all digits (Knuth's two-sum): tables of 10 000 rows are as exact as those of 10. */
-static void accumulate(dehyst_real *sum, dehyst_real *low, dehyst_real term)
-{
-    const dehyst_real total = *sum + term;
-    const dehyst_real part = total - *sum;
-    *low += (*sum - (total - part)) + (term - part);
-    *sum = total;
 }
 
 void dehyst_stack_prepare(const dehyst_model *model, dehyst_real *threshold, dehyst_real *slope, dehyst_real *loading,
@@ -35,22 +19,15 @@ void dehyst_stack_prepare(const dehyst_model *model, dehyst_real *threshold, deh
 {
     const dehyst_pi *pi = &model->hysteresis;
     const int32_t added = pi->threshold[0] > 0 ? 1 : 0;
-    dehyst_real total = 0; /* S_i, summed in the order of dehyst_pi_output */
-    dehyst_real phi = 0;
-    dehyst_real low = 0;
     stack->n = pi->n + added;
     stack->half = 1;
-    for (int32_t i = 0; i < stack->n; ++i) {
+    for (int32_t i = 0; i < stack->n; ++i) { /* an added operator without weight changes nothing but the numbering */
         threshold[i] = i < added ? (dehyst_real)0 : pi->threshold[i - added];
-        if (i > 0) {
-            accumulate(&phi, &low, total * (threshold[i] - threshold[i - 1]));
-        }
-        total += i < added ? (dehyst_real)0 : pi->weight[i - added];
-        slope[i] = total;
-        loading[i] = phi + low;
+        slope[i] = i < added ? (dehyst_real)0 : pi->slope[i - added];
+        loading[i] = i < added ? (dehyst_real)0 : pi->loading[i - added];
         stack->half = stack->half <= (i + 1) / 2 ? 2 * stack->half : stack->half;
     }
-    threshold[stack->n] = FAR;
+    threshold[stack->n] = DEHYST_FAR;
     stack->added = added;
     stack->threshold = threshold;
     stack->slope = slope;
@@ -220,13 +197,13 @@ void dehyst_stack_begin(const dehyst_stack_model *model, dehyst_stack_state *sta
     dehyst_real sum = 0;
     dehyst_real low = 0;
     state->segment[0].side = 0; /* the floor is no segment: nothing else of it is read */
-    state->bound[0][0] = FAR;
-    state->bound[1][0] = FAR;
+    state->bound[0][0] = DEHYST_FAR;
+    state->bound[1][0] = DEHYST_FAR;
     state->start[model->n] = 0;
     state->start_sum[model->n] = 0;
     for (int32_t i = model->n - 1; i >= 0; --i) {
         state->start[i] = i < model->added ? z[0] : z[i - model->added]; /* an added one rests beside its neighbour */
-        accumulate(&sum, &low, model->slope[i] * (state->start[i] - state->start[i + 1]));
+        dehyst_accumulate(&sum, &low, model->slope[i] * (state->start[i] - state->start[i + 1]));
         state->start_sum[i] = sum + low;
     }
 }
@@ -256,7 +233,7 @@ static inline int take(const dehyst_stack_model *model, dehyst_real *x)
     }
     if (model->before.n > 1) {
         *x = dehyst_map_value(&model->before, *x);
-        if (!dehyst_accept(*x * (DEHYST_INPUT_LIMIT / FAR))) {
+        if (!dehyst_accept(*x * (DEHYST_INPUT_LIMIT / DEHYST_FAR))) {
             return 0;
         }
     }

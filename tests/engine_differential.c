@@ -91,7 +91,9 @@ static void make_signal(const operator_ *o, int64_t samples, double *x)
 /* The definition: returns the largest |y - offset| bound by scale, writes y and the states. */
 static int64_t define(operator_ *o, int64_t samples, const double *x, double *y, double *events_scale, double *dense_scale)
 {
-    const dehyst_pi pi = {o->n, o->r, o->w, o->center, o->offset};
+    dehyst_real slopes[MOST_N], loading[MOST_N];
+    dehyst_pi_tables(o->n, o->r, o->w, slopes, loading);
+    const dehyst_pi pi = {o->n, o->r, slopes, loading, o->center, o->offset};
     double most = fabs(o->z[0]) + o->r[o->n - 1], slope = 0, steepest = 0, weights = 0;
     double held = dehyst_pi_output(&pi, o->z);
     int64_t rejected = 0;

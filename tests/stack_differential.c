@@ -89,7 +89,10 @@ int main(int count, char **word)
         memset(&model, 0, sizeof model);
         model.hysteresis.n = t.n;
         model.hysteresis.threshold = t.r;
-        model.hysteresis.weight = t.w;
+        dehyst_real sums[MOST], curve[MOST];
+        dehyst_pi_tables(t.n, t.r, t.w, sums, curve);
+        model.hysteresis.slope = sums;
+        model.hysteresis.loading = curve;
         dehyst_state dense = {z, 0, 0};
         dehyst_stack_model tables;
         dehyst_stack_state stack;

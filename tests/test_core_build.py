@@ -57,10 +57,10 @@ def test_the_core_is_clean_cplusplus_too(precision, tmp_path):
         run(compiler, "-x", "c++", "-std=c++17", *STRICT, *precision, "-c", source, "-o", tmp_path / "out.o")
 
 
-def test_the_core_allocates_nothing_and_includes_nothing_but_stdint():
+def test_the_core_allocates_nothing_and_includes_nothing_of_a_library():
     text = "".join(path.read_text(encoding="utf-8") for path in [*SOURCES, CORE / "dehyst.h"])
-    assert set(re.findall(r"#include\s+(\S+)", text)) == {'"dehyst.h"', "<stdint.h>"}
-    assert not re.search(r"\b(malloc|calloc|realloc|free|static\s+dehyst_real)\b", text)
+    assert set(re.findall(r"#include\s+(\S+)", text)) == {'"dehyst.h"', '"dehyst_config.h"', "<stdint.h>", "<stddef.h>"}
+    assert not re.search(r"\b(malloc|calloc|realloc|free|static\s+dehyst_real\s+\w+\s*[;=\[])", text)
 
 
 PROGRAM = r"""
@@ -82,7 +82,10 @@ int main(void)
     memset(&model, 0, sizeof model);
     model.hysteresis.n = n;
     model.hysteresis.threshold = r;
-    model.hysteresis.weight = w;
+    static double slope[200], loading[200];
+    dehyst_pi_tables(n, r, w, slope, loading);
+    model.hysteresis.slope = slope;
+    model.hysteresis.loading = loading;
     dehyst_state state;
     state.z = z;
     dehyst_model_reset(&model, &state, start);

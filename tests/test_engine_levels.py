@@ -34,7 +34,7 @@ def compiled(compiler, folder, levels, *options, driver="engine_differential.c")
     has = [f"-DENGINE_HAS_{level.upper()}" for level in levels]
     jobs = [(s, [*has], s.stem) for s in sorted((ROOT / "engine").glob("*.c"))]
     jobs += [(s, FLAGS[v], f"{s.stem}_{v}") for s in sorted((ROOT / "engine/lanes").glob("*.c")) for v in levels]
-    jobs += [(s, [], f"core_{s.stem}") for s in sorted((ROOT / "core").glob("[gp][ul]a*.c"))]
+    jobs += [(s, [], f"core_{s.stem}") for s in sorted((ROOT / "core").glob("*.c"))]
     jobs += [(TESTS / driver, ["-O3"], "driver")]
     objects = []
     for source, flags, name in jobs:

@@ -99,7 +99,10 @@ int main(void)
     int begun = 0;
     PARAMETERS
     model.hysteresis.threshold = r;
-    model.hysteresis.weight = w;
+    static dehyst_real slope[100], loading[100];
+    dehyst_pi_tables(model.hysteresis.n, r, w, slope, loading);
+    model.hysteresis.slope = slope;
+    model.hysteresis.loading = loading;
     joint.compensator = &model;
     state.compensator.z = z;
     while (fread(row, 8, 11, stdin) == 11) {

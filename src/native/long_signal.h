@@ -12,11 +12,12 @@
 inline bool engine_pays(std::size_t samples, std::size_t n) { return samples >= 64 && samples * (n + 5) >= 4096 + 64 * n; }
 
 // y (samples,) = after(H[before(x)]) from states z (n,), which it advances; returns the number of rejected samples.
-inline std::size_t run_model(const dehyst_model &model, const double *x, double *y, std::size_t samples, double *z)
+inline std::size_t run_model(const dehyst_model &model, const double *weight, const double *x, double *y,
+                             std::size_t samples, double *z)
 {
     const nb::gil_scoped_release release;
     const dehyst_pi &pi = model.hysteresis;
-    const auto engine = make_evaluator(static_cast<std::size_t>(pi.n), pi.threshold, pi.weight, pi.center, pi.offset, z);
+    const auto engine = make_evaluator(static_cast<std::size_t>(pi.n), pi.threshold, weight, pi.center, pi.offset, z);
     int64_t rejected = 0;
     if (model.before.n == 0 && model.after.n == 0) {
         rejected = engine_evaluator_run(engine.get(), static_cast<int64_t>(samples), x, y);

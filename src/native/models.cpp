@@ -1,5 +1,6 @@
 // Binding of the hysteresis models: no formula.
 #include <algorithm>
+#include <cmath>
 
 #include "arrays.h"
 #include "dehyst.h"
@@ -60,14 +61,9 @@ class Stepper : public SampleCall<Stepper> {
             require(dehyst_accept(image.data()[i]) != 0, "saved state is not finite");
         const double *z = image.data(), output = z[z_.size()], flags = z[z_.size() + 1];
         require(flags == 0.0 || flags == 2.0 || flags == 3.0, "saved state carries unknown flags");
-        const double *r = parameters_.threshold.data();
-        for (std::size_t i = 1; i < z_.size(); ++i) {
-            const double gap = z[i] < z[i - 1] ? z[i - 1] - z[i] : z[i] - z[i - 1];
-            const double size = z[i] < 0 ? -z[i] : z[i];
-            require(gap <= r[i] - r[i - 1] + 1e-9 * (size + r[i]), "saved state is not admissible: no input leaves it");
-        }
-        // The held output always belongs to the states, bit for bit: this finds images of another model.
-        require(output == dehyst_model_output(&parameters_.view, z), "saved state belongs to another model");
+        require(dehyst_admissible(&parameters_.view.hysteresis, z) != 0,
+                "saved state is not admissible: no input leaves it");
+        require(belongs(output, z), "saved state belongs to another model");
         z_.assign(z, z + z_.size());
         state_.z = z_.data();
         state_.output = output;
@@ -81,17 +77,27 @@ class Stepper : public SampleCall<Stepper> {
     bool rejected_ever() const { return (state_.flags & DEHYST_REJECTED_EVER) != 0; }
 
   private:
+    // Whether the output is that of the states, but for the order of the sum: this finds images of another model.
+    bool belongs(double output, const double *z) const
+    {
+        const std::vector<double> &slope = parameters_.slope;
+        double size = std::fabs(output) + std::fabs(parameters_.view.hysteresis.offset);
+        for (std::size_t i = 0; i < slope.size(); ++i)
+            size += std::fabs(slope[i] * (z[i] - (i + 1 < slope.size() ? z[i + 1] : 0.0)));
+        return std::fabs(output - dehyst_model_output(&parameters_.view, z)) <= 1e-9 * size;
+    }
+
     bool takes_engine() const
     {
         const dehyst_pi &pi = parameters_.view.hysteresis;
-        return engine_takes(z_.size(), pi.threshold, pi.weight, pi.center, pi.offset, z_.data());
+        return engine_takes(z_.size(), pi.threshold, parameters_.weight.data(), pi.center, pi.offset, z_.data());
     }
 
     // Samples by the engine, the first of which is good. It works on a copy of the state: the interpreter is free meanwhile.
     std::size_t run_engine(const double *x, double *y, std::size_t samples)
     {
         std::vector<double> z(z_);
-        const std::size_t rejected = run_model(parameters_.view, x, y, samples, z.data());
+        const std::size_t rejected = run_model(parameters_.view, parameters_.weight.data(), x, y, samples, z.data());
         std::copy(z.begin(), z.end(), z_.begin());
         state_.output = dehyst_model_output(&parameters_.view, z_.data());
         state_.flags &= ~static_cast<uint32_t>(DEHYST_REJECTED);

@@ -1,0 +1,74 @@
+#include "dehyst.h"
+
+/* States follow from differences of rounded numbers: as far as that they may be off. */
+#ifdef DEHYST_FLOAT
+#define SLACK 1e-4f
+#else
+#define SLACK 1e-9
+#endif
+
+static dehyst_real size(dehyst_real x) { return x < 0 ? -x : x; }
+
+int dehyst_admissible(const dehyst_pi *pi, const dehyst_real *z)
+{
+    const dehyst_real *r = pi->threshold;
+    int good = dehyst_accept(z[0]);
+    for (int32_t i = 1; good && i < pi->n; ++i) {
+        good = dehyst_accept(z[i]) && size(z[i] - z[i - 1]) <= r[i] - r[i - 1] + SLACK * (size(z[i]) + r[i]);
+    }
+    return good;
+}
+
+static int increases(const dehyst_real *values, int32_t n)
+{
+    int good = dehyst_accept(values[0]);
+    for (int32_t i = 1; good && i < n; ++i) {
+        good = dehyst_accept(values[i]) && values[i] > values[i - 1];
+    }
+    return good;
+}
+
+static int decreases(const dehyst_real *values, int32_t n)
+{
+    int good = dehyst_accept(values[0]);
+    for (int32_t i = 1; good && i < n; ++i) {
+        good = dehyst_accept(values[i]) && values[i] < values[i - 1];
+    }
+    return good;
+}
+
+static int numbers(const dehyst_real *values, int32_t n)
+{
+    int good = 1;
+    for (int32_t i = 0; i < n; ++i) {
+        good = good && dehyst_accept(values[i]);
+    }
+    return good;
+}
+
+static int map_is_good(const dehyst_map *map)
+{
+    return map->n == 0 || (map->n >= 2 && increases(map->u, map->n) &&
+                           (increases(map->v, map->n) || decreases(map->v, map->n)));
+}
+
+static int range_is_good(dehyst_real low, dehyst_real high)
+{
+    return dehyst_accept(low) && dehyst_accept(high) && low <= high;
+}
+
+int32_t dehyst_block_check(const dehyst_block *block)
+{
+    const dehyst_pi *pi = &block->model.hysteresis;
+    const int operators = pi->n >= 1 && increases(pi->threshold, pi->n) && pi->threshold[0] >= 0 &&
+                          numbers(pi->slope, pi->n) && numbers(pi->loading, pi->n) &&
+                          dehyst_accept(pi->center) && dehyst_accept(pi->offset) &&
+                          dehyst_admissible(pi, block->start);
+    const int maps = map_is_good(&block->model.before) && map_is_good(&block->model.after);
+    const int ranges = range_is_good(block->input_low, block->input_high) &&
+                       range_is_good(block->output_low, block->output_high) &&
+                       range_is_good(block->reach_low, block->reach_high);
+    const int switching = dehyst_accept(block->line_slope) && dehyst_accept(block->line_offset) && block->fade > 0 &&
+                          block->fade <= 1;
+    return operators && maps && ranges && switching ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
+}
