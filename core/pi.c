@@ -109,18 +109,20 @@ static int hold_back(const dehyst_pi *pi, dehyst_real *z, int32_t held, dehyst_r
     const dehyst_real wanted = sum_dragged(pi, z, held, s, x - s * pi->threshold[held - 1], beyond);
     dehyst_real next = held < pi->n ? z[held] : (dehyst_real)0;
     dehyst_real there = wanted;
+    dehyst_real end = x;
     for (int32_t i = held - 1; i >= 0; --i) {
         beyond += pi->slope[i] * (z[i] - next);
         there = pi->offset + (s * pi->loading[i] + beyond);
+        const dehyst_real begin = z[i] + s * pi->threshold[i];
         if (above ? there <= limit : there >= limit) {
-            const dehyst_real begin = z[i] + s * pi->threshold[i];
             const dehyst_real meets = begin + (limit - there) / pi->slope[i];
-            const dehyst_real back = s > 0 ? dehyst_within(meets, begin, x) : dehyst_within(meets, x, begin);
+            const dehyst_real back = s > 0 ? dehyst_within(meets, begin, end) : dehyst_within(meets, end, begin);
             move(pi->threshold, i + 1, s, back, z);
             *output = limit;
             return DEHYST_MOVED | DEHYST_HELD_BACK;
         }
         next = z[i];
+        end = begin; /* going back further moves no operator from i on */
     }
     if (above ? wanted < there : wanted > there) { /* it was beyond before, and x leads back */
         move(pi->threshold, held, s, x, z);
