@@ -100,6 +100,32 @@ class Reference:
         """From the first to the last knot. [s]"""
         return float(self.spacing * (self.values.shape[0] - 1))
 
+    def sampled(self, period: float) -> Reference:
+        """Return the same reference with a knot at every control period, to the bit as the loop interpolates it.
+
+        Cubic in the angle with the given velocities at the knots, linear in everything else.
+
+        Examples
+        --------
+        >>> coarse = Reference.pressures(0.01, *(np.linspace(0.0, 1.0, 3)[:, None] for _ in range(3)))
+        >>> coarse.sampled(0.0025).values[:, 0, 5].tolist()
+        [0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0]
+        """
+        ticks = round(self.spacing / period)
+        span = period * ticks
+        count = (self.values.shape[0] - 1) * ticks
+        knot = np.arange(count) // ticks
+        s = (np.arange(count) % ticks / ticks)[:, None]
+        a, b = self.values[knot], self.values[knot + 1]
+        u, s2 = 1 - s, s * s
+        values = u[..., None] * a + s[..., None] * b
+        q_a, v_a, q_b, v_b = a[..., 0], a[..., 1], b[..., 0], b[..., 1]
+        values[..., 0] = (
+            (1 + 2 * s) * u * u * q_a + s * u * u * span * v_a + s2 * (3 - 2 * s) * q_b - s2 * u * span * v_b
+        )
+        values[..., 1] = 6 * s * u * (q_b - q_a) / span + u * (1 - 3 * s) * v_a + s * (3 * s - 2) * v_b
+        return Reference(period, np.concatenate([values, self.values[-1:]]), self.switches[[*knot, -1]])
+
 
 @dataclass(frozen=True, eq=False)
 class ArmLog:
@@ -228,7 +254,7 @@ class Arm:
                     f"Arm(robot, controllers={{{number}: controller_parameters(robot, {number}, characteristic)}}).",
                     joint=number,
                 )
-            plant = _plant(robot, number, seed, (mechanisms or {}).get(number, ()))
+            plant = built_plant(robot, number, seed, (mechanisms or {}).get(number, ()))
             model = (compensators or {}).get(number)
             control = _native.JointController(controllers[number].as_dict(), _native_model(model))
             self._loop.add_pneumatic(plant, control)
@@ -244,7 +270,7 @@ class Arm:
         self.data.qfrc_applied[:] = 0
         mean = self.robot.controller.mean_pressure
         for number, plant in self._plants.items():
-            plant.reset(0.0, mean, mean, _noise_seed(self.seed, number))
+            plant.reset(0.0, mean, mean, noise_seed(self.seed, number))
         self._loop.reset_controllers()
 
     def forget(self) -> None:
@@ -354,7 +380,8 @@ class Arm:
         return np.asarray(step * np.round(np.array(self.data.qpos) / step))
 
 
-def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _native.PneumaticJoint:
+def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] = ()) -> _native.PneumaticJoint:
+    """Return the muscles, valves and sensors of a joint, with mechanisms of one's own or none."""
     if len(own) not in (0, 2):
         raise ParameterError(
             f"{len(own)} mechanisms for the two muscles of joint {number}: give two, each with a memory of its own.",
@@ -364,7 +391,7 @@ def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _n
     parameters = pneumatic_joint_parameters(robot, number, seed)
     for side in range(len(own)):
         parameters["muscle"][side]["hysteresis"] = foreign()
-    plant = _native.PneumaticJoint(parameters, _noise_seed(seed, number))
+    plant = _native.PneumaticJoint(parameters, noise_seed(seed, number))
     for side, mechanism in enumerate(own):
         try:
             plant.attach(side, mechanism)
@@ -373,7 +400,8 @@ def _plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism]) -> _n
     return plant
 
 
-def _noise_seed(seed: int, number: int) -> int:
+def noise_seed(seed: int, number: int) -> int:
+    """Return the seed of a joint's sensor noise."""
     return seed * 8 + number
 
 
