@@ -57,7 +57,8 @@ def page() -> str:
 def _of_robot(name: str) -> bool:
     """Whether a public name belongs to the simulated robot rather than to models and logs."""
     rooms = ("dehyst.plant", "dehyst.control", "dehyst.experiments", "dehyst.report.reproduction")
-    return str(getattr(dehyst, name).__module__).startswith(rooms)
+    module = str(getattr(dehyst, name).__module__)
+    return module.startswith(rooms) and module != "dehyst.control.block"
 
 
 def _is_function(name: str) -> bool:

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from dehyst.control import Block as Block
     from dehyst.control import Compensator as Compensator
     from dehyst.control import InverseCompensator as InverseCompensator
     from dehyst.control import JointController as JointController
@@ -57,6 +58,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Arm": "dehyst.plant",
+    "Block": "dehyst.control",
     "Compensator": "dehyst.control",
     "CrossValidation": "dehyst.identification",
     "DehystError": "dehyst.errors",

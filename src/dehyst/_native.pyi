@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
+_Words = npt.NDArray[np.uint32]
 _Compensator = tuple[_Array, _Array, float, float, _Array, _Array, _Array, _Array, _Array]
 _Reference = tuple[float, float, float, float, float, float, float]
 _JointOutput = tuple[float, float, float, float, float, float, float, float, float, float, float, int]
@@ -79,6 +80,45 @@ class StackStepper:
     def rejected(self) -> bool: ...
     @property
     def rejected_ever(self) -> bool: ...
+
+# ---- A model as a function block of a machine.
+BLOCK_REJECTED: int
+BLOCK_REJECTED_EVER: int
+BLOCK_LIMITED: int
+BLOCK_LIMITED_EVER: int
+
+def block_image(
+    thresholds: _Array,
+    weights: _Array,
+    center: float,
+    offset: float,
+    before_u: _Array,
+    before_v: _Array,
+    after_u: _Array,
+    after_v: _Array,
+    state: _Array,
+    limits: list[float],
+    fingerprint: int,
+) -> _Words: ...
+
+class Block:
+    def __init__(self, image: _Words) -> None: ...
+    def reset(self) -> None: ...
+    def step(self, x: float | None, on: bool) -> float: ...
+    def run(self, x: _Array, on: npt.NDArray[np.bool_]) -> tuple[_Array, _Words]: ...
+    def save(self) -> _Words: ...
+    def restore(self, image: _Words) -> int: ...
+    def dump(self) -> _Words: ...
+    @property
+    def parameters(self) -> dict[str, Any]: ...
+    @property
+    def state(self) -> _Array: ...
+    @property
+    def output(self) -> float: ...
+    @property
+    def share(self) -> float: ...
+    @property
+    def flags(self) -> int: ...
 
 # ---- The engine: long signals.
 ENGINE_DENSE: int

@@ -6,6 +6,7 @@ NB_MODULE(_native, m)
     m.doc() = "dehyst's C core (hysteresis models, joint controller), its engine for long signals, and the simulated pneumatic plant.";
     bind_models(m);
     bind_stack(m);
+    bind_block(m);
     bind_joint(m);
     bind_plant(m);
     bind_robot(m);

@@ -1,12 +1,16 @@
 """Control of a joint: compensators, and the host side of the core's joint controller."""
 
+from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
 from dehyst.control.compensator import Compensator, InverseCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 
 __all__ = [
+    "BLOCK_FLAGS",
     "FLAGS",
     "SWITCHES",
+    "Block",
+    "BlockParameters",
     "Compensator",
     "InverseCompensator",
     "JointController",

@@ -1,0 +1,400 @@
+"""A model or its inverse as a function block of a machine: bounded, switched without a bump, saved and restored."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
+from typing import Literal, TypeAlias, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.control.reach import Operator
+from dehyst.errors import ParameterError
+from dehyst.models import HysteresisModel
+from dehyst.models.arrays import parameter_number, signal_array
+from dehyst.models.card import SignalCard
+
+Array = npt.NDArray[np.float64]
+Words = npt.NDArray[np.uint32]
+Direction: TypeAlias = Literal["inverse", "forward"]
+
+BLOCK_FLAGS: Mapping[str, int] = MappingProxyType(
+    {
+        "rejected": _native.BLOCK_REJECTED,
+        "rejected-ever": _native.BLOCK_REJECTED_EVER,
+        "limited": _native.BLOCK_LIMITED,
+        "limited-ever": _native.BLOCK_LIMITED_EVER,
+    }
+)
+"""Bits of a block's flags by name; those with "ever" stay until a reset."""
+
+_LONGEST_RAMP = 10**9
+_ANSWERS = {  # enum of core/dehyst.h
+    1: ("size", "it has another length, as if it were cut off or of a model with another number of operators"),
+    2: ("kind", "it is no image of a block's state in double precision"),
+    3: ("damaged", "its checksum is wrong: it was damaged"),
+    4: ("foreign", "it was saved by a block of another model"),
+    5: ("invalid", "it holds a state that this block cannot have"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class BlockParameters:
+    """Parameters of a block with the bits that are used: what an exporter prints.
+
+    Attributes
+    ----------
+    threshold, slope, loading
+        r, S_i = w_1 + ... + w_i and phi_i = sum_{j<i} S_j (r_{j+1} - r_j) of the operator H, (n,). [argument of H],
+        [output of H / argument], [output of H]
+    center, offset
+        Subtracted from the argument of H, added to its output. [argument of H], [output of H]
+    before_u, before_v, after_u, after_v
+        Breakpoints and values of the maps in front of H and behind it; of size 0 if there is none.
+    start
+        Play states after a reset, (n,). [argument of H]
+    input_low, input_high, output_low, output_high
+        Limits. [input], [output]
+    reach_low, reach_high
+        Limits of the output in front of the last map. [output of H]
+    line_slope, line_offset
+        Of the straight line that answers while the block is off. [output/input], [output]
+    fade
+        Share of a switching that one sample makes.
+    fingerprint
+        First 32 bits of the SHA-256 of the model: states of another one are refused.
+    """
+
+    threshold: Array
+    slope: Array
+    loading: Array
+    center: float
+    offset: float
+    before_u: Array
+    before_v: Array
+    after_u: Array
+    after_v: Array
+    start: Array
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+    reach_low: float
+    reach_high: float
+    line_slope: float
+    line_offset: float
+    fade: float
+    fingerprint: int
+
+
+class Block:
+    r"""A model or its inverse as a function block: what runs on a machine, and what is exported.
+
+    .. math::
+
+        y = s \, \Gamma[\min(\max(x, x_0), x_1)] + (1 - s)(a + b x), \qquad y_0 \le y \le y_1
+
+    Gamma is the model or its inverse, s the share of it (1 on, 0 off), a + b x a straight line.
+
+    **Limits.** An inverse block asks for inputs of the actuator within `range` and for no other; a forward block takes
+    them and answers what the model reaches from there. A wanted output beyond what the actuator can do is where a plain
+    inverse goes wrong: it asks for too much, believes that it was given, and its memory is not that of the actuator any
+    more, so that it errs long after the limit was left. The block holds its own input back at the point where its
+    output meets the limit: its memory stays that of an actuator that got what the block answered.
+
+    **Switching.** `on` may change at any sample: s runs from 0 to 1 or back in `ramp` samples, so that no output jumps
+    by more than the model or the line moved and 1/`ramp` of the distance between both. The states follow the input in
+    either case, as if the block were on. The first sample after a reset begins where it is told to.
+
+    **Guard.** A sample that is not finite is rejected: the last good output is held, no state moves, a flag rises.
+
+    In range and on, outputs have the bits of ``model.inverse().stepper("dense")`` or ``model.stepper("dense")``.
+
+    Parameters
+    ----------
+    model
+        From the actuator's input to its output, for both directions. It starts in the model's state.
+    direction
+        "inverse": wanted output in, needed input out. "forward": applied input in, expected output out.
+    range
+        Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
+    ramp
+        Samples that switching takes, at least 1.
+
+    Raises
+    ------
+    ParameterError
+        If `model` is no model, no range is known, or a setting makes no sense.
+    InvertibilityError
+        If an inverse is asked for and the model has none.
+
+    Examples
+    --------
+    The actuator takes 0 to 1 V. The reference goes further than it can follow, and comes back:
+
+    >>> from dehyst import PrandtlIshlinskii
+    >>> from dehyst.control import BLOCK_FLAGS
+    >>> model = PrandtlIshlinskii([0.0, 0.2], [1.0, 1.0])
+    >>> block = Block(model, range=(0.0, 1.0))
+    >>> wanted = [0.0, 1.0, 3.0, 1.5, 0.9]
+    >>> needed, flags = block.run(wanted)
+    >>> needed.round(3).tolist(), (flags & BLOCK_FLAGS["limited"]).tolist()
+    ([0.0, 0.6, 1.0, 0.7, 0.35], [0, 0, 4, 0, 0])
+    >>> model.simulate(needed).round(3).tolist()
+    [0.0, 1.0, 1.8, 1.5, 0.9]
+
+    A plain inverse whose output is cut off remembers what never was, and errs on the way back:
+
+    >>> model.simulate(model.inverse().simulate(wanted).clip(0.0, 1.0)).round(3).tolist()
+    [0.0, 1.0, 1.8, 1.45, 0.9]
+    """
+
+    def __init__(
+        self,
+        model: HysteresisModel,
+        direction: Direction = "inverse",
+        range: tuple[float, float] | None = None,
+        ramp: int = 500,
+    ) -> None:
+        _check(model, direction, ramp)
+        low, high = _declared(model, range)
+        self.model = model
+        self.direction: Direction = direction
+        self.ramp = int(ramp)
+        self.operator = _started(model, low, high) if direction == "inverse" else model
+        self._native = _native.Block(_image(model, self.operator, low, high, self.ramp))
+        self.parameters = _parameters(self._native)
+
+    @property
+    def input(self) -> SignalCard:
+        """Name, unit and limits of what goes in."""
+        p = self.parameters
+        return replace(self.operator.card.input, low=p.input_low, high=p.input_high)
+
+    @property
+    def output(self) -> SignalCard:
+        """Name, unit and limits of what comes out."""
+        p = self.parameters
+        return replace(self.operator.card.output, low=p.output_low, high=p.output_high)
+
+    @property
+    def state(self) -> Array:
+        """Play states z (n,), a copy. [argument of the operator]"""
+        return self._native.state
+
+    @property
+    def share(self) -> float:
+        """Present share of the model in the output: 0 off, 1 on."""
+        return self._native.share
+
+    @property
+    def last(self) -> float:
+        """Last good output; before the first sample that of the start state. [output]"""
+        return self._native.output
+
+    @property
+    def flags(self) -> int:
+        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
+        return self._native.flags
+
+    def step(self, x: float | None, on: bool = True) -> float:
+        """Return the output for the next sample.
+
+        Parameters
+        ----------
+        x
+            Input; None, for a sensor without an answer, is a rejected sample. [input]
+        on
+            Whether the model answers; otherwise the straight line does.
+        """
+        return self._native.step(x, on)
+
+    def run(self, x: npt.ArrayLike, on: npt.ArrayLike = True) -> tuple[Array, Words]:
+        """Return outputs and flags of many samples, going on from the present state.
+
+        Parameters
+        ----------
+        x
+            Inputs, (T,). [input]
+        on
+            Whether the model answers, (T,) or one value for all.
+
+        Returns
+        -------
+        y : (T,)
+            Outputs, with the bits of `step`. [output]
+        flags : (T,)
+            Sums of the bits in `BLOCK_FLAGS`.
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ or values are not numbers.
+        """
+        samples = signal_array(x, "input x")
+        switches = np.asarray(on)
+        if switches.dtype.kind not in "biuf" or switches.shape not in ((), samples.shape):
+            raise ParameterError(
+                f"on has shape {switches.shape} and type {switches.dtype} for {samples.size} samples; pass True or "
+                f"False, or one of them a sample."
+            )
+        full = np.ascontiguousarray(np.broadcast_to(switches != 0, samples.shape))
+        return self._native.run(samples, full)
+
+    def reset(self) -> None:
+        """Return to the start state, flags cleared; the next sample switches at once."""
+        self._native.reset()
+
+    def save(self) -> Words:
+        """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""
+        return self._native.save()
+
+    def restore(self, image: npt.ArrayLike) -> None:
+        """Go on from an image of `save`, bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
+            which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
+        """
+        answer = self._native.restore(_words(image))
+        if answer:
+            fault, what = _ANSWERS[answer]
+            raise ParameterError(
+                f"the state was not restored: {what}. Restore what save() of a block of the same model returned; this "
+                f"block still has the state it had.",
+                fault=fault,
+            )
+
+    def dump(self) -> Words:
+        """Return an image of all parameters, as the C function dehyst_block_load reads it."""
+        return self._native.dump()
+
+    def __repr__(self) -> str:
+        """One line: direction, signals and their limits."""
+        return f"<Block {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
+
+
+def _check(model: HysteresisModel, direction: str, ramp: int) -> None:
+    if not isinstance(model, HysteresisModel):
+        raise ParameterError(
+            f"a block is made of a hysteresis model, not of a {type(model).__name__}; pass fit.model or "
+            f"dehyst.load_model('model.json')."
+        )
+    if direction not in ("inverse", "forward"):
+        raise ParameterError(
+            f"direction = {direction!r:.40} is none; pass 'inverse' (wanted output in, needed input out) or 'forward'."
+        )
+    if isinstance(ramp, bool) or not isinstance(ramp, int | np.integer) or not 1 <= ramp <= _LONGEST_RAMP:
+        raise ParameterError(
+            f"ramp = {ramp!r:.40} is no number of samples; pass a whole one from 1 (at once) to {_LONGEST_RAMP:.0e}, "
+            f"for example 500."
+        )
+
+
+def _declared(model: HysteresisModel, bounds: tuple[float, float] | None) -> tuple[float, float]:
+    """Range of the actuator's input."""
+    if bounds is None:
+        card = model.card.input
+        if card.low is None or card.high is None:
+            raise ParameterError(
+                f"the range of the input {card.label} is not known: this model was not identified from a log. Without "
+                f"it a block has no limits; pass range=(low, high), what the actuator can be given."
+            )
+        bounds = (card.low, card.high)
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        raise ParameterError(f"range = {bounds!r:.60} is no pair of numbers; pass range=(low, high).") from None
+    low, high = parameter_number(low, "range[0]"), parameter_number(high, "range[1]")
+    if not low < high:
+        raise ParameterError(
+            f"range = ({low:g}, {high:g}) holds no input to move in; pass the smallest first, then the largest.",
+            low=low,
+            high=high,
+        )
+    return low, high
+
+
+def _of(model: HysteresisModel) -> Operator:
+    return Operator(*model.stepper("dense").parameters)
+
+
+def _started(model: HysteresisModel, low: float, high: float) -> HysteresisModel:
+    """Inverse of the model, started where an actuator is that was brought into its range."""
+    inverse = model.inverse()
+    first = inverse.stepper("dense").output
+    if low <= first <= high:
+        return inverse
+    return model.with_state(model.final_state([min(max(first, low), high)])).inverse()
+
+
+def _fingerprint(operator: Operator) -> int:
+    digest = hashlib.sha256()
+    for field in fields(operator):
+        if field.name != "start":  # of the model alone: a block may begin elsewhere
+            values = np.atleast_1d(np.asarray(getattr(operator, field.name), dtype="<f8"))
+            digest.update(struct.pack("<Q", values.size) + values.tobytes())
+    return int.from_bytes(digest.digest()[:4], "big")
+
+
+def _image(model: HysteresisModel, stepped: HysteresisModel, low: float, high: float, ramp: int) -> Words:
+    plant, operator = _of(model), _of(stepped)
+    bottom, top = plant.reached(low, high)
+    reached = plant.after(bottom, top)
+    slope, offset = _secant(model, low, high)
+    if stepped is model:
+        # Reached in exact arithmetic; what rounding adds must be neither cut off nor held back.
+        more = plant.rounding(low, high)
+        wide = plant.after(bottom - more, top + more)
+        more = max(abs(x) for x in wide) * 8 * float(np.finfo(float).eps) if plant.after_u.size else 0.0
+        limits = [low, high, wide[0] - more, wide[1] + more, bottom - 2 * more, top + 2 * more]
+    else:
+        limits = [*reached, low, high, *operator.in_front_of_after(low, high)]
+    o = operator
+    try:
+        if stepped is not model:
+            slope, offset = 1 / slope, -offset / slope
+        of_model = (o.thresholds, o.weights, o.center, o.offset, o.before_u, o.before_v, o.after_u, o.after_v, o.start)
+        image = _native.block_image(*of_model, [*limits, slope, offset, 1 / ramp], _fingerprint(operator))
+        _native.Block(image)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        raise ParameterError(
+            f"no block can be made of this model for inputs from {low:g} to {high:g}: some of its numbers is beyond "
+            f"{_native.INPUT_LIMIT:g}. Scale its signals to a unit of their size."
+        ) from None
+    return image
+
+
+def _secant(model: HysteresisModel, low: float, high: float) -> tuple[float, float]:
+    """Slope and offset of the straight line through the ends of the model's full loop."""
+    step = model.stepper("dense")
+    _, top, bottom = step(low), step(high), step(low)
+    slope = (top - bottom) / (high - low)
+    return slope, bottom - slope * low
+
+
+def _parameters(native: _native.Block) -> BlockParameters:
+    values = native.parameters
+    for value in values.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    return BlockParameters(**values)
+
+
+def _words(image: npt.ArrayLike) -> Words:
+    words = np.asarray(image)
+    whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
+    if not whole:
+        raise ParameterError(
+            f"the state was not restored: an image is an array of 32-bit words, (m,), not {type(image).__name__} of "
+            f"shape {words.shape} and type {words.dtype}; pass what save() returned.",
+            fault="kind",
+        )
+    return cast(Words, np.ascontiguousarray(words, dtype=np.uint32))
