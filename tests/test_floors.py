@@ -14,7 +14,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"models"},
     {"identification", "control", "evaluation"},
     {"io", "plant"},
-    {"experiments"},
+    {"experiments", "export"},
     {"report"},
     {"app"},
     {"cli"},
@@ -24,7 +24,7 @@ FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in room
 HOMES = {
     "scipy": {"identification", "io", "plant"},
     "h5py": {"io"},
-    "jinja2": {"report"},
+    "jinja2": {"export", "report"},
     "markupsafe": {"report"},  # jinja2's own strings
     "threadpoolctl": {"identification"},
     "matplotlib": {"report"},

@@ -337,6 +337,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "inverse loses digits.",
             "Raise `--eps` when identifying.",
         ),
+        "zero-weights": (
+            "Operators of weight zero are about to be exported: they cost memory and time on the target and change "
+            "nothing.",
+            "Add `--prune`, which is exact.",
+        ),
+        "many-operators": (
+            "{MANY_OPERATORS} operators or more are exported: the step that turns the whole stack around moves all of "
+            "them, and tables and state grow with them.",
+            "Look at the budget that is printed; identify with fewer (`--n 100`).",
+        ),
     },
 }
 

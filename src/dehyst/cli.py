@@ -241,6 +241,57 @@ def sweep(
     run_sweep_command(SweepRequest(file, out, figure, workers, dask, restart, retry, overwrite))
 
 
+@app.command()
+def export(
+    model: Model,
+    target: Annotated[
+        str, typer.Option("--target", help="c, c-header, fmu2, fmu3, st, simulink or arduino; --target ? lists them.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write.")],
+    real: Annotated[str, typer.Option("--real", help="double or float.")] = "double",
+    what: Annotated[str, typer.Option("--what", help="inverse, forward or joint-controller.")] = "inverse",
+    range: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--range", metavar="LO HI", help="What the actuator can be given; else the identified range."),
+    ] = None,
+    ramp: Annotated[int, typer.Option("--ramp", help="Samples over which switching on and off fades.")] = 500,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Your log: an excerpt of it becomes part of the check.")
+    ] = None,
+    column: Annotated[
+        str | None, typer.Option("--column", help="Its column that is the input of what is exported.")
+    ] = None,
+    controller: Annotated[
+        Path | None, typer.Option("--controller", help="Parameters of the joint controller, JSON.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="C identifier; made of the model's file name without it.")
+    ] = None,
+    prune: Annotated[bool, typer.Option("--prune", help="Drop operators of weight zero, which is exact.")] = False,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
+    from dehyst.app.export import ExportRequest, run_export
+
+    run_export(
+        ExportRequest(
+            model, target, out, real, what, range, ramp, log, column, controller, name, prune, overwrite, json
+        )
+    )
+
+
+@app.command()
+def verify(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder written by `dehyst export`.")],
+    json: Json = False,
+) -> None:
+    """Compile and run an export, compare it with the model and with your log, sign it off."""
+    from dehyst.app.verify import run_verify
+
+    run_verify(folder, json)
+
+
 def main() -> None:
     """Run the command line; faults a user can cure end with their message and exit status 2."""
     from dehyst.errors import DehystError

@@ -1,0 +1,176 @@
+"""dehyst export: a model, its inverse or a joint controller as code for a target."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rich.text import Text
+
+from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.errors import ParameterError
+from dehyst.export import Written, export, subject_of
+from dehyst.export.excerpt import read_excerpt
+from dehyst.export.folder import refuse_folder
+from dehyst.export.subject import REALS, WHATS, Subject, check_choice, check_name, identifier
+from dehyst.export.targets import target
+from dehyst.findings import Finding
+from dehyst.grades import Grade, grade_of
+from dehyst.models import (
+    HysteresisModel,
+    ModifiedPrandtlIshlinskii,
+    PrandtlIshlinskii,
+    StopOperatorModel,
+    load_model,
+)
+
+MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
+
+
+@dataclass(frozen=True)
+class ExportRequest:
+    """The command line of ``dehyst export``."""
+
+    model: Path
+    target: str
+    out: Path
+    real: str = "double"
+    what: str = "inverse"
+    range: tuple[float, float] | None = None
+    ramp: int = 500
+    log: Path | None = None
+    column: str | None = None
+    controller: Path | None = None
+    name: str | None = None
+    prune: bool = False
+    overwrite: bool = False
+    json: bool = False
+
+
+def run_export(request: ExportRequest) -> None:
+    """Read, make the unit, write the folder, print what it costs."""
+    target(request.target)
+    check_choice(request.what, WHATS, "--what")
+    check_choice(request.real, REALS, "--real")
+    _refuse_contradictions(request)
+    refuse_folder(request.out, request.overwrite)
+    model = load_model(request.model)
+    findings = [*_verdict(model, request), *_cost(model, request)]
+    model = pruned(model) if request.prune else model
+    with ask_progress("exporting", request.json):
+        subject, more = _subject(model, request)
+        written = export(subject, request.target, request.out, request.overwrite)
+    if request.json:
+        sys.stdout.write(json.dumps(_as_dict(written, subject, [*findings, *more]), indent=1, allow_nan=False) + "\n")
+        return
+    _print(written, subject, request)
+    print_findings([*findings, *more])
+    terminal().print(Text(f"\nnext: dehyst verify {shlex.quote(str(request.out))}"), soft_wrap=True)
+
+
+def _refuse_contradictions(request: ExportRequest) -> None:
+    if (request.log is None) != (request.column is None):
+        missing, given = ("--column", "--log") if request.log else ("--log", "--column")
+        raise ParameterError(
+            f"{given} without {missing}: an excerpt of your log needs both, --log LOG --column COLUMN, the column that "
+            f"is the input of what is exported."
+        )
+    if request.controller is not None and request.what != "joint-controller":
+        raise ParameterError("--controller belongs to --what joint-controller; add that, or leave --controller out.")
+    if request.name is not None:
+        check_name(request.name)
+
+
+def _subject(model: HysteresisModel, request: ExportRequest) -> tuple[Subject, list[Finding]]:
+    name = request.name or identifier(request.model.stem)
+    subject = subject_of(
+        model, request.what, name=name, real=request.real, range=request.range, ramp=request.ramp
+    )  # fmt: skip
+    if request.log is None or request.column is None:
+        return subject, []
+    excerpt = read_excerpt(request.log, request.column, subject.input)
+    subject = subject_of(
+        model, request.what, name=name, real=request.real, range=request.range, ramp=request.ramp,
+        excerpt=excerpt.values, excerpt_source=excerpt.source,
+    )  # fmt: skip
+    return subject, list(excerpt.findings)
+
+
+def pruned(model: HysteresisModel) -> HysteresisModel:
+    """Return the same model without operators of weight zero, which is exact."""
+    if isinstance(model, StopOperatorModel):
+        return model.as_play().pruned()
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        return replace(model, hysteresis=model.hysteresis.pruned())
+    return model.pruned() if isinstance(model, PrandtlIshlinskii) else model
+
+
+def _verdict(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
+    """Repeat what identification said of the model, unless it was good."""
+    said = model.card.provenance.get("verdict")
+    grade = grade_of(said)
+    if grade is None or grade is Grade.GOOD or request.what == "forward":
+        return
+    verdict = "".join(letter for letter in str(said) if letter.isprintable())[:600]
+    cure = "Do not let it drive a machine" if grade is Grade.BAD else "Watch the actuator"
+    yield Finding(
+        "verdict",
+        f"when '{request.model}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
+        f"`dehyst identify` for the reason.",
+    )
+
+
+def _cost(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
+    operators = model.stepper("dense").state.size
+    idle = operators - pruned(model).stepper("dense").state.size
+    if idle and not request.prune:
+        yield Finding(
+            "zero-weights",
+            f"{idle} of {operators} operators have weight zero: they take memory and time and change nothing. Add "
+            f"--prune to leave them out, which is exact.",
+        )
+    left = operators - idle if request.prune else operators
+    if left >= MANY_OPERATORS:
+        yield Finding(
+            "many-operators",
+            f"{left} operators: a step that turns the whole stack around moves all of them, and tables and state grow "
+            f"with them. Look at the budget above; identify with fewer (--n 100) if it is too much for the target.",
+        )
+
+
+def _as_dict(written: Written, subject: Subject, findings: list[Finding]) -> dict[str, object]:
+    return {
+        "folder": str(written.folder),
+        "name": subject.name,
+        "what": subject.what,
+        "real": subject.real,
+        "operators": subject.operators,
+        "files": list(written.files),
+        "bytes": written.size,
+        "budget": written.budget.as_dict(),
+        "excerpt_samples": 0 if subject.excerpt is None else subject.excerpt.samples,
+        "warnings": [finding.as_dict() for finding in findings],
+    }
+
+
+def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
+    out = terminal()
+    lines = [
+        f"{subject.title}",
+        f"{subject.real} precision, names begin with {subject.name}_",
+        f"input {subject.input!s}; output {subject.output!s}",
+        *written.budget.lines(),
+        f"check: test signal of {subject.test.samples} samples, "
+        + (
+            f"{subject.excerpt.samples} samples of {subject.excerpt_source}"
+            if subject.excerpt is not None
+            else "none of your log (add --log LOG --column COLUMN)"
+        ),
+        f"wrote {len(written.files)} files, {written.size} bytes: {written.folder}",
+    ]
+    for line in lines:
+        out.print(Text(line), soft_wrap=True)

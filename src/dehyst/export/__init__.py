@@ -1,0 +1,18 @@
+"""Identified models, their inverses and whole joint controllers as code for a target, with the proof beside it."""
+
+from dehyst.export.checks import Check
+from dehyst.export.folder import Written, export, read_manifest, verify
+from dehyst.export.subject import Subject, joint_subject, subject_of
+from dehyst.export.targets import TARGETS
+
+__all__ = [
+    "TARGETS",
+    "Check",
+    "Subject",
+    "Written",
+    "export",
+    "joint_subject",
+    "read_manifest",
+    "subject_of",
+    "verify",
+]

@@ -1,0 +1,91 @@
+"""What a unit costs on a target: bytes of parameters and state, instructions of a step."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from dehyst.export.subject import Subject
+
+_MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
+JOINT_REALS = 51  # of dehyst_joint_state beside the plays
+JOINT_PARAMETERS = 64  # reals of dehyst_joint
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Static memory, all there is: nothing is allocated, and the stack takes a few hundred bytes.
+
+    Attributes
+    ----------
+    parameter_bytes
+        Constant tables, on a 32-bit target.
+    state_bytes
+        A unit's state on a 32-bit target; 8 bytes more with 64-bit pointers.
+    image_bytes
+        A saved state.
+    instructions
+        Target -> instructions of a step that moves half the operators and of one that moves all, as measured.
+    """
+
+    parameter_bytes: int
+    state_bytes: int
+    image_bytes: int
+    instructions: Mapping[str, Mapping[str, float]]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "parameter_bytes": self.parameter_bytes,
+            "state_bytes": self.state_bytes,
+            "image_bytes": self.image_bytes,
+            "instructions": {name: dict(values) for name, values in self.instructions.items()},
+        }
+
+    def lines(self) -> list[str]:
+        """Return it in words, a line each."""
+        steps = [f"{name}: {values['typical']:.0f} instructions a step, {values['most']:.0f} at most"
+                 for name, values in self.instructions.items()]  # fmt: skip
+        return [
+            f"{self.parameter_bytes} bytes of constants, {self.state_bytes} bytes a unit, {self.image_bytes} bytes a "
+            f"saved state; no allocation",
+            *steps,
+        ]
+
+
+def budget(subject: Subject) -> Budget:
+    """Return what the unit costs."""
+    size = 4 if subject.real == "float" else 8
+    n = subject.operators
+    numbers = subject.block.model if subject.block else subject.joint.compensator if subject.joint else None
+    points = sum(numbers.points) if numbers else 0
+    words = size // 4
+    if subject.block is not None:
+        constants = size * (4 * n + 2 * points + 11) + 4 * 13
+        state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
+        image = 4 * (6 + words * (n + 3))
+    else:
+        constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + 4 * 13
+        state = size * (n + JOINT_REALS) + 4 * 12
+        image = 4 * (14 + words * (n + 40))
+    return Budget(constants, state, image, _instructions(subject))
+
+
+@cache
+def _measured() -> dict[str, Any]:
+    return dict(json.loads(_MEASURED.read_text(encoding="utf-8"))) if _MEASURED.is_file() else {}
+
+
+def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
+    """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
+    kind = "block" if subject.block else "joint"
+    found = {}
+    for name, entry in _measured().get("targets", {}).items():
+        line = entry.get(kind, {}).get(subject.real)
+        if line:
+            found[name] = {key: line[key][0] + line[key][1] * subject.operators for key in ("typical", "most")}
+    return found

@@ -1,0 +1,106 @@
+"""Target ``c``: the core's sources as they are, one parameter file, an example, a check that needs only a compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from dehyst import __version__
+from dehyst.export import core_files
+from dehyst.export.budget import budget
+from dehyst.export.checks import Check
+from dehyst.export.compilers import check_folder
+from dehyst.export.rendering import render
+from dehyst.export.subject import Subject
+
+WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
+
+
+def files(subject: Subject) -> dict[str, str | bytes]:
+    """Return the files of an export folder, without those that every target has."""
+    values = template_values(subject)
+    core = core_files.needed(core_files.BLOCK if subject.block else core_files.JOINT)
+    sources: dict[str, str | bytes] = {f"src/{name}": text for name, text in core.items()}
+    sources |= unit_files(subject, "src/")
+    rules = [{"stem": Path(name).stem, "source": name} for name in sorted(sources) if name.endswith(".c")]
+    headers = " ".join(sorted(name for name in sources if name.endswith(".h")))
+    build = {
+        "name": subject.name,
+        "include": "src",
+        "rules": rules,
+        "headers": headers,
+        "objects": " ".join(f"$(BUILD)/{rule['stem']}.o" for rule in rules),
+    }
+    return {
+        **sources,
+        **companions(subject),
+        "Makefile": render("c/Makefile.j2", **build),
+        "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
+        "README.md": render("c/README.md.j2", **values),
+    }
+
+
+def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
+    """Return dehyst_config.h and ``<name>.h/.c``: what other targets that hold C sources need beside the core."""
+    kind = "unit" if subject.block else "joint"
+    values = template_values(subject)
+    return {
+        f"{folder}{core_files.CONFIG}": core_files.config(subject.real),
+        f"{folder}{subject.name}.h": render(f"c/{kind}.h.j2", **values),
+        f"{folder}{subject.name}.c": render(f"c/{kind}.c.j2", **values),
+    }
+
+
+def companions(subject: Subject) -> dict[str, str | bytes]:
+    """Return example and check, which are the same for sources and header."""
+    kind = "" if subject.block else "joint_"
+    values = template_values(subject)
+    return {
+        "example/main.c": render(f"c/{kind}main.c.j2", **values),
+        "check/check.c": render(f"c/{kind}check.c.j2", **values),
+        "check/expected.h": render(f"c/{kind}expected.h.j2", **values),
+    }
+
+
+def template_values(subject: Subject) -> dict[str, Any]:
+    """Return what the templates of C files are filled with."""
+    block = subject.block
+    common = {
+        "version": __version__,
+        "name": subject.name,
+        "NAME": subject.name.upper(),
+        "title": subject.title,
+        "real": subject.real,
+        "checksum": subject.checksum,
+        "provenance": provenance_lines(subject),
+        "input_label": subject.input.label,
+        "output_label": subject.output.label,
+        "input_range": _range(subject.input.low, subject.input.high, subject.input.unit),
+        "output_range": _range(subject.output.low, subject.output.high, subject.output.unit),
+        "test": subject.test,
+        "excerpt": subject.excerpt,
+        "excerpt_source": subject.excerpt_source,
+        "words": WORDS[subject.real],
+        "budget": budget(subject),
+        "subject": subject,
+    }
+    if block is None:
+        return common
+    return {**common, "b": block, "m": block.model, "n": block.model.operators, "samples": round(1 / block.fade)}
+
+
+def provenance_lines(subject: Subject) -> list[str]:
+    """Return what is known of the model's origin, one line an entry."""
+    return [f"{key}: {value}" for key, value in sorted(subject.provenance.items()) if value not in (None, "", [], {})][
+        :20
+    ]
+
+
+def _range(low: float | None, high: float | None, unit: str) -> str:
+    return "nothing" if low is None or high is None else f"{low:.6g} .. {high:.6g}{' ' + unit if unit else ''}"
+
+
+def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+    """Compile the folder with every compiler found, and run its check."""
+    return check_folder(folder)

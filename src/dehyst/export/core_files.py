@@ -1,0 +1,76 @@
+"""The sources of the core as they are, and which of them a unit needs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from dehyst.errors import OutputError
+
+BLOCK = ("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore")
+JOINT = ("dehyst_joint_reset", "dehyst_joint_step", "dehyst_joint_save", "dehyst_joint_restore")
+"""Functions of the core that generated code calls."""
+
+CONFIG = "dehyst_config.h"
+_DEFINED = re.compile(r"(?m)^(?!static\b)[a-z][\w \t*]*?\b(dehyst_\w+)\([^;{]*\)\s*\{")
+_NAMED = re.compile(r"\bdehyst_\w+")
+_HERE = Path(__file__).resolve()
+_PLACES = (_HERE.parents[1] / "core_sources", _HERE.parents[3] / "core")  # installed; a checkout
+
+
+@cache
+def core_files() -> dict[str, str]:
+    """Return file name -> text of the core's sources and headers, without `CONFIG`: each export has its own.
+
+    Raises
+    ------
+    OutputError
+        If the package was installed without them.
+
+    Examples
+    --------
+    >>> "dehyst.h" in core_files()
+    True
+    """
+    for place in _PLACES:
+        if (place / "dehyst.h").is_file():
+            paths = [path for path in sorted(place.iterdir()) if path.suffix in (".c", ".h") and path.name != CONFIG]
+            return {path.name: path.read_text(encoding="utf-8") for path in paths}
+    raise OutputError(
+        "the sources of the core are not in this installation of dehyst, so there is nothing to export. Install it "
+        "again: pip install --force-reinstall dehyst"
+    )
+
+
+def needed(functions: Iterable[str]) -> dict[str, str]:
+    """Return the headers, and the sources that functions of the core need, directly or through others.
+
+    Examples
+    --------
+    >>> sorted(needed(["dehyst_map_value"]))
+    ['dehyst.h', 'map.c']
+    """
+    files = core_files()
+    sources = {name: text for name, text in files.items() if name.endswith(".c")}
+    home = {function: name for name, text in sources.items() for function in _DEFINED.findall(text)}
+    found: set[str] = set()
+    open_ = {home[function] for function in functions}
+    while open_:
+        name = open_.pop()
+        found.add(name)
+        open_ |= {home[other] for other in _NAMED.findall(sources[name]) if other in home} - found
+    return {name: text for name, text in files.items() if name.endswith(".h") or name in found}
+
+
+def config(real: str) -> str:
+    """Return the text of `CONFIG` for "double" or "float"."""
+    refuse = '#ifdef DEHYST_FLOAT\n#error "this export is in double precision: export with --real float"\n#endif\n'
+    choose = "#ifndef DEHYST_FLOAT\n#define DEHYST_FLOAT\n#endif\n"
+    choice = refuse if real == "double" else choose
+    return (
+        "/* SPDX-License-Identifier: 0BSD */\n"
+        f"/* The choice of this export: {real} precision. */\n"
+        f"#ifndef DEHYST_CONFIG_H\n#define DEHYST_CONFIG_H\n\n{choice}\n#endif\n"
+    )

@@ -1,0 +1,157 @@
+"""Numbers of a block or a joint controller as the core's structures hold them, in double or float, and as C text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = tuple[float, ...]
+Map = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True)
+class ModelNumbers:
+    """``dehyst_model`` with its start states.
+
+    Attributes
+    ----------
+    threshold, slope, loading, start
+        r_i, S_i, phi_i and play states, (n,).
+    center, offset
+        Subtracted from the input, added to the output.
+    before, after
+        Breakpoints (u, v) of the maps, or None.
+    """
+
+    threshold: Floats
+    slope: Floats
+    loading: Floats
+    start: Floats
+    center: float
+    offset: float
+    before: Map | None = None
+    after: Map | None = None
+
+    @property
+    def operators(self) -> int:
+        """Return n."""
+        return len(self.threshold)
+
+    @property
+    def points(self) -> tuple[int, int]:
+        """Breakpoints of the maps before and after."""
+        return (len(self.before[0]) if self.before else 0, len(self.after[0]) if self.after else 0)
+
+
+@dataclass(frozen=True)
+class BlockNumbers:
+    """``dehyst_block``, fields named as there."""
+
+    model: ModelNumbers
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+    reach_low: float
+    reach_high: float
+    line_slope: float
+    line_offset: float
+    fade: float
+    fingerprint: int
+
+
+@dataclass(frozen=True)
+class JointNumbers:
+    """``dehyst_joint``: its numbers by the names of the core's fields, and the compensator's model or None."""
+
+    values: Mapping[str, Any]
+    compensator: ModelNumbers | None
+    fingerprint: int
+
+
+def rounded(value: float, real: str) -> float:
+    """Return the nearest number of the precision, as a double."""
+    return float(np.float32(value)) if real == "float" else float(value)
+
+
+def inward(low: float, high: float, real: str) -> tuple[float, float]:
+    """Return a range of numbers of the precision within low .. high: rounding never exceeds a limit."""
+    below, above = rounded(low, real), rounded(high, real)
+    if below < low:
+        below = float(np.nextafter(np.float32(below), np.float32(math.inf)))
+    if above > high:
+        above = float(np.nextafter(np.float32(above), np.float32(-math.inf)))
+    return below, above
+
+
+def block_in(numbers: BlockNumbers, real: str) -> BlockNumbers:
+    """Return the block in that precision; its values stay doubles."""
+    if real == "double":
+        return numbers
+    single = {name: rounded(getattr(numbers, name), real) for name in ("line_slope", "line_offset", "fade")}
+    limits: dict[str, float] = {}
+    for name in ("input", "output", "reach"):
+        pair = getattr(numbers, f"{name}_low"), getattr(numbers, f"{name}_high")
+        limits[f"{name}_low"], limits[f"{name}_high"] = inward(*pair, real)
+    return BlockNumbers(model_in(numbers.model, real), **limits, **single, fingerprint=numbers.fingerprint)
+
+
+def model_in(numbers: ModelNumbers, real: str) -> ModelNumbers:
+    """Return the model in that precision; its values stay doubles."""
+    if real == "double":
+        return numbers
+
+    def table(values: Iterable[float]) -> Floats:
+        return tuple(rounded(value, real) for value in values)
+
+    def pair(points: Map | None) -> Map | None:
+        return (table(points[0]), table(points[1])) if points else None
+
+    return ModelNumbers(
+        table(numbers.threshold),
+        table(numbers.slope),
+        table(numbers.loading),
+        table(numbers.start),
+        rounded(numbers.center, real),
+        rounded(numbers.offset, real),
+        pair(numbers.before),
+        pair(numbers.after),
+    )
+
+
+def literal(value: float, real: str) -> str:
+    """Return the C constant of a number, to the bit.
+
+    Examples
+    --------
+    >>> literal(3.0, "double"), literal(0.1, "float"), literal(-0.0, "double")
+    ('0x1.8p+1', '0x1.99999ap-4f', '-0x0p+0')
+    """
+    digits, _, exponent = rounded(value, real).hex().partition("p")
+    digits = digits.rstrip("0").rstrip(".") if "." in digits else digits
+    return f"{digits}p{exponent}{'f' if real == 'float' else ''}"
+
+
+def table(values: Sequence[float] | npt.NDArray[np.float64], real: str, columns: int = 4) -> str:
+    """Return rows of C constants, for the braces of an array."""
+    words = [literal(float(value), real) for value in values]
+    rows = [words[k : k + columns] for k in range(0, len(words), columns)]
+    return ",\n".join("    " + ", ".join(row) for row in rows)
+
+
+def bits(value: float) -> str:
+    """Return the pattern of a double as a C constant."""
+    return f"0x{int(np.float64(value).view(np.uint64)):016x}u"
+
+
+def pattern(value: float, real: str) -> str:
+    """Return the pattern of a number in its own precision as a C constant."""
+    if real == "double":
+        return bits(value)
+    with np.errstate(over="ignore"):
+        return f"0x{int(np.float32(value).view(np.uint32)):08x}u"

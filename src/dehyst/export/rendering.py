@@ -1,0 +1,62 @@
+"""Templates of exported files: plain text, filled by jinja2."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import jinja2
+
+from dehyst.export import numbers
+
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # C, ST and Markdown: what comes from users goes through `comment` or `string_literal`
+    )
+    environment.filters |= {
+        "comment": comment,
+        "string_literal": string_literal,
+        "literal": numbers.literal,
+        "pattern": numbers.pattern,
+        "table": numbers.table,
+    }
+    return environment
+
+
+def render(template: str, **values: object) -> str:
+    """Return a template below ``templates/``, filled."""
+    return _environment().get_template(template).render(**values)
+
+
+def comment(text: object) -> str:
+    r"""Return text that is one line and cannot end a C comment, nor begin a trigraph or continue a line.
+
+    Examples
+    --------
+    >>> comment("angle */ [deg]\n??/")
+    'angle * / [deg] ? ? /'
+    """
+    line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
+    line = line.replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "? ?").rstrip("\\")
+    return line.replace("*/", "* /")[:300]
+
+
+def string_literal(text: object) -> str:
+    r"""Return text for between the quotes of a C string that printf prints as it is.
+
+    Examples
+    --------
+    >>> string_literal('a "b" 5%')
+    'a \\"b\\" 5%'
+    """
+    plain = "".join(letter if letter.isascii() and letter.isprintable() else "?" for letter in str(text))[:60]
+    return plain.replace("\\", "\\\\").replace('"', '\\"').replace("?", "\\?")

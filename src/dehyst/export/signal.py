@@ -1,0 +1,164 @@
+"""Test signals: what goes into the exported unit sample by sample, and what the model answers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.control.block import Block
+from dehyst.errors import OutputError
+from dehyst.export.numbers import BlockNumbers
+
+Array = npt.NDArray[np.float64]
+Whole = npt.NDArray[np.int64]
+
+LADDER = 240  # samples of nested loops
+WALK = 400  # samples of random steps
+EDGES = 40  # samples about the limits
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples and answers, T of them.
+
+    Attributes
+    ----------
+    inputs
+        (T, m), as doubles; rounded to float already if the unit is in float.
+    switch
+        (T,), `on` of a block, the switches of a joint controller.
+    outputs
+        (T, k), of the model in double precision.
+    flags
+        (T,)
+    input_names, output_names
+        m and k names.
+    image
+        The state after the last sample as 32-bit words, () if it is not known.
+    """
+
+    inputs: Array
+    switch: Whole
+    outputs: Array
+    flags: Whole
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    image: tuple[int, ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """Return T."""
+        return int(self.inputs.shape[0])
+
+
+def answers(block: Block, x: Array, on: Whole, names: tuple[str, str] = ("input", "output")) -> Signal:
+    """Return what a block answers from its reset on to inputs (T,) and on/off (T,)."""
+    block.reset()
+    outputs, flags = block.run(x, on != 0)
+    image = tuple(int(word) for word in block.save())
+    block.reset()
+    return Signal(x[:, None], on, outputs[:, None], flags.astype(np.int64), names[:1], names[1:], image)
+
+
+def test_input(numbers: BlockNumbers, real: str, ramp: int) -> tuple[Array, Whole]:
+    """Return inputs (T,) and on/off (T,) that move every operator, meet every limit and are no numbers at times.
+
+    Parameters
+    ----------
+    numbers
+        Of the block; they give its input range.
+    real
+        "double" or "float": the precision that the inputs are rounded to.
+    ramp
+        Samples of a switching, so that some are completed and some are cut short.
+    """
+    low, high = numbers.input_low, numbers.input_high
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    rng = np.random.default_rng(20260722)
+    # Nested loops that shrink from the whole range to a ten-thousandth of it: each operator turns in some of them.
+    sizes = np.geomspace(1.0, 1e-4, LADDER // 2)
+    ladder = np.column_stack((sizes, -sizes)).ravel()
+    rise = np.concatenate((np.linspace(0, 1, 60), np.linspace(1, -1, 120), np.linspace(-1, 1, 120)))
+    walk = np.clip(np.cumsum(rng.standard_normal(WALK) * 10.0 ** rng.uniform(-3, -0.5, WALK)), -1.2, 1.2)
+    edges = rng.choice([-1.0, 1.0, -1.0 - 1e-12, 1.0 + 1e-12, -1.05, 1.05, -30.0, 30.0, 0.0, -0.0], EDGES)
+    shares = np.concatenate((rise, ladder, walk, edges, ladder[: LADDER // 3]))
+    x = middle + half * shares
+    large = (1e14, -1e14) if real == "float" else (1e99, -1e99, 1e101, -1e101)
+    strange = (math.nan, math.inf, -math.inf, *large, 5e-324, -0.0, low, high)
+    places = rng.choice(np.arange(5, x.size), 3 * len(strange), replace=False)
+    x[places] = np.tile(strange, 3)
+    on = np.ones(x.size, dtype=np.int64)
+    for begin, length in ((70, 3 * ramp + 5), (70 + 4 * ramp, max(1, ramp // 3)), (620, 2 * ramp + 1), (900, 1)):
+        on[begin : begin + length] = 0
+    if real == "float":
+        with np.errstate(over="ignore"):
+            x = x.astype(np.float32).astype(np.float64)
+    return x, on
+
+
+def moved(numbers: BlockNumbers, h: Array) -> npt.NDArray[np.bool_]:
+    """Return which operators (n,) arguments of the hysteresis (T,) move up and down: the definition, in NumPy."""
+    r, z = np.asarray(numbers.model.threshold), np.asarray(numbers.model.start).copy()
+    up, down = np.zeros(r.size, dtype=bool), np.zeros(r.size, dtype=bool)
+    for x in h:
+        new = np.maximum(x - r, np.minimum(x + r, z))
+        up |= new > z
+        down |= new < z
+        z = new
+    return up & down
+
+
+def to_csv(signal: Signal) -> str:
+    """Return a table of inputs, switch, outputs and flags with all digits."""
+    head = [*signal.input_names, "switch", *signal.output_names, "flags"]
+    rows = [
+        [*map(_digits, signal.inputs[k]), str(signal.switch[k]), *map(_digits, signal.outputs[k]), str(signal.flags[k])]
+        for k in range(signal.samples)
+    ]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue()
+
+
+def from_csv(text: str, inputs: int, path: str = "table") -> Signal:
+    """Read back what `to_csv` wrote, with that many input columns.
+
+    Raises
+    ------
+    OutputError
+        If it is no such table.
+    """
+    rows = list(csv.reader(io.StringIO(text)))
+    try:
+        head, body = rows[0], rows[1:]
+        values = np.array([[float(word) for word in row] for row in body])
+        if head[inputs] != "switch" or head[-1] != "flags" or values.shape[1] != len(head):
+            raise ValueError("its columns are others")
+        switch, flags = values[:, inputs].astype(np.int64), values[:, -1].astype(np.int64)
+    except (ValueError, IndexError) as fault:
+        raise OutputError(f"'{path}' is not the table that was exported ({fault}). Export again.") from None
+    names = tuple(head[:inputs]), tuple(head[inputs + 1 : -1])
+    return Signal(values[:, :inputs], switch, values[:, inputs + 1 : -1], flags, *names)
+
+
+def same_bits(a: Array, b: Array) -> bool:
+    """Return whether two arrays agree to the bit, signs of zero included; every NaN is as good as another.
+
+    Examples
+    --------
+    >>> same_bits(np.array([0.0]), np.array([-0.0]))
+    False
+    """
+    if a.shape != b.shape:
+        return False
+    equal = np.ascontiguousarray(a).view(np.uint64) == np.ascontiguousarray(b).view(np.uint64)
+    return bool(np.all(equal | (np.isnan(a) & np.isnan(b))))
+
+
+def _digits(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,298 @@
+"""What is exported: one unit, its numbers, its signals, the proof that goes with it."""
+
+from __future__ import annotations
+
+import json
+import keyword
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, cast
+
+import numpy as np
+
+from dehyst.control.block import Block, Direction
+from dehyst.control.parameters import JointControllerParameters
+from dehyst.errors import ParameterError
+from dehyst.export.core_files import core_files
+from dehyst.export.numbers import BlockNumbers, JointNumbers, ModelNumbers, block_in
+from dehyst.export.signal import Array, Signal, answers, test_input
+from dehyst.models import HysteresisModel, SignalCard
+from dehyst.models.storage import model_to_dict
+
+WHATS = ("inverse", "forward", "joint-controller")
+REALS = ("double", "float")
+RAMP = 500  # samples over which a switching fades, unless said otherwise
+MOST_EXCERPT = 2000  # samples of the user's log
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One unit to export; targets read it and change nothing.
+
+    Attributes
+    ----------
+    what
+        "inverse", "forward" or "joint-controller".
+    name
+        C identifier that all names of the exported unit begin with.
+    real
+        "double" or "float".
+    block
+        Numbers of the block in that precision; None for a joint controller.
+    joint
+        Numbers of the joint controller; None for a block.
+    input, output
+        Signals of the unit with their units and the limits that it keeps; of a joint controller those of the
+        compensator.
+    model
+        The identified model: the unit is this one (forward) or its inverse.
+    model_text
+        Content of ``model.json`` of the folder.
+    checksum
+        sha256 of the model's content.
+    provenance
+        Of the model.
+    settings
+        What ``subject_of`` was asked for, so that it can be asked again: what, range, ramp, name, real.
+    period
+        Of the samples, where the unit knows it. [s]
+    test
+        Test signal with the model's answers.
+    excerpt
+        Excerpt of the user's log with the model's answers, or None.
+    excerpt_source
+        Which log and column, "" for none.
+    parameters
+        Of the joint controller, None for a block.
+    """
+
+    what: str
+    name: str
+    real: str
+    block: BlockNumbers | None
+    joint: JointNumbers | None
+    input: SignalCard
+    output: SignalCard
+    model: HysteresisModel
+    model_text: str
+    checksum: str
+    provenance: Mapping[str, Any]
+    settings: Mapping[str, Any]
+    test: Signal
+    period: float | None = None
+    excerpt: Signal | None = None
+    excerpt_source: str = ""
+    parameters: JointControllerParameters | None = None
+    start_output: float = 0.0
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def operators(self) -> int:
+        """Number of play operators."""
+        numbers = self.block.model if self.block else self.joint.compensator if self.joint else None
+        return numbers.operators if numbers else 0
+
+    @property
+    def title(self) -> str:
+        """One line: what it is and what it maps."""
+        if self.what == "joint-controller":
+            return f"joint controller with {self.operators} operators in its compensator"
+        kind = "inverse compensator" if self.what == "inverse" else "hysteresis model"
+        return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} operators"
+
+
+def identifier(text: str) -> str:
+    """Return a C identifier that reads like the text.
+
+    Examples
+    --------
+    >>> identifier("Gelenk 1 (links).json"), identifier("1st"), identifier("int")
+    ('gelenk_1_links_json', 'unit_1st', 'unit_int')
+    """
+    word = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")[:40].rstrip("_")
+    return word if word and word[0].isalpha() and not _reserved(word) else f"unit_{word}".rstrip("_")
+
+
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool class delete
+explicit export false friend mutable namespace new operator private protected public template this throw true try
+typename using virtual main std asm and or not xor bitand bitor compl linux unix near far
+"""
+C_WORDS = frozenset(_WORDS.split())
+
+
+def _reserved(word: str) -> bool:
+    """Words of C, C++ and the core, whose files lie beside those of the unit; and those of its own programs."""
+    taken = f"{word}.c" in core_files() or word in ("check_main", "example_main", "expected")
+    return word in C_WORDS or keyword.iskeyword(word) or word.startswith("dehyst_") or taken
+
+
+def check_name(name: str) -> str:
+    """Return the name, or refuse it.
+
+    Raises
+    ------
+    ParameterError
+        If it is no identifier that C, C++ and Structured Text allow.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 48 or _reserved(name):
+        raise ParameterError(
+            f"--name {name!r:.60} cannot be the name of C functions; use small letters, digits and single underscores, "
+            f"a letter first, 48 at most, for example --name {identifier(name)}.",
+            name=name,
+        )
+    return name
+
+
+def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
+    """Return the numbers of the core's model from a mapping of arrays."""
+
+    def pair(place: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        u, v = floats(f"{place}_u"), floats(f"{place}_v")
+        return (u, v) if u else None
+
+    def floats(name: str) -> tuple[float, ...]:
+        return tuple(float(value) for value in np.asarray(values[name]).ravel())
+
+    return ModelNumbers(
+        floats("threshold"),
+        floats("slope"),
+        floats("loading"),
+        floats("start"),
+        float(values["center"]),
+        float(values["offset"]),
+        pair("before"),
+        pair("after"),
+    )
+
+
+def block_numbers(block: Block) -> BlockNumbers:
+    """Return the numbers of a block, in double precision."""
+    values = {entry.name: getattr(block.parameters, entry.name) for entry in fields(block.parameters)}
+    own = {entry.name: float(values[entry.name]) for entry in fields(BlockNumbers)[1:-1]}
+    return BlockNumbers(model_numbers(values), **own, fingerprint=int(values["fingerprint"]))
+
+
+def check_rounding(exact: ModelNumbers, single: ModelNumbers) -> None:
+    """Refuse a model whose neighbouring thresholds or breakpoints become one number in float.
+
+    Raises
+    ------
+    ParameterError
+        If some do.
+    """
+    tables = {"thresholds": (exact.threshold, single.threshold)}
+    for place in ("before", "after"):
+        pairs = getattr(exact, place), getattr(single, place)
+        if pairs[0] is not None:
+            tables[f"breakpoints of the map {place} the hysteresis"] = pairs[0][0], pairs[1][0]
+            tables[f"values of the map {place} the hysteresis"] = pairs[0][1], pairs[1][1]
+    for what, (doubles, values) in tables.items():
+        step = np.diff(values)
+        if not (np.all(step > 0) or np.all(step < 0)):
+            k = int(np.argmin(np.abs(step)))
+            raise ParameterError(
+                f"this model cannot be exported with --real float: of its {what}, number {k + 1} "
+                f"({doubles[k]:.9g}) and number {k + 2} ({doubles[k + 1]:.9g}) become the same number in "
+                f"single precision. Identify with fewer operators (--n 50), or export with --real double.",
+                first=k,
+            )
+
+
+def subject_of(
+    model: HysteresisModel,
+    what: str = "inverse",
+    *,
+    name: str,
+    real: str = "double",
+    range: tuple[float, float] | None = None,
+    ramp: int = RAMP,
+    excerpt: Array | None = None,
+    excerpt_source: str = "",
+) -> Subject:
+    """Return a model or its inverse as something that targets can write.
+
+    Parameters
+    ----------
+    model
+        The identified model; it is inverted here if `what` is "inverse".
+    what
+        "inverse" or "forward".
+    name
+        C identifier.
+    real
+        "double" or "float".
+    range
+        Lowest and highest input of the actuator; None for the identified range. [input of the model]
+    ramp
+        Samples over which switching on and off fades.
+    excerpt
+        Logged input of what is exported, (T,); `MOST_EXCERPT` samples at most are kept.
+    excerpt_source
+        Which log and column that is.
+
+    Raises
+    ------
+    ParameterError
+        If the model has no ranges, or does not survive the rounding to float.
+    InvertibilityError
+        If it has no inverse.
+    """
+    check_choice(what, WHATS[:2], "--what")
+    check_choice(real, REALS, "--real")
+    check_name(name)
+    block = Block(model, cast(Direction, what), range=range, ramp=ramp)
+    exact = block_numbers(block)
+    numbers = block_in(exact, real)
+    if real == "float":
+        check_rounding(exact.model, numbers.model)
+    names = block.input.name or "input", block.output.name or "output"
+    content = model_to_dict(model)
+    x, on = test_input(numbers, real, ramp)
+    log = None
+    if excerpt is not None:
+        taken = np.asarray(excerpt, dtype=np.float64)[:MOST_EXCERPT]
+        taken = taken.astype(np.float32).astype(np.float64) if real == "float" else taken
+        log = answers(block, taken, np.ones(taken.size, dtype=np.int64), names)
+    block.reset()
+    return Subject(
+        what=what,
+        name=name,
+        real=real,
+        block=numbers,
+        joint=None,
+        input=_limited(block.input, numbers.input_low, numbers.input_high),
+        output=_limited(block.output, numbers.output_low, numbers.output_high),
+        model=model,
+        model_text=json.dumps(content, indent=1, allow_nan=False) + "\n",
+        checksum=str(content["sha256"]),
+        provenance=dict(model.card.provenance),
+        settings={
+            "what": what,
+            "name": name,
+            "real": real,
+            "range": None if range is None else list(range),
+            "ramp": ramp,
+        },
+        test=answers(block, x, on, names),
+        excerpt=log,
+        excerpt_source=excerpt_source if log else "",
+        start_output=block.last,
+    )
+
+
+def _limited(card: SignalCard, low: float, high: float) -> SignalCard:
+    return SignalCard(card.name, card.unit, low, high)
+
+
+def check_choice(value: str, allowed: tuple[str, ...], option: str) -> None:
+    """Refuse a value that is not among the allowed ones."""
+    if value not in allowed:
+        raise ParameterError(f"{option} {value!r:.40} is unknown; there are: {', '.join(allowed)}.", value=value)
+
+
+def joint_subject(*_: Any, **__: Any) -> Subject:
+    """Return a joint controller as something that targets can write."""
+    raise NotImplementedError

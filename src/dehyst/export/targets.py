@@ -1,0 +1,95 @@
+"""Targets: name -> the module that writes and verifies it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol, cast
+
+from dehyst.errors import ParameterError
+from dehyst.export.checks import Check
+from dehyst.export.subject import Subject
+
+
+class TargetModule(Protocol):
+    """What the module of a target offers."""
+
+    def files(self, subject: Subject) -> dict[str, str | bytes]:
+        """Return relative path -> content of everything that belongs to the target alone."""
+        ...
+
+    def verify(self, folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+        """Compile, run and compare an exported folder; `subject` is made anew from the model in it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Target:
+    """One target.
+
+    Attributes
+    ----------
+    name
+        As typed after ``--target``.
+    summary
+        One line for help and errors.
+    module
+        That has `files` and `verify`.
+    whats, reals
+        What it can hold; others are refused by name.
+    """
+
+    name: str
+    summary: str
+    module: str
+    whats: tuple[str, ...] = ("inverse", "forward", "joint-controller")
+    reals: tuple[str, ...] = ("double", "float")
+
+    @property
+    def present(self) -> bool:
+        """Whether this dehyst has it."""
+        return find_spec(self.module) is not None
+
+    def load(self) -> TargetModule:
+        """Return its module."""
+        return cast(TargetModule, import_module(self.module))
+
+
+TARGETS: Mapping[str, Target] = MappingProxyType(
+    {
+        target.name: target
+        for target in (
+            Target("c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c"),
+            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header"),
+            Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
+            Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
+            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
+            Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
+            Target("arduino", "Arduino library", "dehyst.export.arduino"),
+        )
+        if target.present
+    }
+)
+
+
+def target(name: str) -> Target:
+    """Return the target of that name.
+
+    Raises
+    ------
+    ParameterError
+        If there is none.
+
+    Examples
+    --------
+    >>> target("c").module
+    'dehyst.export.c'
+    """
+    if name not in TARGETS:
+        known = "; ".join(f"{one.name} ({one.summary})" for one in TARGETS.values())
+        raise ParameterError(f"--target {name!r:.40} is unknown. There are: {known}.", target=name)
+    return TARGETS[name]
