@@ -1,0 +1,197 @@
+"""The function block of a whole joint controller: two antagonistic muscles, as core/joint.c."""
+
+from __future__ import annotations
+
+from dehyst.control import JointControllerParameters
+from dehyst.export.numbers import ModelNumbers
+from dehyst.export.plc.block import common_constants, model_tables, model_variables, number, shape
+from dehyst.export.plc.pou import Pou, Variable
+from dehyst.export.plc.template import names, rendered, used
+
+DEGREE = 8
+_ROOT = {  # smallest radicand, first guess and last digit of the root in core/pressure.c
+    "LREAL": (1e-300, (0x1FF7A3BEA91D9B1C & (2**52 - 1)) / 2.0**52, 2.0**-52),
+    "REAL": (1e-37, (0x1FBB4F2E & (2**23 - 1)) / 2.0**23, 2.0**-23),
+}
+
+
+def joint_block(
+    name: str, real: str, parameters: JointControllerParameters, model: ModelNumbers | None, about: str
+) -> Pou:
+    """Return the function block of a joint controller.
+
+    Parameters
+    ----------
+    name
+        Of its type.
+    real
+        LREAL or REAL.
+    parameters
+        Of the controller.
+    model
+        Tables of the compensator, reference angle in, sheared pressure difference out; None for none.
+    about
+        Comment on top.
+    """
+    sizes = {} if model is None else shape(model)
+    body = rendered("joint.st.j2", compensated=model is not None, **sizes)
+    tables = () if model is None else (*model_tables(real, model), *model_variables(real, len(model.threshold)))
+    variables = (
+        *_interface(real),
+        *tables,
+        *_parameters(real, parameters),
+        *_states(real),
+        *_work(real, tables),
+        *_constants(real),
+        *common_constants(real),
+    )
+    return Pou("FUNCTION_BLOCK", name, used(body, variables), body, about)
+
+
+def _interface(real: str) -> tuple[Variable, ...]:
+    inputs = (
+        ("Angle", real, "q [rad]"),
+        ("Pressure1", real, "gauge [Pa]"),
+        ("Pressure2", real, "gauge [Pa]"),
+        ("DesiredAngle", real, "q_d [rad]"),
+        ("DesiredVelocity", real, "[rad/s]"),
+        ("DesiredAcceleration", real, "[rad/s^2]"),
+        ("DesiredLoad", real, "torque of gravity and coupling at the reference [Nm]"),
+        ("MeanPressure", real, "p_m, gauge [Pa]"),
+        ("DirectDifference", real, "dp to apply while Position is FALSE [Pa]"),
+        ("ExtraDifference", real, "compensator term from outside [Pa]"),
+        ("Position", "BOOL", "position control on; may change at any time"),
+        ("Integrating", "BOOL", "integrator on; may change at any time"),
+        ("Compensating", "BOOL", "compensator on; may change at any time"),
+        ("Restart", "BOOL", "TRUE: start at the present readings"),
+    )
+    outputs = (
+        ("Valve1", real, "command -1..1, > 0 fills"),
+        ("Valve2", real, "command -1..1, > 0 fills"),
+        ("Desired1", real, "desired pressure after limits, gauge [Pa]"),
+        ("Desired2", real, "desired pressure after limits, gauge [Pa]"),
+        ("PressureDifference", real, "dp_d before limits [Pa]"),
+        ("Torque", real, "Q_d [Nm]"),
+        ("IntegratorTorque", real, "I [Nm]"),
+        ("Compensation", real, "compensator part of dp_d [Pa]"),
+        ("ObservedAngle", real, "[rad]"),
+        ("ObservedVelocity", real, "[rad/s]"),
+        ("ObservedLoad", real, "torque beyond DesiredLoad [Nm]"),
+        ("Failed", "BOOL", "a fault outlasted its bridging: valves closed until a restart"),
+        ("FlagWord", "UDINT", "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever; added"),
+    )
+    return (
+        *(Variable("VAR_INPUT", name, type_, comment=text) for name, type_, text in inputs),
+        *(Variable("VAR_OUTPUT", name, type_, comment=text) for name, type_, text in outputs),
+    )
+
+
+def _parameters(real: str, p: JointControllerParameters) -> tuple[Variable, ...]:
+    air = p.pneumatics
+    numbers = (
+        ("Period", p.period, "of the task [s]"),
+        ("Inertia", p.inertia, "M [kg m^2]"),
+        ("Pole", p.pole, "lambda [1/s]"),
+        ("ObserverPole", p.observer_pole, "[1/s]"),
+        ("PressureGain", p.pressure_gain, "k_p [1/s]"),
+        ("WindupGain", p.windup_gain, "[1/s]"),
+        ("AngleLow", p.angle_low, "[rad]"),
+        ("AngleHigh", p.angle_high, "[rad]"),
+        ("PressureLow", p.pressure_low, "[Pa]"),
+        ("PressureHigh", p.pressure_high, "[Pa]"),
+        ("Ramp", p.ramp, "[s]"),
+        ("Shear", p.shear, "k [Pa/rad]"),
+        ("CompensatorUnit", p.compensator_unit, "[Pa]"),
+        ("SupplyPressure", air.supply, "absolute [Pa]"),
+        ("AmbientPressure", air.ambient, "absolute [Pa]"),
+        ("GasTemperature", air.gas_temperature, "R T [J/kg]"),
+        ("Polytropic", air.polytropic, "n"),
+        ("ReferenceDensity", air.reference_density, "rho_0 [kg/m^3]"),
+        ("Conductance", air.conductance, "C [m^3/(s Pa)]"),
+        ("CriticalRatio", air.ratio, "b"),
+        ("DeadBand", air.dead_band, "share of the stroke"),
+        ("AngleJump", p.angle_jump, "[rad], 0: any"),
+        ("PressureJump", p.pressure_jump, "[Pa], 0: any"),
+        ("AngleStep", p.angle_step, "resolution of the encoder [rad]"),
+        ("FrozenReal", float(p.frozen_samples), ""),
+    )
+    tables = (("TableA", p.a, "A [Nm/Pa]"), ("TableB", p.b, "B [Nm/Pa]"), ("TableC", p.c, "C [Nm]"))
+    volumes = [x for muscle in p.volume for x in (*muscle, *[0.0] * (4 - len(muscle)))]
+    return (
+        *(number(name, real, value, text) for name, value, text in numbers),
+        *(_table(name, real, (*values, *[0.0] * (DEGREE - len(values))), text) for name, values, text in tables),
+        _table("VolumeTable", real, tuple(volumes), "V_1, V_2 [m^3]"),
+        Variable("VAR CONSTANT", "FrozenSamples", "DINT", (str(p.frozen_samples),), comment="equal readings, 0: any"),
+        Variable("VAR CONSTANT", "HoldSamples", "DINT", (str(p.hold_samples),), comment="faulty readings bridged"),
+    )
+
+
+def _table(name: str, real: str, values: tuple[float, ...], comment: str) -> Variable:
+    initial = tuple(number(name, real, value).initial[0] for value in values)
+    return Variable("VAR CONSTANT", name, real, initial, len(values), comment)
+
+
+def _states(real: str) -> tuple[Variable, ...]:
+    reals = names(
+        "Travel TravelMost KnownTorque AtA AtB AtC HeldAngle HeldVelocity HeldAcceleration HeldLoad HeldMean "
+        "HeldDifference HeldExtra IntegratorLeft IntegratorLoss DifferenceLeft DifferenceLoss MeanLeft MeanLoss "
+        "CompensatorShare CompensatorOutput"
+    )
+    pairs = names("Pressure Desired FeedForward Rate Expected")
+    return (
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
+        *(Variable("VAR", name, real, ("0.0",) * 2, 2, "of both muscles") for name in pairs),
+        Variable("VAR", "LastReading", real, ("0.0",) * 3, 3, "of angle and both pressures"),
+        *(Variable("VAR", name, "DINT", ("0",) * 3, 3) for name in ("EqualCount", "FaultyCount")),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in names("Running Started PositionBefore FaultEver")),
+    )
+
+
+def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
+    reals = names(
+        "PressureRange WideRange FadeShare Size Loss Held Top Room Part HalfPart Middle Value Distance Mean Last "
+        "Reading Between Pull Change Share Series Pole3 Rest Wrong Term Compensated Direct Wanted ThereA ThereB ThereC "
+        "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Scale "
+        "Fraction Rounded"
+    )
+    flags = names(
+        "Good ReferenceFault Strange Frozen Failing AngleFault PressureLimit ValveLimit Jumped Inside Odd Changed"
+    )
+    known = {variable.name for variable in tables}
+    return (
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals if name not in known),
+        *(Variable("VAR", name, "DINT", ("0",)) for name in ("Power", "Muscle", "Number")),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in flags),
+        Variable("VAR", "PressureFault", "BOOL", ("FALSE",) * 2, 2),
+        Variable("VAR", "Known", real, ("0.0",) * 2, 2),
+    )
+
+
+def _constants(real: str) -> tuple[Variable, ...]:
+    smallest, bias, digit = _ROOT[real]
+    values = {
+        "Two": 2.0,
+        "Three": 3.0,
+        "Four": 4.0,
+        "Quarter": 0.25,
+        "OneAndHalf": 1.5,
+        "Sixth": 1.0 / 6.0,
+        "TwentyFourth": 1.0 / 24.0,
+        "Margin": 4.0,
+        "Smoothing": 1e-3,
+        "StepsUnseen": 20.0,
+        "Smallest": 1e-9,
+        "SmallestB": 1e-9,
+        "Laminar": 0.999,
+        "SmallestPsi": 0.05,
+        "Zone": 0.005,
+        "Vacuum": 1.0,
+        "SmallestRoot": smallest,
+        "RootBias": bias,
+        "LastDigit": digit,
+        "FarUp": 2.0**32,
+        "FarUpRoot": 2.0**16,
+        "FarDown": 2.0**-32,
+        "FarDownRoot": 2.0**-16,
+    }
+    return tuple(number(name, real, value) for name, value in values.items())

