@@ -8,12 +8,14 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from rich.text import Text
 
 from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.control import load_controller
 from dehyst.errors import ParameterError
-from dehyst.export import Written, export, subject_of
+from dehyst.export import Written, export, joint_subject, subject_of
 from dehyst.export.excerpt import read_excerpt
 from dehyst.export.folder import refuse_folder
 from dehyst.export.subject import REALS, WHATS, Subject, check_choice, check_name, identifier
@@ -81,12 +83,23 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         )
     if request.controller is not None and request.what != "joint-controller":
         raise ParameterError("--controller belongs to --what joint-controller; add that, or leave --controller out.")
+    if request.controller is None and request.what == "joint-controller":
+        raise ParameterError(
+            "--what joint-controller needs the controller's parameters: --controller FILE, written by "
+            "`dehyst reproduce` or dehyst.control.save_controller(parameters, FILE). MODEL is the identified model whose inverse "
+            "compensates."
+        )
+    if request.what == "joint-controller" and (request.log is not None or request.range is not None):
+        raise ParameterError("--log and --range belong to --what inverse or forward; leave them out here.")
     if request.name is not None:
         check_name(request.name)
 
 
 def _subject(model: HysteresisModel, request: ExportRequest) -> tuple[Subject, list[Finding]]:
     name = request.name or identifier(request.model.stem)
+    if request.what == "joint-controller":
+        parameters = load_controller(cast(Path, request.controller))
+        return joint_subject(model, parameters, name=name, real=request.real), []
     subject = subject_of(
         model, request.what, name=name, real=request.real, range=request.range, ramp=request.ramp
     )  # fmt: skip

@@ -4,6 +4,7 @@ from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
 from dehyst.control.compensator import Compensator, InverseCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
+from dehyst.control.storage import load_controller, save_controller
 
 __all__ = [
     "BLOCK_FLAGS",
@@ -19,4 +20,6 @@ __all__ = [
     "JointReference",
     "Pneumatics",
     "along",
+    "load_controller",
+    "save_controller",
 ]

@@ -2,7 +2,8 @@
 
 from dehyst.export.checks import Check
 from dehyst.export.folder import Written, export, read_manifest, verify
-from dehyst.export.subject import Subject, joint_subject, subject_of
+from dehyst.export.joint import joint_subject
+from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import TARGETS
 
 __all__ = [

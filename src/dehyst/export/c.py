@@ -14,6 +14,10 @@ from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import render
 from dehyst.export.subject import Subject
 
+# In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
+# pressures of 1e5 Pa over a period; everything else 2e-5.
+VALVE_TOLERANCE, JOINT_TOLERANCE = 2e-2, 1e-4
+JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4"}
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
 
 
@@ -85,9 +89,27 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "budget": budget(subject),
         "subject": subject,
     }
-    if block is None:
-        return common
+    if subject.joint is not None and subject.joint.compensator is not None:
+        numbers = subject.joint.compensator
+        return {
+            **common,
+            "m": numbers,
+            "n": numbers.operators,
+            "j": subject.joint.values,
+            "fingerprint": subject.joint.fingerprint,
+            "indent": " " * len(f"void {subject.name}_step("),
+            "scales": scales(subject),
+            "words": JOINT_WORDS[subject.real],
+        }
+    assert block is not None  # one of both
     return {**common, "b": block, "m": block.model, "n": block.model.operators, "samples": round(1 / block.fade)}
+
+
+def scales(subject: Subject) -> list[float]:
+    """Return the largest error of each output in float, a share of its largest size in the test signal."""
+    tolerances = [VALVE_TOLERANCE] * 2 + [JOINT_TOLERANCE] * (subject.test.outputs.shape[1] - 2)
+    sizes = [max(abs(float(x)) for x in column) or 1.0 for column in subject.test.outputs.T]
+    return [tolerance * size for tolerance, size in zip(tolerances, sizes, strict=True)]
 
 
 def provenance_lines(subject: Subject) -> list[str]:

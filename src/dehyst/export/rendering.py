@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -28,6 +29,7 @@ def _environment() -> jinja2.Environment:
         "literal": numbers.literal,
         "pattern": numbers.pattern,
         "table": numbers.table,
+        "padded": padded,
     }
     return environment
 
@@ -35,6 +37,17 @@ def _environment() -> jinja2.Environment:
 def render(template: str, **values: object) -> str:
     """Return a template below ``templates/``, filled."""
     return _environment().get_template(template).render(**values)
+
+
+def padded(values: Sequence[float], size: int) -> list[float]:
+    """Return values with zeros behind them.
+
+    Examples
+    --------
+    >>> padded([1.0], 3)
+    [1.0, 0.0, 0.0]
+    """
+    return [*values, *[0.0] * (size - len(values))]
 
 
 def comment(text: object) -> str:

@@ -291,8 +291,3 @@ def check_choice(value: str, allowed: tuple[str, ...], option: str) -> None:
     """Refuse a value that is not among the allowed ones."""
     if value not in allowed:
         raise ParameterError(f"{option} {value!r:.40} is unknown; there are: {', '.join(allowed)}.", value=value)
-
-
-def joint_subject(*_: Any, **__: Any) -> Subject:
-    """Return a joint controller as something that targets can write."""
-    raise NotImplementedError

@@ -1,0 +1,191 @@
+"""A whole joint controller as something that targets can write."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from dataclasses import replace
+
+import numpy as np
+
+from dehyst import _native
+from dehyst.control.joint import SWITCHES, JointController, JointReference
+from dehyst.control.parameters import JointControllerParameters
+from dehyst.control.storage import controller_checksum, controller_text
+from dehyst.export.numbers import JointNumbers, ModelNumbers, model_in, rounded
+from dehyst.export.signal import Array, Signal
+from dehyst.export.subject import REALS, Subject, check_choice, check_name, check_rounding, model_numbers
+from dehyst.models import HysteresisModel
+from dehyst.models.storage import model_to_dict
+
+SENSORS = ("angle", "pressure_1", "pressure_2")
+REFERENCE = (
+    "angle_d", "velocity_d", "acceleration_d", "load_d", "mean_pressure_d", "pressure_difference_d", "extra_d",
+)  # fmt: skip
+OUTPUTS = (
+    "valve_1", "valve_2", "desired_1", "desired_2", "pressure_difference_out", "torque", "integrator", "compensation",
+    "angle_observed", "velocity_observed", "load_observed",
+)  # fmt: skip
+SAMPLES = 1600
+
+
+def joint_subject(
+    model: HysteresisModel, parameters: JointControllerParameters, *, name: str, real: str = "double"
+) -> Subject:
+    """Return a joint controller whose compensator is the inverse of a model.
+
+    Parameters
+    ----------
+    model
+        Identified: sheared pressure difference -> angle. Its inverse becomes the compensator.
+    parameters
+        Of the controller.
+    name
+        C identifier.
+    real
+        "double" or "float".
+
+    Raises
+    ------
+    ParameterError
+        If the name is none, or the model does not survive the rounding to float.
+    InvertibilityError
+        If the model has no inverse.
+    """
+    check_choice(real, REALS, "--real")
+    check_name(name)
+    inverse = model.inverse()
+    exact = compensator_numbers(inverse)
+    single = model_in(exact, real)
+    if real == "float":
+        check_rounding(exact, single)
+    content = model_to_dict(model)
+    fingerprint = zlib.crc32(f"{controller_checksum(parameters)} {content['sha256']} {real}".encode("ascii"))
+    return Subject(
+        what="joint-controller",
+        name=name,
+        real=real,
+        block=None,
+        joint=JointNumbers(parameters.as_dict(), single, fingerprint),
+        input=inverse.card.input,
+        output=inverse.card.output,
+        model=model,
+        model_text=json.dumps(content, indent=1, allow_nan=False) + "\n",
+        checksum=str(content["sha256"]),
+        provenance=dict(model.card.provenance),
+        settings={"what": "joint-controller", "name": name, "real": real, "range": None, "ramp": 0},
+        test=joint_run(parameters, inverse, real),
+        period=parameters.period,
+        parameters=parameters,
+        extra={"controller.json": controller_text(parameters)},
+    )
+
+
+def compensator_numbers(inverse: HysteresisModel) -> ModelNumbers:
+    """Return the numbers of a model with the tables that the core makes of its weights."""
+    limits = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 0.0, 1.0]  # of a block that nobody runs
+    return model_numbers(_native.Block(_native.block_image(*inverse.stepper("dense").parameters, limits, 0)).parameters)
+
+
+def joint_run(parameters: JointControllerParameters, compensator: HysteresisModel | None, real: str) -> Signal:
+    """Record a joint that follows a motion, with switching, faulty sensors, and one that fails at the end.
+
+    The joint is a point mass at the controller's own characteristic, its pressures follow what is desired: plain, but
+    the controller is in a loop. What is recorded is replayed, in the same order, into whatever is exported.
+    """
+    controller = JointController(parameters, compensator)
+    rows: list[Array] = []
+    switch: list[int] = []
+    answers: list[list[float]] = []
+    flags: list[int] = []
+    plant = _Joint(parameters)
+    rng = np.random.default_rng(20260722)
+    for k in range(SAMPLES):
+        reference = _reference(parameters, k)
+        readings = np.array([plant.sensed_angle(), *(plant.pressure + 30.0 * rng.standard_normal(2))])
+        readings = _faulty(readings, k, parameters)
+        row = _rounded(np.array([*readings, *_lost(reference, k).as_tuple()]), real)
+        if k == 0:
+            controller.reset(*row[:3])
+        out = controller.step(row[0], row[1], row[2], JointReference(*row[3:]), _switches(k))
+        rows.append(row)
+        switch.append(_switches(k))
+        answers.append([getattr(out, name) for name in _OUT])
+        flags.append(out.flags)
+        plant.step(np.array([out.desired_1, out.desired_2]))
+    return Signal(np.array(rows), np.array(switch), np.array(answers), np.array(flags), (*SENSORS, *REFERENCE), OUTPUTS)
+
+
+_OUT = (
+    "valve_1", "valve_2", "desired_1", "desired_2", "pressure_difference", "torque", "integrator", "compensation",
+    "angle", "velocity", "load",
+)  # fmt: skip
+
+
+class _Joint:
+    """A mass at the nominal characteristic whose pressures follow with a short lag."""
+
+    def __init__(self, parameters: JointControllerParameters) -> None:
+        self.p = parameters
+        self.angle, self.velocity = 0.1, 0.0
+        self.pressure = np.full(2, 0.4 * (parameters.pressure_low + parameters.pressure_high))
+
+    def sensed_angle(self) -> float:
+        step = self.p.angle_step
+        return round(self.angle / step) * step if step > 0 else self.angle
+
+    def step(self, desired: Array) -> None:
+        p = self.p
+        q = min(max(self.angle, p.angle_low), p.angle_high)
+        a, b, c = (sum(x * q**j for j, x in enumerate(poly)) for poly in (p.a, p.b, p.c))
+        torque = a * self.pressure.mean() + b * (self.pressure[0] - self.pressure[1]) + c
+        self.velocity += p.period * (torque / p.inertia - 20.0 * self.velocity)
+        self.angle = min(max(self.angle + p.period * self.velocity, 2 * p.angle_low), 2 * p.angle_high)
+        self.pressure += min(1.0, p.period * 100.0) * (desired - self.pressure)
+
+
+def _reference(p: JointControllerParameters, k: int) -> JointReference:
+    size = 0.4 * (p.angle_high - p.angle_low)
+    middle = 0.5 * (p.angle_high + p.angle_low)
+    w, t = 8.0, k * p.period
+    shrink = 1.0 / (1.0 + t)
+    mean = 0.5 * (p.pressure_low + p.pressure_high)
+    return JointReference(
+        angle=middle + size * shrink * np.sin(w * t),
+        velocity=size * shrink * w * np.cos(w * t),
+        acceleration=-size * shrink * w * w * np.sin(w * t),
+        load=2.0 * np.sin(3.0 * t),
+        mean_pressure=mean,
+        pressure_difference=0.1 * mean * np.sin(5.0 * t),
+        extra=0.01 * mean * np.cos(7.0 * t),
+    )
+
+
+def _switches(k: int) -> int:
+    position, integrator, compensator = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
+    if k < 100:
+        return 0
+    if k < 300:
+        return position
+    return position | (integrator if k % 700 < 500 else 0) | (compensator if k < 900 or k >= 1100 else 0)
+
+
+def _faulty(readings: Array, k: int, p: JointControllerParameters) -> Array:
+    """Short faults that are bridged, and from 1500 on an angle that stays away."""
+    if k % 250 in (120, 121, 122) or k >= 1500:
+        readings[0] = np.nan
+    if k % 330 in (200, 201):
+        readings[1] = np.inf
+    if k % 410 in (300, 301, 302) and p.pressure_jump > 0:
+        readings[2] += 3 * p.pressure_jump
+    if k % 370 == 250:
+        readings[0] = 1e30
+    return readings
+
+
+def _lost(reference: JointReference, k: int) -> JointReference:
+    return replace(reference, angle=np.nan) if k % 290 in (140, 141) else reference
+
+
+def _rounded(row: Array, real: str) -> Array:
+    return np.array([rounded(value, real) for value in row])
