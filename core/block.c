@@ -24,16 +24,24 @@ static dehyst_real faded(dehyst_real share, dehyst_real target, dehyst_real part
     return share + part < target ? share + part : (share - part > target ? share - part : target);
 }
 
-/* Of a map that is there: most models have none. */
-static inline dehyst_real mapped(const dehyst_map *map, dehyst_real u)
-{
-    return map->n < 2 ? u : dehyst_map_value(map, u);
-}
-
 static dehyst_real reject(dehyst_block_state *state)
 {
     state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
     return state->output;
+}
+
+/* The output while it is off, or on its way on or off; the first sample after a reset is there at once. */
+static dehyst_real switched(const dehyst_block *block, dehyst_block_state *state, dehyst_real x, int on,
+                            dehyst_real output)
+{
+    const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
+    state->share = state->started ? faded(state->share, target, block->fade) : target;
+    state->started = 1;
+    if (!(state->share < 1)) {
+        return output;
+    }
+    const dehyst_real line = bounded_output(block, block->line_offset + block->line_slope * x);
+    return bounded_output(block, line + state->share * (output - line)); /* rounding must not leave the range */
 }
 
 dehyst_real dehyst_block_step(const dehyst_block *block, dehyst_block_state *state, dehyst_real x, int on)
@@ -42,27 +50,35 @@ dehyst_real dehyst_block_step(const dehyst_block *block, dehyst_block_state *sta
     if (!dehyst_accept(x)) {
         return reject(state);
     }
-    const dehyst_real taken = dehyst_within(x, block->input_low, block->input_high);
-    const dehyst_real argument = mapped(&model->before, taken);
-    if (model->before.n > 0 && !dehyst_accept(argument)) {
-        return reject(state);
+    int limited = 0;
+    if (x < block->input_low) {
+        x = block->input_low;
+        limited = 1;
+    } else if (x > block->input_high) {
+        x = block->input_high;
+        limited = 1;
     }
-    int limited = x < taken || x > taken;
-    dehyst_real h = 0;
+    dehyst_real argument = x;
+    if (model->before.n > 1) {
+        argument = dehyst_map_value(&model->before, x);
+        if (!dehyst_accept(argument)) {
+            return reject(state);
+        }
+    }
+    dehyst_real *held = &state->model.output;
     const int done = dehyst_pi_step(&model->hysteresis, state->model.z, argument - model->hysteresis.center,
-                                    block->reach_low, block->reach_high, &h);
-    if (done & DEHYST_MOVED) {
-        state->model.output = mapped(&model->after, h);
+                                    block->reach_low, block->reach_high, held);
+    if ((done & DEHYST_MOVED) && model->after.n > 1) {
+        *held = dehyst_map_value(&model->after, *held);
     }
     limited |= done & DEHYST_HELD_BACK;
-    const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
-    state->share = state->started ? faded(state->share, target, block->fade) : target;
-    state->started = 1;
-    dehyst_real output = bounded_output(block, state->model.output);
-    limited |= output < state->model.output || output > state->model.output;
-    if (state->share < 1) {
-        const dehyst_real line = bounded_output(block, block->line_offset + block->line_slope * taken);
-        output = bounded_output(block, line + state->share * (output - line)); /* rounding must not leave the range */
+    dehyst_real output = *held;
+    if (!(output >= block->output_low && output <= block->output_high)) {
+        output = bounded_output(block, output);
+        limited = 1;
+    }
+    if (!on || state->share < 1) {
+        output = switched(block, state, x, on, output);
     }
     state->output = output;
     state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);

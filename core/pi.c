@@ -32,14 +32,11 @@ void dehyst_pi_tables(int32_t n, const dehyst_real *threshold, const dehyst_real
     }
 }
 
-/* Sum over the cells z_i - z_{i+1} from i = held on; what follows the last state is 0. */
+/* Sum over the cells z_i - z_{i+1} from i = held on, held < n; what follows the last state is 0. */
 static inline dehyst_real sum_beyond(const dehyst_pi *pi, const dehyst_real *z, int32_t held)
 {
     const int32_t last = pi->n - 1;
     dehyst_real sum = 0;
-    if (held > last) {
-        return 0;
-    }
     dehyst_real at = z[held];
     for (int32_t i = held; i < last; ++i) {
         const dehyst_real next = z[i + 1];
@@ -49,12 +46,11 @@ static inline dehyst_real sum_beyond(const dehyst_pi *pi, const dehyst_real *z, 
     return sum + pi->slope[last] * at;
 }
 
-/* H with the operators 0 .. held - 1 dragged so far that the last of them is at `edge`, held >= 1. */
-static inline dehyst_real sum_dragged(const dehyst_pi *pi, const dehyst_real *z, int32_t held, dehyst_real s,
-                                      dehyst_real edge, dehyst_real beyond)
+/* H with the operators 0 .. front dragged so far that the last of them is at `edge`, and the one behind it at `next`. */
+static inline dehyst_real sum_dragged(const dehyst_pi *pi, int32_t front, dehyst_real s, dehyst_real edge,
+                                      dehyst_real next, dehyst_real beyond)
 {
-    const dehyst_real next = held < pi->n ? z[held] : (dehyst_real)0;
-    return pi->offset + ((s * pi->loading[held - 1] + pi->slope[held - 1] * (edge - next)) + beyond);
+    return pi->offset + ((s * pi->loading[front] + pi->slope[front] * (edge - next)) + beyond);
 }
 
 dehyst_real dehyst_pi_output(const dehyst_pi *pi, const dehyst_real *z)
@@ -68,21 +64,37 @@ dehyst_real dehyst_pi_output(const dehyst_pi *pi, const dehyst_real *z)
     while (held < pi->n && z[held] == z[0] - s * r[held]) {
         ++held;
     }
-    return sum_dragged(pi, z, held, s, z[held - 1], sum_beyond(pi, z, held));
+    const int any = held < pi->n;
+    return sum_dragged(pi, held - 1, s, z[held - 1], any ? z[held] : (dehyst_real)0,
+                       any ? sum_beyond(pi, z, held) : (dehyst_real)0);
 }
 
-/* Number of operators that x drags along upwards, s = 1, or downwards, s = -1, if it is known to drag the first. */
-static inline int32_t dragged(const dehyst_pi *pi, const dehyst_real *z, dehyst_real s, dehyst_real x)
+/* Number of operators that x drags along upwards, if it is known to drag the first. */
+static inline int32_t dragged_up(int32_t n, const dehyst_real *r, const dehyst_real *z, dehyst_real x)
 {
-    const dehyst_real *r = pi->threshold;
     int32_t held = 1;
-    int32_t end = pi->n; /* the answer lies in held .. end */
-    while (held < end) {
-        const int32_t middle = held + (end - held) / 2;
-        if (s > 0 ? x - r[middle] >= z[middle] : x + r[middle] <= z[middle]) {
+    int32_t last = n - 1; /* the answer lies in held .. last + 1; loops of its own for each direction are shorter */
+    while (held <= last) {
+        const int32_t middle = (held + last) >> 1;
+        if (x - r[middle] >= z[middle]) {
             held = middle + 1;
         } else {
-            end = middle;
+            last = middle - 1;
+        }
+    }
+    return held;
+}
+
+static inline int32_t dragged_down(int32_t n, const dehyst_real *r, const dehyst_real *z, dehyst_real x)
+{
+    int32_t held = 1;
+    int32_t last = n - 1;
+    while (held <= last) {
+        const int32_t middle = (held + last) >> 1;
+        if (x + r[middle] <= z[middle]) {
+            held = middle + 1;
+        } else {
+            last = middle - 1;
         }
     }
     return held;
@@ -101,16 +113,26 @@ static inline void move(const dehyst_real *threshold, int32_t held, dehyst_real 
     }
 }
 
-/* H[x] = wanted lies above `limit`, or below: go back, an operator less at a time, to the point where H meets the limit.
- * Where operator i begins to move, H = offset + s phi_i + beyond_i. */
-static int hold_back(const dehyst_pi *pi, dehyst_real *z, int32_t held, dehyst_real s, dehyst_real x, int above,
-                     dehyst_real limit, dehyst_real beyond, dehyst_real *output)
+/* A step that cannot be made all the way. */
+typedef struct excess {
+    int32_t held;          /* operators that it would drag */
+    dehyst_real s;         /* 1 upwards, -1 downwards */
+    dehyst_real wanted;    /* H[x], beyond the limit */
+    dehyst_real next;      /* state of the first operator that stays, 0 if there is none */
+    dehyst_real beyond;    /* sum from there on */
+} excess;
+
+/* Go back, an operator less at a time, to the point where H meets the limit. Where operator i begins to move,
+ * H = offset + s phi_i + beyond_i. */
+static int hold_back(const dehyst_pi *pi, dehyst_real *z, dehyst_real x, const excess *step, int above,
+                     dehyst_real limit, dehyst_real *output)
 {
-    const dehyst_real wanted = sum_dragged(pi, z, held, s, x - s * pi->threshold[held - 1], beyond);
-    dehyst_real next = held < pi->n ? z[held] : (dehyst_real)0;
-    dehyst_real there = wanted;
+    const dehyst_real s = step->s;
+    dehyst_real next = step->next;
+    dehyst_real beyond = step->beyond;
+    dehyst_real there = step->wanted;
     dehyst_real end = x;
-    for (int32_t i = held - 1; i >= 0; --i) {
+    for (int32_t i = step->held - 1; i >= 0; --i) {
         beyond += pi->slope[i] * (z[i] - next);
         there = pi->offset + (s * pi->loading[i] + beyond);
         const dehyst_real begin = z[i] + s * pi->threshold[i];
@@ -124,9 +146,9 @@ static int hold_back(const dehyst_pi *pi, dehyst_real *z, int32_t held, dehyst_r
         next = z[i];
         end = begin; /* going back further moves no operator from i on */
     }
-    if (above ? wanted < there : wanted > there) { /* it was beyond before, and x leads back */
-        move(pi->threshold, held, s, x, z);
-        *output = wanted;
+    if (above ? step->wanted < there : step->wanted > there) { /* it was beyond before, and x leads back */
+        move(pi->threshold, step->held, s, x, z);
+        *output = step->wanted;
         return DEHYST_MOVED | DEHYST_HELD_BACK;
     }
     return DEHYST_HELD_BACK;
@@ -136,22 +158,29 @@ int dehyst_pi_step(const dehyst_pi *pi, dehyst_real *z, dehyst_real x, dehyst_re
                    dehyst_real *output)
 {
     const dehyst_real *r = pi->threshold;
-    dehyst_real s = 1;
+    const int32_t n = pi->n;
+    excess step = {0, 1, 0, 0, 0};
+    dehyst_real edge = x;
     if (x + r[0] < z[0]) {
-        s = -1;
-    } else if (!(x - r[0] > z[0])) {
+        step.s = -1;
+        step.held = dragged_down(n, r, z, x);
+        edge += r[step.held - 1];
+    } else if (x - r[0] > z[0]) {
+        step.held = dragged_up(n, r, z, x);
+        edge -= r[step.held - 1];
+    } else {
         return 0;
     }
-    const int32_t held = dragged(pi, z, s, x);
-    const dehyst_real beyond = sum_beyond(pi, z, held);
-    const dehyst_real wanted = sum_dragged(pi, z, held, s, x - s * r[held - 1], beyond);
-    if (wanted > high && !(r[0] > 0)) {
-        return hold_back(pi, z, held, s, x, 1, high, beyond, output);
+    if (step.held < n) {
+        step.next = z[step.held];
+        step.beyond = sum_beyond(pi, z, step.held);
     }
-    if (wanted < low && !(r[0] > 0)) {
-        return hold_back(pi, z, held, s, x, 0, low, beyond, output);
+    step.wanted = sum_dragged(pi, step.held - 1, step.s, edge, step.next, step.beyond);
+    const int above = step.wanted > high;
+    if ((above || step.wanted < low) && !(r[0] > 0)) {
+        return hold_back(pi, z, x, &step, above, above ? high : low, output);
     }
-    move(r, held, s, x, z);
-    *output = wanted;
+    move(r, step.held, step.s, x, z);
+    *output = step.wanted;
     return DEHYST_MOVED;
 }
