@@ -1,0 +1,1 @@
+"""Exported arithmetic on microcontrollers: compiled for Cortex-M, run by qemu, instructions counted."""
