@@ -34,6 +34,7 @@ HOMES = {
     "asammdf": {"io"},
     "polars": {"io"},
     "distributed": {"experiments"},
+    "fmpy": {"export"},
     "mujoco": {"plant"},
     "mink": {"plant"},
     "numpy": set(FLOOR),

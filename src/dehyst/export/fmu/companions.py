@@ -1,0 +1,126 @@
+"""What lies beside an .fmu file: its sources, a check that needs only a compiler, tables for FMPy."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import cast
+
+import numpy as np
+
+from dehyst.control.block import Block, Direction
+from dehyst.control.joint import SWITCHES, JointController
+from dehyst.export.c import WORDS
+from dehyst.export.fmu.package import Package, step_of
+from dehyst.export.fmu.sources import hexadecimal
+from dehyst.export.fmu.variables import Variable
+from dehyst.export.numbers import bits
+from dehyst.export.rendering import TEMPLATES, render
+from dehyst.export.signal import Array, Signal, Whole
+from dehyst.export.subject import Subject
+
+TOLERANCE = 1e-5  # of single precision, share of an output's range
+REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever
+
+
+def companions(package: Package) -> dict[str, str | bytes]:
+    """Return relative path -> content of everything beside the .fmu file."""
+    subject = package.subject
+    given, answers = fmpy_tables(package)
+    values = {"fmi": package.version, "real": subject.real, "name": subject.name}
+    return {
+        **{f"sources/{path}": content for path, content in package.sources.items()},
+        "check/check.c": render(
+            "fmu/check.c.j2", **values, words=WORDS[subject.real], excerpt=subject.excerpt is not None
+        ),
+        "check/expected.h": _expected(package),
+        "fmpy/input.csv": given,
+        "fmpy/expected.csv": answers,
+        "Makefile": (TEMPLATES / "fmu" / "Makefile").read_text(encoding="utf-8"),
+        "CMakeLists.txt": render("fmu/CMakeLists.txt.j2", **values),
+        "README.md": render(
+            "fmu/README.md.j2",
+            **values,
+            subject=subject,
+            token=package.token,
+            step=repr(step_of(subject)),
+            stop=repr(step_of(subject) * (given.count("\n") - 1)),
+            binaries=sorted(package.binaries.files),
+            missing=package.binaries.missing,
+            inputs=[v for v in package.variables if v.role == "input"],
+            outputs=[v for v in package.variables if v.role == "output"],
+            constants=sum(v.role == "constant" for v in package.variables),
+        ),
+    }
+
+
+def references(package: Package, kind: str, role: str) -> list[int]:
+    """Value references of the signals of a kind, in the order of the tables."""
+    return [k for k, v in enumerate(package.variables) if v.kind == kind and v.role == role]
+
+
+def _expected(package: Package) -> str:
+    subject = package.subject
+    tables = {"test": subject.test} | ({"excerpt": subject.excerpt} if subject.excerpt else {})
+    return render(
+        "fmu/expected.h.j2",
+        token=package.token,
+        period=hexadecimal(step_of(subject)),
+        compared=0xFFFFFFFF if subject.real == "double" else REJECTED if subject.block else 0,
+        inputs=references(package, "real", "input"),
+        outputs=references(package, "real", "output")[: subject.test.outputs.shape[1]],
+        switches=references(package, "truth", "input"),
+        flags=references(package, "whole", "output")[0],
+        tolerances=[] if subject.real == "double" else [repr(value) for value in tolerances(subject.test)],
+        tables={name: [_row(signal, k) for k in range(signal.samples)] for name, signal in tables.items()},
+    )
+
+
+def tolerances(signal: Signal) -> list[float]:
+    """What single precision may be off, by output."""
+    return [TOLERANCE * max(float(np.ptp(column)), 1e-30) for column in signal.outputs.T]
+
+
+def _row(signal: Signal, k: int) -> list[str]:
+    inputs, outputs = (list(map(bits, map(float, table[k]))) for table in (signal.inputs, signal.outputs))
+    return [*inputs, f"{int(signal.switch[k])}u", *outputs, f"{int(signal.flags[k])}u"]
+
+
+def fmpy_tables(package: Package) -> tuple[str, str]:
+    """Return input and expected output as FMPy reads them, of the samples of the test signal that are numbers.
+
+    FMPy interpolates: a sample that is no number would spoil its neighbours.
+    """
+    subject = package.subject
+    good = np.flatnonzero((np.abs(subject.test.inputs) < 1e14).all(axis=1))
+    inputs, switch = subject.test.inputs[good], subject.test.switch[good]
+    outputs = _answers(subject, inputs, switch)
+    time = np.asarray(step_of(subject) * np.arange(good.size + 1))
+    names = [package.variables[k] for k in references(package, "real", "input")]
+    switches = [package.variables[k] for k in references(package, "truth", "input")]
+    columns = [*inputs.T, *((switch >> bit) & 1 for bit in range(len(switches)))]
+    answered = [package.variables[k] for k in references(package, "real", "output")][: outputs.shape[1]]
+    first = [subject.start_output] if subject.block else [0.0] * outputs.shape[1]
+    return (
+        _table(time[:-1], [*names, *switches], columns),
+        _table(time, answered, list(np.vstack([first, outputs]).T)),
+    )
+
+
+def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
+    """Return the model's outputs (T, k) from a start on."""
+    if subject.block:
+        bounds, ramp = subject.settings["range"], int(subject.settings["ramp"])
+        limits = None if bounds is None else (float(bounds[0]), float(bounds[1]))
+        block = Block(subject.model, cast(Direction, subject.what), range=limits, ramp=ramp)
+        return np.array([[block.step(float(x), bool(on))] for x, on in zip(inputs[:, 0], switch, strict=True)])
+    raise NotImplementedError(JointController, SWITCHES)
+
+
+def _table(time: Array, variables: list[Variable], columns: list[Array]) -> str:
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator="\n")
+    out.writerow(["time", *(variable.name for variable in variables)])
+    for k, t in enumerate(time):
+        out.writerow([repr(float(t)), *(repr(float(column[k])) for column in columns)])
+    return text.getvalue()

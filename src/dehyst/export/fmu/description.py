@@ -1,0 +1,216 @@
+"""modelDescription.xml of an FMU, for FMI 2.0 and FMI 3.0."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+from xml.etree import ElementTree as Xml
+
+from dehyst.export.fmu.units import base_unit
+from dehyst.export.fmu.variables import Variable
+
+Version = Literal[2, 3]
+LOG_CATEGORIES = {
+    "logStatusError": "calls that were refused; always on",
+    "logStatusDiscard": "steps that were not made",
+    "logStatusWarning": "rejected samples, sensor faults, limits",
+}
+_TYPES: dict[int, dict[str, str]] = {
+    2: {"real": "Real", "whole": "Integer", "truth": "Boolean"},
+    3: {"real": "Float64", "whole": "Int32", "truth": "Boolean"},
+}
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a model description says.
+
+    Attributes
+    ----------
+    name
+        C identifier: model name, model identifier, file names.
+    token
+        GUID of FMI 2.0, instantiation token of FMI 3.0.
+    text
+        One line about the model.
+    tool
+        Name and version of what wrote it.
+    variables
+        By value reference.
+    period
+        Fixed period of the samples, None if every communication step is one sample. [s]
+    step
+        Proposed communication step. [s]
+    end
+        Proposed end of a first run. [s]
+    """
+
+    name: str
+    token: str
+    text: str
+    tool: str
+    variables: tuple[Variable, ...]
+    period: float | None
+    step: float
+    end: float
+
+
+def model_description(about: Description, version: Version) -> bytes:
+    """Return the file's bytes: the same for the same content."""
+    root = Xml.Element("fmiModelDescription", _head(about, version))
+    if version == 2:
+        simulation = Xml.SubElement(root, "CoSimulation", _capabilities_2(about))
+        Xml.SubElement(Xml.SubElement(simulation, "SourceFiles"), "File", name="all.c")
+    else:
+        Xml.SubElement(root, "CoSimulation", _capabilities_3(about))
+    _units(root, about.variables)
+    categories = Xml.SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        Xml.SubElement(categories, "Category", name=name, description=text)
+    Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime=number(about.end), stepSize=number(about.step))
+    variables = Xml.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(about.variables):
+        if version == 3:
+            _variable_3(variables, reference, variable)
+        elif variable.role != "time":  # optional there, and one importer takes it for a fault
+            _variable_2(variables, reference, variable)
+    (_structure_2 if version == 2 else _structure_3)(root, about.variables)
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
+
+
+def build_description(name: str) -> bytes:
+    """Return sources/buildDescription.xml of FMI 3.0."""
+    root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=name)
+    files = Xml.SubElement(configuration, "SourceFileSet", language="C99")
+    Xml.SubElement(files, "SourceFile", name="all.c")
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
+
+
+def number(value: float) -> str:
+    """Shortest text that is this double again."""
+    return repr(float(value))
+
+
+def one_line(text: str) -> str:
+    """Text that XML can hold, on one line."""
+    return re.sub(r"\s+", " ", "".join(c if c.isprintable() else " " for c in text)).strip()
+
+
+def _head(about: Description, version: Version) -> dict[str, str]:
+    return {
+        "fmiVersion": f"{version}.0",
+        "modelName": about.name,
+        "guid" if version == 2 else "instantiationToken": about.token,
+        "description": one_line(about.text),
+        "license": "0BSD",
+        "generationTool": about.tool,
+        "variableNamingConvention": "structured",
+    }
+
+
+def _capabilities_2(about: Description) -> dict[str, str]:
+    return {
+        "modelIdentifier": about.name,
+        "needsExecutionTool": "false",
+        "canHandleVariableCommunicationStepSize": "false" if about.period else "true",
+        "canInterpolateInputs": "false",
+        "maxOutputDerivativeOrder": "0",
+        "canRunAsynchronuously": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canNotUseMemoryManagementFunctions": "false",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "false",
+    }
+
+
+def _capabilities_3(about: Description) -> dict[str, str]:
+    said = {
+        "modelIdentifier": about.name,
+        "needsExecutionTool": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "canHandleVariableCommunicationStepSize": "true",
+        "hasEventMode": "false",
+        "canReturnEarlyAfterIntermediateUpdate": "false",
+        "providesIntermediateUpdate": "false",
+    }
+    return said | ({"fixedInternalStepSize": number(about.period)} if about.period else {})
+
+
+def _units(root: Xml.Element, variables: tuple[Variable, ...]) -> None:
+    names = sorted({one_line(v.unit) for v in variables} - {""})
+    definitions = Xml.SubElement(root, "UnitDefinitions")
+    for name in names:
+        unit, base = Xml.SubElement(definitions, "Unit", name=name), base_unit(name)
+        if base:
+            said = {key: str(power) for key, power in base.exponents.items()}
+            Xml.SubElement(unit, "BaseUnit", said | ({} if base.factor == 1 else {"factor": number(base.factor)}))
+
+
+def _place(variable: Variable) -> dict[str, str]:
+    """Causality, variability and where the start value comes from."""
+    if variable.role == "time":
+        return {"causality": "independent", "variability": "continuous"}
+    if variable.role == "constant":
+        return {"causality": "local", "variability": "constant", "initial": "exact"}
+    moving = {"variability": "continuous" if variable.kind == "real" else "discrete"}
+    return {"causality": variable.role, **moving} | ({"initial": "calculated"} if variable.role == "output" else {})
+
+
+def _values(variable: Variable) -> dict[str, str]:
+    """Attributes that belong to the type."""
+    said: dict[str, str] = {}
+    if one_line(variable.unit):
+        said["unit"] = one_line(variable.unit)
+    if variable.kind == "real" and variable.role in ("input", "output"):
+        limits = {"min": variable.low, "max": variable.high, "nominal": variable.nominal}
+        said |= {key: number(value) for key, value in limits.items() if value is not None}
+    if variable.start and variable.role != "output":
+        said["start"] = " ".join(_text(variable, value) for value in variable.start)
+    return said
+
+
+def _text(variable: Variable, value: float) -> str:
+    if variable.kind == "truth":
+        return "true" if value else "false"
+    return str(int(value)) if variable.kind == "whole" else number(value)
+
+
+def _variable_2(parent: Xml.Element, reference: int, variable: Variable) -> None:
+    head = {"name": variable.name, "valueReference": str(reference), "description": one_line(variable.description)}
+    scalar = Xml.SubElement(parent, "ScalarVariable", head | _place(variable))
+    Xml.SubElement(scalar, _TYPES[2][variable.kind], _values(variable))
+
+
+def _variable_3(parent: Xml.Element, reference: int, variable: Variable) -> None:
+    head = {"name": variable.name, "valueReference": str(reference), "description": one_line(variable.description)}
+    place = _place(variable)
+    if variable.role == "input":
+        place["initial"] = "exact"
+    element = Xml.SubElement(parent, _TYPES[3][variable.kind], head | place | _values(variable))
+    if variable.array:
+        Xml.SubElement(element, "Dimension", start=str(variable.length))
+
+
+def _structure_2(root: Xml.Element, variables: tuple[Variable, ...]) -> None:
+    """Outputs belong to the last step: at one and the same time they depend on no input."""
+    structure = Xml.SubElement(root, "ModelStructure")
+    for group in ("Outputs", "InitialUnknowns"):
+        unknowns = Xml.SubElement(structure, group)
+        for index, variable in enumerate(variables):  # from 1, for time is not listed
+            if variable.role == "output":
+                Xml.SubElement(unknowns, "Unknown", index=str(index), dependencies="")
+
+
+def _structure_3(root: Xml.Element, variables: tuple[Variable, ...]) -> None:
+    structure = Xml.SubElement(root, "ModelStructure")
+    for group in ("Output", "InitialUnknown"):
+        for reference, variable in enumerate(variables):
+            if variable.role == "output":
+                Xml.SubElement(structure, group, valueReference=str(reference), dependencies="")

@@ -1,0 +1,182 @@
+"""Variables of the FMU of a block and of a joint controller."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import fields
+
+from dehyst.control.joint import FLAGS, SWITCHES, JointReference
+from dehyst.control.parameters import JointControllerParameters, Pneumatics
+from dehyst.export.fmu.variables import Variable
+from dehyst.export.numbers import BlockNumbers, ModelNumbers
+from dehyst.export.subject import Subject
+
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_BLOCK_FLAGS = {
+    "limited": "input or output was at its limit in the last step",
+    "rejected": "the last input was no finite number: the last good output is held",
+    "limited_ever": "a limit was met in some step since the reset",
+    "rejected_ever": "some input since the reset was no finite number",
+}
+_SENSORS = {
+    "angle": ("rad", "measured angle"),
+    "pressure_1": ("Pa", "measured gauge pressure of muscle 1"),
+    "pressure_2": ("Pa", "measured gauge pressure of muscle 2"),
+}
+_REFERENCE = {
+    "angle": ("rad", "desired angle"),
+    "velocity": ("rad/s", "desired angular velocity"),
+    "acceleration": ("rad/s^2", "desired angular acceleration"),
+    "load": ("Nm", "known torque of gravity and coupling"),
+    "mean_pressure": ("Pa", "mean gauge pressure of both muscles"),
+    "pressure_difference": ("Pa", "pressure difference while position control is off"),
+    "extra": ("Pa", "compensator term from outside, added to the built-in one"),
+}
+_SWITCHES = {
+    "position": "position control is on",
+    "integrator": "its integrator is on",
+    "compensator": "the hysteresis compensator is on",
+}
+_OUTPUTS = {
+    "valve_1": ("", "command to valve 1, -1 to 1, positive fills muscle 1"),
+    "valve_2": ("", "command to valve 2, -1 to 1, positive fills muscle 2"),
+    "desired_1": ("Pa", "desired gauge pressure of muscle 1"),
+    "desired_2": ("Pa", "desired gauge pressure of muscle 2"),
+    "pressure_difference": ("Pa", "desired pressure difference before limits"),
+    "torque": ("Nm", "desired torque"),
+    "integrator": ("Nm", "the integrator's part of it"),
+    "compensation": ("Pa", "the compensator's part of the pressure difference"),
+    "observed_angle": ("rad", "observed angle"),
+    "observed_velocity": ("rad/s", "observed angular velocity"),
+    "observed_load": ("Nm", "observed torque that neither model nor reference know"),
+}
+_UNITS = {  # of parameters of a joint controller
+    "period": "s", "inertia": "kg.m2", "pole": "1/s", "observer_pole": "1/s", "pressure_gain": "1/s",
+    "windup_gain": "1/s", "angle_low": "rad", "angle_high": "rad", "pressure_low": "Pa", "pressure_high": "Pa",
+    "ramp": "s", "shear": "Pa/rad", "compensator_unit": "Pa", "angle_jump": "rad", "pressure_jump": "Pa",
+    "angle_step": "rad", "supply": "Pa", "ambient": "Pa", "gas_temperature": "J/kg", "reference_density": "kg/m3",
+    "conductance": "m3/(s.Pa)",
+}  # fmt: skip
+
+
+def interface(subject: Subject) -> tuple[Variable, ...]:
+    """Return the variables of the unit, time left out, in the order of the wrapper's templates."""
+    return _joint(subject) if subject.joint else _block(subject)
+
+
+def _block(subject: Subject) -> tuple[Variable, ...]:
+    numbers = subject.block
+    assert numbers is not None  # a subject without joint has a block
+    taken = {"time", "enable", "flags", *_BLOCK_FLAGS, "input", "output"}
+    source = _name(subject.input.name, "input", taken)
+    result = _name(subject.output.name, "output", taken | {source})
+    low, high = numbers.input_low, numbers.input_high
+    said = "wanted output of the actuator" if subject.what == "inverse" else "input of the actuator"
+    answer = "input of the actuator that gives it" if subject.what == "inverse" else "output of the actuator"
+    start, limits = (start_input(numbers),), (numbers.output_low, numbers.output_high)
+    said, answer = f"{said}: {subject.input.label}", f"{answer}: {subject.output.label}"
+    enabled = "true: compensated; false: straight line, reached without a bump"
+    return (
+        Variable(source, "real", "input", said, subject.input.unit, start, low, high),
+        Variable(result, "real", "output", answer, subject.output.unit, (subject.start_output,), *limits),
+        Variable("enable", "truth", "input", enabled, "", (1.0,)),
+        *(Variable(name, "truth", "output", text, "", (0.0,)) for name, text in _BLOCK_FLAGS.items()),
+        Variable("flags", "whole", "output", "1 rejected, 2 rejected ever, 4 limited, 8 limited ever", "", (0.0,)),
+        *_limits(numbers, subject),
+        *_model(numbers.model, "", subject.input.unit if not numbers.model.before else ""),
+    )
+
+
+def start_input(numbers: BlockNumbers) -> float:
+    """Input before one is set: zero, or what is nearest to it in range."""
+    return min(max(0.0, numbers.input_low), numbers.input_high)
+
+
+def _name(name: str, otherwise: str, taken: Iterable[str]) -> str:
+    """Name of a signal as importers can use it: its own if that is a plain word."""
+    return name if _PLAIN.fullmatch(name) and name not in taken else otherwise
+
+
+def _limits(numbers: BlockNumbers, subject: Subject) -> Iterable[Variable]:
+    source, result = subject.input.unit, subject.output.unit
+    for name, unit, text in (
+        ("input_low", source, "inputs below are taken as this"),
+        ("input_high", source, "inputs above are taken as this"),
+        ("output_low", result, "no output lies below"),
+        ("output_high", result, "no output lies above"),
+        ("line_slope", "", "slope of the straight line while not enabled"),
+        ("line_offset", result, "its value at zero"),
+        ("fade", "", "share of a switching that one sample makes"),
+    ):
+        yield Variable(name, "real", "constant", text, unit, (float(getattr(numbers, name)),))
+
+
+def _model(model: ModelNumbers, prefix: str, unit: str) -> Iterable[Variable]:
+    """Constants of the model, readable and no more."""
+    for name, text, of in (
+        ("threshold", "thresholds of the play operators", unit),
+        ("slope", "running sums of their weights", ""),
+        ("loading", "loading curve at the thresholds", ""),
+        ("start", "play states after a reset", unit),
+    ):
+        yield Variable(f"{prefix}{name}", "real", "constant", text, of, getattr(model, name), array=True)
+    yield Variable(f"{prefix}center", "real", "constant", "subtracted from the input", unit, (model.center,))
+    yield Variable(f"{prefix}offset", "real", "constant", "added to the output", "", (model.offset,))
+    for place, points in (("before", model.before), ("after", model.after)):
+        if points:
+            for axis, values in zip(("from", "to"), points, strict=True):
+                text = f"map {place} the hysteresis, breakpoints: {axis}"
+                yield Variable(f"{prefix}{place}_{axis}", "real", "constant", text, "", values, array=True)
+
+
+def _joint(subject: Subject) -> tuple[Variable, ...]:
+    told = subject.parameters
+    assert told is not None  # a joint controller has parameters
+    starts = joint_starts(told)
+    return (
+        *(Variable(n, "real", "input", t, u, (starts[n],)) for n, (u, t) in _SENSORS.items()),
+        *(
+            Variable(f"reference_{n}", "real", "input", t, u, (starts[f"reference_{n}"],))
+            for n, (u, t) in _REFERENCE.items()
+        ),
+        *(
+            Variable(n, "real", "output", t, u, (0.0,), *((-1.0, 1.0) if n.startswith("valve") else ()))
+            for n, (u, t) in _OUTPUTS.items()
+        ),
+        *(Variable(f"{name}_on", "truth", "input", _SWITCHES[name], "", (0.0,)) for name in SWITCHES),
+        *(
+            Variable(name.replace("-", "_"), "truth", "output", f"flag {bit}", "", (0.0,))
+            for name, bit in FLAGS.items()
+        ),
+        Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)),
+        *_parameters(told),
+        *(_model(subject.joint.compensator, "compensator_", "") if subject.joint and subject.joint.compensator else ()),
+    )
+
+
+def joint_starts(told: JointControllerParameters) -> dict[str, float]:
+    """Inputs before they are set: at zero angle, muscles at their lowest pressure, reference as in `JointReference`."""
+    reference = JointReference()
+    sensors = {"angle": 0.0, "pressure_1": told.pressure_low, "pressure_2": told.pressure_low}
+    return sensors | {f"reference_{name}": float(getattr(reference, name)) for name in _REFERENCE}
+
+
+def _parameters(told: JointControllerParameters) -> Iterable[Variable]:
+    for source, prefix in ((told, "parameter_"), (told.pneumatics, "parameter_")):
+        for item in fields(source):
+            value = getattr(source, item.name)
+            if isinstance(value, Pneumatics):
+                continue
+            if item.name == "volume":
+                for muscle, row in enumerate(value, 1):
+                    yield _table(f"{prefix}volume_{muscle}", row, f"chamber volume {muscle}, powers of the angle")
+            elif isinstance(value, tuple):
+                yield _table(f"{prefix}{item.name}", value, f"characteristic {item.name.upper()}, powers of the angle")
+            else:
+                text, unit = item.name.replace("_", " "), _UNITS.get(item.name, "")
+                yield Variable(f"{prefix}{item.name}", "real", "constant", text, unit, (float(value),))
+
+
+def _table(name: str, values: tuple[float, ...], text: str) -> Variable:
+    return Variable(name, "real", "constant", text, "", tuple(float(v) for v in values), array=True)

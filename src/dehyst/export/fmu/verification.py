@@ -1,0 +1,80 @@
+"""Checks of an exported FMU: its sources compiled, its binary stepped, its description read by FMPy."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from dehyst.errors import OutputError
+from dehyst.export.checks import Check
+from dehyst.export.compilers import check_folder
+from dehyst.export.fmu.companions import tolerances
+from dehyst.export.fmu.interface import interface
+from dehyst.export.fmu.loader import Instance
+from dehyst.export.fmu.package import step_of
+from dehyst.export.signal import Array, Signal, same_bits
+from dehyst.export.subject import Subject
+
+
+def verify_fmu(folder: Path, subject: Subject) -> list[Check]:
+    """Return what holds of an exported folder."""
+    path = folder / f"{subject.name}.fmu"
+    signals = [("test signal", subject.test)] + ([("excerpt of the log", subject.excerpt)] if subject.excerpt else [])
+    return [
+        *check_folder(folder),
+        *(_stepped(path, subject, words, signal) for words, signal in signals),
+        _validated(path),
+    ]
+
+
+def _stepped(path: Path, subject: Subject, words: str, signal: Signal) -> Check:
+    claim = f"the FMU's binary answers the {words} like the model"
+    try:
+        found = run(path, subject, signal)
+    except OutputError as fault:
+        return Check(claim, "skipped" if "no binary" in str(fault) else "failed", str(fault))
+    if subject.real == "double":
+        return Check(
+            claim, "passed" if same_bits(found, signal.outputs) else "failed", f"{signal.samples} samples, bits"
+        )
+    off = np.abs(found - signal.outputs).max(axis=0)
+    good = bool((off <= tolerances(signal)).all())
+    return Check(claim, "passed" if good else "failed", f"{signal.samples} samples, {off.max():.3g} at most")
+
+
+def run(path: Path, subject: Subject, signal: Signal) -> Array:
+    """Return the outputs (T, k) of the FMU's binary along a signal.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be loaded or refuses a call.
+    """
+    variables = interface(subject)
+    inputs = [v.name for v in variables if v.kind == "real" and v.role == "input"]
+    switches = [v.name for v in variables if v.kind == "truth" and v.role == "input"]
+    outputs = [v.name for v in variables if v.kind == "real" and v.role == "output"][: signal.outputs.shape[1]]
+    rows = []
+    with Instance(path) as fmu:
+        fmu.enter()
+        for k in range(signal.samples):
+            for name, value in zip(inputs, signal.inputs[k], strict=True):
+                fmu.set(name, [float(value)])
+            for bit, name in enumerate(switches):
+                fmu.set(name, [int(signal.switch[k]) >> bit & 1])
+            if k == 0:
+                fmu.exit()
+            fmu.step(step_of(subject))
+            rows.append([fmu.get(name)[0] for name in outputs])
+    return np.array(rows)
+
+
+def _validated(path: Path) -> Check:
+    claim = "FMPy finds nothing wrong with the model description"
+    if find_spec("fmpy") is None:
+        return Check(claim, "skipped", "FMPy is not installed; type: pip install 'dehyst[fmi]'")
+    problems = import_module("fmpy.validation").validate_fmu(str(path))
+    return Check(claim, "failed" if problems else "passed", "; ".join(map(str, problems[:3])))

@@ -1,0 +1,437 @@
+"""An exported FMU is valid, answers like the model in every importer at hand, and survives every sequence of calls.
+
+Random call sequences: `tests/fmu_sequences.c`, 50 000 of each version here. For more, or another seed, type
+    DEHYST_FMU_SEQUENCES=1000000 DEHYST_FMU_SEED=2 pytest tests/test_export_fmu.py -k sequences
+"""
+
+import ctypes
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from functools import cache
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dehyst.export import Check, export, subject_of, verify
+from dehyst.export.fmu.description import Description, model_description
+from dehyst.export.fmu.loader import Instance
+from dehyst.export.fmu.package import STEP, package
+from dehyst.export.fmu.units import base_unit
+from dehyst.export.fmu.variables import Variable, placed
+from dehyst.export.fmu.verification import run
+from dehyst.export.signal import same_bits
+from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
+from dehyst.units import TABLE
+
+HERE = Path(__file__).parent
+CC = shutil.which("cc") or shutil.which("gcc")
+LINUX = sys.platform == "linux" and os.uname().machine == "x86_64"
+pytestmark = pytest.mark.skipif(CC is None or not LINUX, reason="needs a C compiler on x86-64 Linux")
+CARD = ModelCard(SignalCard("pressure", "bar", -1.0, 1.5), SignalCard("angle [1]", "furlong", -2.0, 2.5))
+
+
+def models():
+    plain = PrandtlIshlinskii([0.0, 0.3, 0.5], [1.0, 0.7, 0.3], center=0.1, offset=-0.2, card=CARD)
+    inner = PrandtlIshlinskii([0.0, 0.2, 0.6], [0.8, 0.4, 0.2])
+    return {
+        "pi": plain,
+        "modified": ModifiedPrandtlIshlinskii(inner, MonotoneMap([-2.0, 0.0, 3.0], [-3.0, 0.5, 2.0]), card=CARD),
+    }
+
+
+@cache
+def unit(family="pi", what="inverse", real="double", name="joint_1"):
+    return subject_of(models()[family], what, name=name, real=real, excerpt=np.sin(np.arange(100) * 0.1))
+
+
+@cache
+def made(version, *which):
+    return package(unit(*which), version)
+
+
+def written(folder, version, *which):
+    """Path of the FMU of a unit."""
+    path = folder / f"{unit(*which).name}{version}.fmu"
+    path.write_bytes(made(version, *which).fmu)
+    return path
+
+
+@pytest.fixture(scope="module")
+def subject():
+    return unit()
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["fmi2", "fmi3"])
+def fmu(request, subject, tmp_path_factory):
+    """The exported folder of a version."""
+    folder = tmp_path_factory.mktemp("fmu") / f"out{request.param}"
+    export(subject, f"fmu{request.param}", folder)
+    return request.param, folder
+
+
+def test_an_export_verifies_itself_and_notices_a_change(fmu, tmp_path):
+    _, folder = fmu
+    checks = verify(folder)
+    assert all(check.ok for check in checks), checks
+    assert Check("the FMU's binary answers the test signal like the model", "passed", "1060 samples, bits") in checks
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    unit = copy / "sources" / "core" / "joint_1.c"
+    unit.write_text(re.sub(r"0x1\.\w+p-1", "0x1.8p-1", unit.read_text(), count=1))
+    wrong = {check.claim.split(" with")[0] for check in verify(copy) if not check.ok}
+    assert wrong == {"files are as they were written", "make check"}
+
+
+@pytest.mark.parametrize(
+    ("family", "what", "real"),
+    [("pi", "inverse", "double"), ("modified", "forward", "double"), ("modified", "inverse", "double"),
+     ("pi", "inverse", "float"), ("modified", "forward", "float")],
+)  # fmt: skip
+def test_both_versions_have_the_bits_of_the_model(family, what, real, tmp_path):
+    subject = unit(family, what, real)
+    found = [run(written(tmp_path, version, family, what, real), subject, subject.test) for version in (2, 3)]
+    assert same_bits(*found)
+    assert np.ptp(found[0]) > 1
+    if real == "double":
+        assert same_bits(found[0], subject.test.outputs)
+    else:
+        assert np.abs(found[0] - subject.test.outputs).max() <= 1e-5 * np.ptp(subject.test.outputs)
+
+
+def test_the_same_model_gives_the_same_file_and_another_one_another_token(subject):
+    first, again = made(2), package(subject, 2)
+    assert first.fmu == again.fmu
+    assert len({made(2).token, made(3).token, made(2, "pi", "forward").token, made(2, "modified").token}) == 4
+
+
+# ---- Importers.
+
+
+def description(folder):
+    with zipfile.ZipFile(folder / "joint_1.fmu") as packed:
+        return Xml.fromstring(packed.read("modelDescription.xml"))
+
+
+def fmpy():
+    return pytest.importorskip("fmpy", reason="needs FMPy: pip install 'dehyst[fmi]'")
+
+
+@pytest.mark.parametrize("family", ["pi", "modified"])
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_finds_no_fault(family, version, tmp_path):
+    fmpy()
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(written(tmp_path, version, family))) == []
+
+
+def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
+    fmpy()
+    from fmpy import read_csv, simulate_fmu
+
+    _, folder = fmu
+    line = next(line for line in (folder / "README.md").read_text().splitlines() if "fmpy simulate" in line)
+    step, stop = (float(re.search(rf"--{name} (\S+)", line)[1]) for name in ("output-interval", "stop-time"))
+    result = simulate_fmu(
+        str(folder / "joint_1.fmu"),
+        input=read_csv(folder / "fmpy" / "input.csv"),
+        output_interval=step,
+        stop_time=stop,
+        output=["pressure"],
+    )
+    expected = read_csv(folder / "fmpy" / "expected.csv")
+    assert np.array_equal(result["time"], expected["time"])
+    assert np.array_equal(result["pressure"], expected["pressure"])
+
+
+def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_path):
+    fmpy()
+    if shutil.which("cmake") is None:
+        pytest.skip("needs cmake")
+    path = Path(shutil.copy(fmu[1] / "joint_1.fmu", tmp_path))
+    with zipfile.ZipFile(path) as packed:
+        before = {name: packed.read(name) for name in packed.namelist() if name.endswith(".so")}
+    where = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    subprocess.run([sys.executable, "-m", "fmpy", "compile", str(path)], check=True, capture_output=True, env=where)
+    with zipfile.ZipFile(path) as packed:
+        assert all(packed.read(name) != content for name, content in before.items())
+    assert same_bits(run(path, subject, subject.test), subject.test.outputs)
+
+
+def finite(subject):
+    """Inputs and answers of a signal that scenarios of other importers can set."""
+    signal = subject.excerpt
+    return signal.inputs[:, 0], signal.outputs[:, 0]
+
+
+def test_libcosim_gives_the_same_bits(subject, tmp_path):
+    pytest.importorskip("libcosimpy")
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    path = written(tmp_path, 2)
+    execution = CosimExecution.from_step_size(1_000_000)
+    slave = execution.add_local_slave(CosimLocalSlave(str(path), "joint"))
+    observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
+    execution.add_observer(observer)
+    execution.add_manipulator(manipulator)
+    inputs, expected = finite(subject)
+    found = []
+    for x in inputs:
+        manipulator.slave_real_values(slave, [1], [x])
+        execution.step()
+        found.append(observer.last_real_values(slave, [2])[0])
+    assert same_bits(np.array(found), expected)
+
+
+def ecos():
+    """The package ecospy; its library needs oneTBB, which the package tbb puts beside Python."""
+    for name in (Path(sys.prefix) / "lib" / "libtbb.so.12", "libtbb.so.12"):
+        try:
+            ctypes.CDLL(str(name), ctypes.RTLD_GLOBAL)
+            break
+        except OSError:
+            continue
+    try:
+        import ecospy
+    except (ImportError, OSError) as fault:
+        pytest.skip(f"needs ecospy and oneTBB: pip install ecospy tbb ({fault})")
+    return ecospy
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_ecos_gives_the_same_bits(version, subject, tmp_path):
+    ecospy = ecos()
+    path = written(tmp_path, version)
+    inputs, expected = finite(subject)
+    with ecospy.EcosSimulationStructure() as structure:
+        structure.add_model("joint", str(path))
+        with ecospy.EcosSimulation(structure=structure, step_size=0.001) as simulation:
+            simulation.init()
+            found = []
+            for x in inputs:
+                simulation.set_real("joint::input", float(x))
+                simulation.step()
+                found.append(simulation.get_real("joint::pressure"))
+            simulation.terminate()
+    assert same_bits(np.array(found), expected)
+
+
+# ---- What an instance does.
+
+
+def test_leaving_initialization_mode_sets_the_start_and_a_step_is_one_sample(fmu, subject):
+    _, folder = fmu
+    with Instance(folder / "joint_1.fmu") as one, Instance(folder / "joint_1.fmu") as other:
+        for instance in (one, other):
+            instance.enter()
+            instance.set("input", [2.0])
+            assert instance.get("pressure") == (subject.start_output,)
+            instance.exit()
+            assert instance.get("pressure") == (subject.start_output,)
+        one.step(0.001)
+        other.step(1000.0)
+        assert one.get("pressure") == other.get("pressure") != (subject.start_output,)
+        one.set("input", [float("nan")])
+        one.step(0.001)
+        assert one.get("rejected") == one.get("rejected_ever") == (1,)
+        assert one.get("pressure") == other.get("pressure")
+        assert other.get("flags") == (0,)
+
+
+def test_constants_are_those_of_the_block_and_cannot_be_set(fmu, subject):
+    from dehyst.errors import OutputError
+
+    version, folder = fmu
+    with Instance(folder / "joint_1.fmu") as instance:
+        names = ["threshold"] if version == 3 else [f"threshold[{k}]" for k in (1, 2, 3)]
+        assert sum((instance.get(name) for name in names), ()) == subject.block.model.threshold
+        assert instance.get("output_high") == (subject.block.output_high,)
+        with pytest.raises(OutputError, match="no input: it cannot be set"):
+            instance.set("output_high", [9.0])
+        with pytest.raises(OutputError, match="DoStep is not allowed: the FMU is instantiated"):
+            instance.step(STEP)
+
+
+def test_a_step_back_needs_the_state(fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter()
+        instance.exit()
+        instance.step(0.5)
+        instance.step(0.5)
+        instance._time = 0.5
+        with pytest.raises(OutputError, match="go back with SetFMUState"):
+            instance.step(0.5)
+
+
+def test_a_state_is_kept_serialised_and_refused_when_damaged(fmu):
+    lib, version = fmpy(), fmu[0]
+    from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
+
+    path = str(fmu[1] / "joint_1.fmu")
+    folder = lib.extract(path)
+    about = lib.read_model_description(path)
+    kind = FMU2Slave if version == 2 else FMU3Slave
+    slave = kind(guid=about.guid, unzipDirectory=folder, modelIdentifier="joint_1", instanceName="a")
+    slave.instantiate()
+    if version == 2:
+        slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    read, write = (slave.getReal, slave.setReal) if version == 2 else (slave.getFloat64, slave.setFloat64)
+    keep, back, free, pack, unpack = (
+        (slave.getFMUstate, slave.setFMUstate, slave.freeFMUstate, slave.serializeFMUstate, slave.deSerializeFMUstate)
+        if version == 2
+        else (
+            slave.getFMUState,
+            slave.setFMUState,
+            slave.freeFMUState,
+            slave.serializeFMUState,
+            slave.deserializeFMUState,
+        )
+    )
+
+    def walk(begin):
+        out = []
+        for k, x in enumerate([2.0, -1.0, 0.5]):
+            write([1], [x])
+            slave.doStep(begin + k * STEP, STEP)
+            out.append(read([2])[0])
+        return out
+
+    walk(0.0)
+    state = keep()
+    first = walk(3 * STEP)
+    back(state)
+    assert walk(3 * STEP) == first
+    bytes_ = bytes(pack(state))
+    again = unpack(bytes_)
+    back(again)
+    assert walk(3 * STEP) == first
+    for place in range(0, len(bytes_), 7):
+        hurt = bytearray(bytes_)
+        hurt[place] ^= 1
+        with pytest.raises(Exception, match=r"[dD]e[sS]erializeFMU"):
+            unpack(bytes(hurt))
+    free(state)
+    free(again)
+    slave.terminate()
+    slave.freeInstance()
+    shutil.rmtree(folder)
+
+
+# ---- The sources.
+
+COMPILERS = [
+    ("gcc", "-xc", "-std=c99"),
+    ("gcc", "-xc", "-std=c11", "-O3"),
+    ("g++", "-xc++", "-std=c++17"),
+    ("clang", "-xc", "-std=c99"),
+    ("clang++", "-xc++", "-std=c++17"),
+]
+
+
+@pytest.mark.parametrize("command", COMPILERS, ids="_".join)
+def test_sources_compile_without_a_warning(command, fmu):
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"{command[0]} is not there")
+    flags = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fsyntax-only"]
+    subprocess.run([*command, *flags, str(fmu[1] / "sources" / "all.c")], check=True)
+
+
+def test_the_binary_shows_functions_of_the_standard_and_nothing_else(fmu, tmp_path):
+    version, folder = fmu
+    with zipfile.ZipFile(folder / "joint_1.fmu") as packed:
+        path = packed.extract(next(name for name in packed.namelist() if name.endswith(".so")), tmp_path)
+    shown = subprocess.run(["nm", "-D", "--defined-only", path], capture_output=True, text=True, check=True).stdout
+    names = {line.split()[-1] for line in shown.splitlines()}
+    assert all(name.startswith(f"fmi{version}") for name in names)
+    assert len(names) == {2: 34, 3: 75}[version]
+    needs = subprocess.run(["nm", "-D", "--undefined-only", path], capture_output=True, text=True, check=True).stdout
+    used = {line.split()[-1].partition("@")[0] for line in needs.splitlines() if " U " in line}
+    assert used <= {"calloc", "free", "snprintf", "vsnprintf", "strcmp", "memcpy", "memset", "__stack_chk_fail"}
+
+
+def test_two_fmus_can_be_linked_into_one_program(tmp_path):
+    lines = []
+    for which in (("pi",), ("modified", "forward", "float", "joint_2")):
+        name = unit(*which).name
+        for path, content in made(2, *which).sources.items():
+            file = tmp_path / name / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        prefix = f"-DFMI2_FUNCTION_PREFIX={name}_"
+        subprocess.run([CC, "-c", prefix, "all.c", "-o", f"../{name}.o"], cwd=tmp_path / name, check=True)
+        lines.append(f"const char *{name}_fmi2GetVersion(void);")
+    (tmp_path / "main.c").write_text(
+        "\n".join(lines) + "\nint main(void) { return joint_1_fmi2GetVersion()[0] != joint_2_fmi2GetVersion()[0]; }\n"
+    )
+    subprocess.run([CC, "main.c", "joint_1.o", "joint_2.o", "-o", "both"], cwd=tmp_path, check=True)
+    subprocess.run(["./both"], cwd=tmp_path, check=True)
+
+
+def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
+    version, folder = fmu
+    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-DFMI={version}"]
+    limits = ["-DOUTPUT_LOW=-1.0", "-DOUTPUT_HIGH=1.5"]
+    build = [CC, *flags, *limits, "-I", str(folder / "sources"), str(HERE / "fmu_sequences.c"), "-o", "run", "-lm"]
+    built = subprocess.run(build, cwd=tmp_path, capture_output=True, text=True, check=False)
+    if "cannot find" in built.stderr:
+        pytest.skip("this compiler has no sanitizers")
+    assert built.returncode == 0, built.stderr
+    count, seed = os.environ.get("DEHYST_FMU_SEQUENCES", "50000"), os.environ.get("DEHYST_FMU_SEED", "1")
+    done = subprocess.run(["./run", count, seed], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    numbers = {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", done.stdout)}
+    assert numbers["sequences"] == int(count)
+    assert 0.1 * numbers["calls"] < numbers["refused"] < 0.9 * numbers["calls"]
+    assert numbers["steps"] > 0.02 * numbers["calls"]
+
+
+# ---- The description.
+
+
+def test_every_unit_of_the_table_is_defined_by_base_units():
+    for dimension, units in TABLE.items():
+        for unit, factor in units.items():
+            base = base_unit(unit)
+            assert base is not None, dimension
+            assert base.factor == factor
+    assert base_unit("bar").exponents == base_unit("psi").exponents == {"kg": 1, "m": -1, "s": -2}
+    assert base_unit("furlong") is None
+
+
+def test_units_limits_and_roles_are_in_the_description(fmu):
+    version, folder = fmu
+    root = description(folder)
+    units = {unit.get("name"): unit.find("BaseUnit") for unit in root.find("UnitDefinitions")}
+    assert units["bar"].attrib == {"kg": "1", "m": "-1", "s": "-2", "factor": "100000.0"}
+    assert units["furlong"] is None
+    variables = {element.get("name"): element for element in root.find("ModelVariables")}
+    of = variables["pressure"] if version == 3 else variables["pressure"][0]
+    assert (of.get("unit"), of.get("min"), of.get("max"), of.get("nominal")) == ("bar", "-1.0", "1.5", "1.5")
+    assert variables["input"].get("causality") == "input"  # its name in the log, "angle [1]", is no name here
+    assert "angle [1]" in variables["input"].get("description")
+    simulation = root.find("CoSimulation").attrib
+    assert simulation["canBeInstantiatedOnlyOncePerProcess"] == simulation["needsExecutionTool"] == "false"
+
+
+@given(st.lists(st.text(max_size=8), max_size=3), st.text(max_size=20), st.sampled_from([2, 3]))
+def test_any_text_makes_a_description_that_can_be_parsed(units, text, version):
+    variables = [Variable(f"v{k}", "real", "input", text, unit.strip(), (0.0,)) for k, unit in enumerate(units)]
+    about = Description("name", "{}", text, "tool", placed(variables, arrays=version == 3), None, 0.1, 1.0)
+    root = Xml.fromstring(model_description(about, version))
+    listed = [element.get("name") for element in root.find("ModelVariables")]
+    assert listed == [*(["time"] if version == 3 else []), *(f"v{k}" for k in range(len(units)))]
