@@ -85,9 +85,9 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         raise ParameterError("--controller belongs to --what joint-controller; add that, or leave --controller out.")
     if request.controller is None and request.what == "joint-controller":
         raise ParameterError(
-            "--what joint-controller needs the controller's parameters: --controller FILE, written by "
-            "`dehyst reproduce` or dehyst.control.save_controller(parameters, FILE). MODEL is the identified model whose inverse "
-            "compensates."
+            "--what joint-controller needs the parameters of the controller: --controller FILE, written by "
+            "`dehyst reproduce` or by dehyst.control.save_controller(parameters, FILE). MODEL is the identified model; "
+            "its inverse becomes the compensator."
         )
     if request.what == "joint-controller" and (request.log is not None or request.range is not None):
         raise ParameterError("--log and --range belong to --what inverse or forward; leave them out here.")

@@ -41,7 +41,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         **companions(subject),
         "Makefile": render("c/Makefile.j2", **build),
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
-        "README.md": render("c/README.md.j2", **values),
+        "README.md": render("c/README.md.j2", single=False, **values),
     }
 
 
@@ -56,10 +56,10 @@ def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
     }
 
 
-def companions(subject: Subject) -> dict[str, str | bytes]:
-    """Return example and check, which are the same for sources and header."""
+def companions(subject: Subject, implementation: bool = False) -> dict[str, str | bytes]:
+    """Return example and check; `implementation` if they are to bring the unit's functions in from its header."""
     kind = "" if subject.block else "joint_"
-    values = template_values(subject)
+    values = {**template_values(subject), "implementation": implementation}
     return {
         "example/main.c": render(f"c/{kind}main.c.j2", **values),
         "check/check.c": render(f"c/{kind}check.c.j2", **values),

@@ -64,6 +64,11 @@ def needed(functions: Iterable[str]) -> dict[str, str]:
     return {name: text for name, text in files.items() if name.endswith(".h") or name in found}
 
 
+def defined(sources: Iterable[str]) -> list[str]:
+    """Return the names of the functions that sources of the core define for others."""
+    return sorted({function for text in sources for function in _DEFINED.findall(text)})
+
+
 def config(real: str) -> str:
     """Return the text of `CONFIG` for "double" or "float"."""
     refuse = '#ifdef DEHYST_FLOAT\n#error "this export is in double precision: export with --real float"\n#endif\n'

@@ -1,0 +1,112 @@
+"""Target ``c-header``: all of it in one header; one source file of a program defines NAME_IMPLEMENTATION before it.
+
+Types are those of the core and shared by all such headers of a program; functions of the core get the unit's name in
+front, and so do the names that are local to a source file: two headers, from whatever versions, do not collide.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from dehyst.export import core_files
+from dehyst.export.c import companions, template_values, unit_files
+from dehyst.export.checks import Check
+from dehyst.export.compilers import check_folder
+from dehyst.export.rendering import render
+from dehyst.export.subject import Subject
+
+_INCLUDE = re.compile(r"(?m)^#include .*\n")
+_SYSTEM = re.compile(r"(?m)^#include (<\w+\.h>)$")
+_PROTOTYPE = re.compile(r"(?m)^(?!typedef|static|enum|struct|extern)[a-z][\w \t*]*?\b(dehyst_\w+)\([^;{}]*?\);\n")
+_COMMENTED = re.compile(r"(?m)^(/\*(?:(?!\*/)[\s\S])*\*/\n)(?=PROTOTYPE)|PROTOTYPE\n")
+_LOCAL = re.compile(
+    r"(?m)^static [\w \t*]*?\b(\w+)(?:\(|\[| =)|^typedef (?:union|struct|enum) (\w+)|^[ \t]*#[ \t]*define (\w+)"
+)
+_GUARD = re.compile(r"(?s)\A(.*?)#ifndef DEHYST_H\n#define DEHYST_H\n(.*)#endif\n\Z")
+_LINKAGE = re.compile(r'(?ms)^#ifdef __cplusplus\n(?:extern "C" \{|\})\n#endif\n\n?')
+
+
+def files(subject: Subject) -> dict[str, str | bytes]:
+    """Return the header with example, check, Makefile, CMakeLists.txt and README."""
+    build = {"name": subject.name, "include": ".", "rules": [], "headers": f"{subject.name}.h", "objects": ""}
+    return {
+        f"{subject.name}.h": header(subject),
+        **companions(subject, implementation=True),
+        "Makefile": render("c/Makefile.j2", **build),
+        "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
+        "README.md": render("c/README.md.j2", single=True, **template_values(subject)),
+    }
+
+
+def header(subject: Subject) -> str:
+    """Return the whole unit as one header."""
+    core = core_files.needed(core_files.BLOCK if subject.block else core_files.JOINT)
+    text = core["dehyst.h"]
+    sources = {name: body for name, body in core.items() if name.endswith(".c")}
+    functions = core_files.defined(sources.values())
+    prefix = {function: f"{subject.name}_{function}" for function in functions}
+    unit = {name: str(body) for name, body in unit_files(subject).items()}
+    bodies = [renamed(body, Path(name).stem, subject.name, prefix) for name, body in sorted(sources.items())]
+    bodies.append(renamed(unit[f"{subject.name}.c"], "unit", subject.name, prefix, keep=f"{subject.name}_"))
+    system = sorted({name for body in sources.values() for name in _SYSTEM.findall(body)} - {"<stdint.h>"})
+    return render(
+        "c/header.h.j2",
+        **template_values(subject),
+        size=4 if subject.real == "float" else 8,
+        types=types(text),
+        interface=interface(unit[f"{subject.name}.h"]),
+        prototypes=rename("".join(prototypes(text, functions)), prefix),
+        bodies=[_INCLUDE.sub("", body).strip() + "\n" for body in bodies],
+        system=system,
+    )
+
+
+def types(text: str) -> str:
+    """Return a header of the core without its functions: types, constants and macros, without guard and linkage."""
+    match = _GUARD.match(text)
+    body = match[2] if match else text
+    body = _LINKAGE.sub("", _INCLUDE.sub("", body))
+    body = _COMMENTED.sub("", _PROTOTYPE.sub("PROTOTYPE\n", body))
+    return re.sub(r"\n{3,}", "\n\n", body).strip() + "\n"
+
+
+def prototypes(text: str, functions: Iterable[str]) -> list[str]:
+    """Return the declarations of functions as they stand in a header of the core."""
+    wanted = set(functions)
+    return [match[0] for match in _PROTOTYPE.finditer(text) if match[1] in wanted]
+
+
+def interface(text: str) -> str:
+    """Return the declarations of the unit's own header, without guard, include and linkage."""
+    return _LINKAGE.sub("", text[text.index("enum {") : text.rindex("#endif")]).strip() + "\n"
+
+
+def renamed(text: str, stem: str, name: str, functions: Mapping[str, str], keep: str = "\0") -> str:
+    """Return a source file in which every name of its own has the unit's name in front."""
+    local = {one for groups in _LOCAL.findall(text) for one in groups if one and not one.startswith(keep)}
+    own = {one: f"{name}_{stem}_{one}" for one in local}
+    return rename(text, {**functions, **{k: v.upper() if k.isupper() else v for k, v in own.items()}})
+
+
+def rename(text: str, names: Mapping[str, str]) -> str:
+    """Return a text with whole words exchanged, but for members of structures.
+
+    Examples
+    --------
+    >>> rename("move(z); s.move = 1; p->move; moved", {"move": "a_move"})
+    'a_move(z); s.move = 1; p->move; moved'
+    """
+    if not names:
+        return text
+    words = re.compile(
+        r"(?<![\w.])(?<!->)(?:" + "|".join(map(re.escape, sorted(names, key=len, reverse=True))) + r")\b"
+    )
+    return words.sub(lambda match: names[match[0]], text)
+
+
+def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+    """Compile the folder with every compiler found, and run its check."""
+    return check_folder(folder)
