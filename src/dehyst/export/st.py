@@ -6,7 +6,6 @@ is then read back and run by the own checker (`dehyst.export.iec`).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -15,47 +14,56 @@ import numpy as np
 
 from dehyst import __version__
 from dehyst.control.block import Block, Direction
+from dehyst.export.c import scales
 from dehyst.export.checks import Check
-from dehyst.export.numbers import BlockNumbers
+from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import INPUT_LIMIT, function_block
+from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.names import type_name
 from dehyst.export.plc.plcopen import plcopen_xml
+from dehyst.export.plc.ports import BLOCK, JOINT, Ports
 from dehyst.export.plc.pou import Pou, siemens_scl, structured_text
-from dehyst.export.plc.programs import PlcSignal, example, self_test, writable
+from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
+from dehyst.export.signal import Array, Whole
 from dehyst.export.subject import Subject
 
 REAL = {"double": "LREAL", "float": "REAL"}
 TOLERANCE = 1e-5  # of the output range, with REAL
+JOINT_SAMPLES = 400  # of the test on the PLC: its tables live in the memory of the machine
 _DATE = "2000-01-01T00:00:00"  # the format wants one; equal exports are equal files
 
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the function block, its example and its test in all three forms, and README.md."""
-    name, real, words = block_name(subject), REAL[subject.real], _words(subject)
-    numbers = _numbers(subject)
-    units = (
-        function_block(name, real, numbers, words),
-        example(name, real, words),
-        self_test(name, real, plc_signal(subject)),
-    )
-    readme = rendered(
-        "README.md.j2",
-        name=name,
-        real=real,
-        words=words,
-        numbers=numbers,
-        samples=subject.test.samples,
-        subject=subject,
-    )
+    real, words, ports = REAL[subject.real], _words(subject), ports_of(subject)
+    name = block_name(subject)
+    signal = plc_signal(subject)
+    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words)
+    units = (_block(subject, name), call, self_test(name, real, ports, signal))
+    values = {"name": name, "real": real, "words": words, "samples": signal.samples, "joint": subject.joint is not None}
+    readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units), "README.md": readme}
+
+
+def ports_of(subject: Subject) -> Ports:
+    """Return inputs and outputs of the function block."""
+    return JOINT if subject.joint else BLOCK
+
+
+def _block(subject: Subject, name: str) -> Pou:
+    real, words = REAL[subject.real], _words(subject)
+    if subject.block is not None:
+        return function_block(name, real, subject.block, words)
+    assert subject.joint is not None  # one of both
+    assert subject.parameters is not None
+    return joint_block(name, real, subject.parameters, subject.joint.compensator, words["about"])
 
 
 def block_name(subject: Subject) -> str:
     """Return the name of the function block's type."""
-    block = function_block("", REAL[subject.real], _numbers(subject), _words(subject))
-    return type_name(subject.name, {variable.name.lower() for variable in block.variables})
+    return type_name(subject.name, {variable.name.lower() for variable in _block(subject, "").variables})
 
 
 def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
@@ -72,29 +80,40 @@ def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
 
 def plc_signal(subject: Subject) -> PlcSignal:
     """Return the test signal for the PLC: inputs that have a constant, and the model's answers to these."""
-    real, settings = REAL[subject.real], subject.settings
-    x = tuple(writable(float(value), real) for value in subject.test.inputs[:, 0])
-    seen = [value if abs(value) <= INPUT_LIMIT[real] else math.nan for value in x]  # a model in double takes 1e16
-    block = Block(subject.model, cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
-    outputs, flags = block.run(np.array(seen), subject.test.switch != 0)
+    real, ports, test = REAL[subject.real], ports_of(subject), subject.test
+    samples = JOINT_SAMPLES if subject.joint else test.samples
+    x = np.array([[writable(float(value), real) for value in row] for row in test.inputs[:samples]])
+    outputs, flags = _answers(subject, np.where(np.abs(x) <= INPUT_LIMIT[real], x, np.nan))
     return PlcSignal(
-        x,
-        tuple(bool(on) for on in subject.test.switch),
-        tuple(float(y) for y in outputs),
+        dict(zip(ports.inputs, _columns(x), strict=True)),
+        {name: tuple(bool(on & bit) for on in test.switch[:samples]) for name, bit in ports.switches.items()},
+        dict(zip(ports.outputs, _columns(outputs), strict=True)),
         tuple(int(word) for word in flags),
-        tolerance(subject),
+        dict(zip(ports.outputs, tolerances(subject), strict=True)),
     )
 
 
-def tolerance(subject: Subject) -> float:
-    """Return the largest allowed difference from the model: none in LREAL."""
-    numbers = _numbers(subject)
-    return 0.0 if subject.real == "double" else TOLERANCE * (numbers.output_high - numbers.output_low)
+def _columns(table: Array) -> list[Floats]:
+    return [tuple(float(x) for x in column) for column in table.T]
 
 
-def _numbers(subject: Subject) -> BlockNumbers:
-    assert subject.block is not None
-    return subject.block
+def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
+    """Return outputs and flags; a number that a block in float rejects is given as NaN to the model in double."""
+    test, settings = subject.test, subject.settings
+    if subject.joint:
+        return test.outputs[: len(x)], test.flags[: len(x)]
+    block = Block(subject.model, cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
+    outputs, flags = block.run(x[:, 0], test.switch != 0)
+    return outputs[:, None], flags.astype(np.int64)
+
+
+def tolerances(subject: Subject) -> list[float]:
+    """Return the largest allowed difference of each output from the model: none in LREAL."""
+    if subject.real == "double":
+        return [0.0] * len(ports_of(subject).outputs)
+    if subject.block is None:
+        return scales(subject)
+    return [TOLERANCE * (subject.block.output_high - subject.block.output_low)]
 
 
 def _words(subject: Subject) -> dict[str, str]:
@@ -119,4 +138,5 @@ def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[
     signals = {"test signal": subject.test}
     if subject.excerpt is not None:
         signals["excerpt of your log"] = subject.excerpt
-    return check_forms(folder, block_name(subject), REAL[subject.real], signals, tolerance(subject))
+    name, real = block_name(subject), REAL[subject.real]
+    return check_forms(folder, name, real, ports_of(subject), signals, tolerances(subject))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,9 @@ import numpy as np
 from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import number
 from dehyst.export.plc.numbers import constant
+from dehyst.export.plc.ports import Ports
 from dehyst.export.plc.pou import Pou, Variable
+from dehyst.export.plc.template import rendered
 
 _BEYOND = {"LREAL": 1e101, "REAL": 1e16}  # finite, and rejected like a NaN, for which a PLC has no constant
 _SMALLEST = {"LREAL": float(np.finfo(np.float64).tiny), "REAL": float(np.finfo(np.float32).tiny)}
@@ -18,24 +20,28 @@ _SMALLEST = {"LREAL": float(np.finfo(np.float64).tiny), "REAL": float(np.finfo(n
 
 @dataclass(frozen=True)
 class PlcSignal:
-    """What the test program feeds to the block, sample by sample, and what must come out.
+    """What the test program feeds to a block, sample by sample, and what must come out.
 
     Parameters
     ----------
-    inputs, enabled
-        Input and the switch, (T,); each input is one for which Structured Text has a constant (`writable`).
-    outputs, flags
-        Expected output and flags, (T,).
-    tolerance
-        Largest allowed difference of outputs: 0 for LREAL. With REAL only the flags of rejected samples are compared:
-        whether a limit is met may hang on the last digit.
+    inputs, switches, outputs
+        By the names of the block, (T,) each; each input is one for which Structured Text has a constant (`writable`).
+    flags
+        Expected flags, (T,).
+    tolerances
+        Largest allowed difference of each output: 0 for LREAL.
     """
 
-    inputs: Floats
-    enabled: tuple[bool, ...]
-    outputs: Floats
+    inputs: Mapping[str, Floats]
+    switches: Mapping[str, tuple[bool, ...]]
+    outputs: Mapping[str, Floats]
     flags: tuple[int, ...]
-    tolerance: float
+    tolerances: Mapping[str, float]
+
+    @property
+    def samples(self) -> int:
+        """Return T."""
+        return len(self.flags)
 
 
 def writable(x: float, real: str) -> float:
@@ -53,8 +59,8 @@ def writable(x: float, real: str) -> float:
     return x if abs(x) >= _SMALLEST[real] else 0.0
 
 
-def example(block: str, real: str, words: dict[str, str]) -> Pou:
-    """Return a program that calls the block once a cycle of a task with a fixed period."""
+def example(block: str, real: str, words: Mapping[str, str]) -> Pou:
+    """Return a program that calls the block of a model once a cycle of a task with a fixed period."""
     variables = (
         Variable("VAR", "Compensator", block, comment="one instance for each actuator"),
         Variable("VAR", "Measured", real, comment=f"connect it: {words['input']}"),
@@ -68,80 +74,77 @@ def example(block: str, real: str, words: dict[str, str]) -> Pou:
         "Answer := Compensator.OutputValue;\n"
         "Healthy := NOT Compensator.Rejected;\n"
     )
-    comment = (
+    return Pou("PROGRAM", f"{block}_Example", variables, body, _example_comment(block, words))
+
+
+def joint_example(block: str, real: str, ports: Ports, words: Mapping[str, str]) -> Pou:
+    """Return a program that calls the block of a joint controller once a cycle."""
+    own = {name: f"My{name}" for name in (*ports.inputs, *ports.switches, "Restart", "Valve1", "Valve2")}
+    types = {**dict.fromkeys(own, real), **dict.fromkeys((*ports.switches, "Restart"), "BOOL")}
+    variables = (
+        Variable("VAR", "Joint", block, comment="one instance for each joint"),
+        *(Variable("VAR", own[name], types[name], comment="connect it") for name in own),
+        Variable("VAR", "Healthy", "BOOL", ("FALSE",), comment="FALSE: valves are closed until a restart"),
+    )
+    given = ",\n    ".join(f"{name} := {own[name]}" for name in own if not name.startswith("Valve"))
+    body = (
+        f"Joint({given});\n{own['Valve1']} := Joint.Valve1;\n{own['Valve2']} := Joint.Valve2;\n"
+        "Healthy := NOT Joint.Failed;\n"
+    )
+    return Pou("PROGRAM", f"{block}_Example", variables, body, _example_comment(block, words))
+
+
+def _example_comment(block: str, words: Mapping[str, str]) -> str:
+    return (
         f"Example of a call of {block}. Give this program a cyclic task with a fixed interval"
         f"{words['task']}; call the block exactly once a cycle, whether it is enabled or not: its states follow."
     )
-    return Pou("PROGRAM", f"{block}_Example", variables, body, comment)
 
 
-def self_test(block: str, real: str, signal: PlcSignal) -> Pou:
+def self_test(block: str, real: str, ports: Ports, signal: PlcSignal) -> Pou:
     """Return a program that feeds the test signal to the block, one sample a call, and counts what differs."""
-    last = len(signal.inputs) - 1
-    mask = 15 if real == "LREAL" else 3
+    mask = -1 if real == "LREAL" else ports.single_flags
+    tables = (
+        *(_table(f"Test{name}", real, (constant(x, real) for x in xs)) for name, xs in signal.inputs.items()),
+        *(_table(f"Test{name}", "BOOL", (_bool(on) for on in ons)) for name, ons in signal.switches.items()),
+        *(_table(f"Expect{name}", real, (constant(y, real) for y in ys)) for name, ys in signal.outputs.items()),
+        _table("ExpectFlags", "UDINT", (str(flags & mask) for flags in signal.flags)),
+        *(number(f"Tolerance{name}", real, value) for name, value in signal.tolerances.items()),
+    )
     variables = (
         *_RESULTS,
         Variable("VAR_OUTPUT", "Largest", real, ("0.0",), comment="largest difference of outputs"),
         Variable("VAR", "Tested", block),
         Variable("VAR", "Sample", "DINT", ("0",), comment="number of the next sample"),
         Variable("VAR", "Difference", real, ("0.0",)),
+        Variable("VAR", "Wrong", "BOOL", ("FALSE",)),
         Variable("VAR", "Seen", "UDINT", ("0",), comment="flags that are compared"),
-        Variable("VAR CONSTANT", "Last", "DINT", (str(last),)),
+        Variable("VAR CONSTANT", "LastSample", "DINT", (str(signal.samples - 1),)),
         number("Zero", real, 0.0),
-        number("Tolerance", real, signal.tolerance),
-        _table("TestInput", real, [constant(x, real) for x in signal.inputs], "1E101 or 1E16 stands for NaN"),
-        _table("TestEnable", "BOOL", ["TRUE" if on else "FALSE" for on in signal.enabled], ""),
-        _table("TestOutput", real, [constant(y, real) for y in signal.outputs], "expected"),
-        _table("TestFlags", "UDINT", [str(flags & mask) for flags in signal.flags], "expected"),
+        *tables,
     )
+    whole = mask == -1 or mask == 255
+    body = rendered("test.st.j2", ports=ports, whole=whole)
     comment = (
-        f"Test of {block} on the PLC itself: one sample a call, {last + 1} calls. Passed must become TRUE. "
-        "Remove it when it has; the block that is in use is another instance."
+        f"Test of {block} on the PLC itself: one sample a call, {signal.samples} calls. Passed must become TRUE. "
+        f"Remove it when it has; the block that is in use is another instance. {constant(_BEYOND[real], real)} among "
+        "the inputs stands for what is no number."
     )
-    return Pou("PROGRAM", f"{block}_Test", variables, _HEAD + (_ALL if real == "LREAL" else _REJECTED) + _TAIL, comment)
+    return Pou("PROGRAM", f"{block}_Test", variables, body, comment)
 
 
-def _table(name: str, type_: str, values: Sequence[str], comment: str) -> Variable:
-    return Variable("VAR CONSTANT", name, type_, tuple(values), len(values), comment)
+def _bool(value: bool) -> str:
+    return "TRUE" if value else "FALSE"
+
+
+def _table(name: str, type_: str, values: Iterable[str]) -> Variable:
+    initial = tuple(values)
+    return Variable("VAR CONSTANT", name, type_, initial, len(initial))
 
 
 _RESULTS = (
     Variable("VAR_OUTPUT", "Finished", "BOOL", ("FALSE",), comment="TRUE when the last sample was compared"),
     Variable("VAR_OUTPUT", "Passed", "BOOL", ("FALSE",), comment="TRUE if finished without a mismatch"),
-    Variable("VAR_OUTPUT", "Mismatches", "DINT", ("0",), comment="samples whose output or flags differ"),
+    Variable("VAR_OUTPUT", "Mismatches", "DINT", ("0",), comment="samples whose outputs or flags differ"),
     Variable("VAR_OUTPUT", "FirstMismatch", "DINT", ("-1",), comment="number of the first of them"),
 )
-_HEAD = """IF NOT Finished THEN
-    Tested(InputValue := TestInput[Sample], Enable := TestEnable[Sample], Restart := FALSE);
-    Difference := Tested.OutputValue - TestOutput[Sample];
-    IF Difference < Zero THEN
-        Difference := -Difference;
-    END_IF;
-    IF Difference > Largest THEN
-        Largest := Difference;
-    END_IF;
-"""
-_ALL = """    Seen := Tested.FlagWord;
-"""
-_REJECTED = """    Seen := 0;
-    IF Tested.Rejected THEN
-        Seen := Seen + 1;
-    END_IF;
-    IF Tested.RejectedEver THEN
-        Seen := Seen + 2;
-    END_IF;
-"""
-_TAIL = """    IF NOT (Tolerance >= Difference) OR (Seen <> TestFlags[Sample]) THEN
-        Mismatches := Mismatches + 1;
-        IF FirstMismatch < 0 THEN
-            FirstMismatch := Sample;
-        END_IF;
-    END_IF;
-    IF Sample >= Last THEN
-        Finished := TRUE;
-        Passed := Mismatches = 0;
-    ELSE
-        Sample := Sample + 1;
-    END_IF;
-END_IF;
-"""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,8 @@ from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
 from dehyst.export.iec import Instance, load
 from dehyst.export.plc.plcopen import text_of
-from dehyst.export.signal import Array, Signal, Whole, same_bits
-
-REJECTED = 3  # flags that do not hang on the last digit
+from dehyst.export.plc.ports import Ports
+from dehyst.export.signal import Array, Signal, Whole
 
 
 def forms(name: str) -> dict[str, tuple[str, ...]]:
@@ -25,7 +24,9 @@ def forms(name: str) -> dict[str, tuple[str, ...]]:
     }
 
 
-def check_forms(folder: Path, name: str, real: str, signals: Mapping[str, Signal], tolerance: float) -> list[Check]:
+def check_forms(
+    folder: Path, name: str, real: str, ports: Ports, signals: Mapping[str, Signal], tolerances: Sequence[float]
+) -> list[Check]:
     """Run each form with every signal and its own test program.
 
     Parameters
@@ -34,10 +35,12 @@ def check_forms(folder: Path, name: str, real: str, signals: Mapping[str, Signal
         That was exported.
     name, real
         Of the function block; LREAL or REAL.
+    ports
+        Its inputs and outputs.
     signals
         By what they are called.
-    tolerance
-        Largest difference of outputs; LREAL must have the same bits.
+    tolerances
+        Largest difference of each output in REAL; LREAL must have the same bits.
     """
     found = []
     for form, paths in forms(name).items():
@@ -46,10 +49,10 @@ def check_forms(folder: Path, name: str, real: str, signals: Mapping[str, Signal
             library = load("\n".join(source(folder / path) for path in paths))
             found.append(Check(claim, "passed", ", ".join(paths)))
             for label, signal in signals.items():
-                found.append(_compare(library.new(name), f"own checker runs {form}: {label}", real, signal, tolerance))
-            found.append(
-                _test_program(library.new(f"{name}_Test"), f"own checker runs {form}: test program of the PLC")
-            )
+                claim = f"own checker runs {form}: {label}"
+                found.append(_compare(library.new(name), claim, real, ports, signal, tolerances))
+            claim = f"own checker runs {form}: test program of the PLC"
+            found.append(_test_program(library.new(f"{name}_Test"), claim))
         except KeyError as fault:
             found.append(Check(claim, "failed", f"it holds no {fault}: export again"))
         except DehystError as fault:
@@ -71,34 +74,33 @@ def source(path: Path) -> str:
         raise OutputError(f"'{path.name}' cannot be read ({fault}). Export again.", path=str(path)) from None
 
 
-def _compare(block: Instance, claim: str, real: str, signal: Signal, tolerance: float) -> Check:
-    outputs, flags = run(block, signal)
+def _compare(unit: Instance, claim: str, real: str, ports: Ports, signal: Signal, tolerances: Sequence[float]) -> Check:
+    outputs, flags = run(unit, ports, signal)
+    with np.errstate(invalid="ignore"):
+        error = np.abs(outputs - signal.outputs)
     if real == "LREAL":
-        wrong = [k for k in range(signal.samples) if not same_bits(outputs[k : k + 1], signal.outputs[k])]
-        wrong += np.flatnonzero(flags != signal.flags).tolist()
+        good = (outputs.view(np.uint64) == signal.outputs.view(np.uint64)).all(axis=1) & (flags == signal.flags)
     else:
-        near = np.abs(outputs - signal.outputs[:, 0]) <= tolerance
-        wrong = np.flatnonzero(~near | ((flags ^ signal.flags) & REJECTED != 0)).tolist()
-    if wrong:
-        k = min(wrong)
-        detail = f"sample {k}: {outputs[k]!r}, flags {flags[k]}; the model {signal.outputs[k, 0]!r}, {signal.flags[k]}"
-        return Check(claim, "failed", detail)
-    worst = float(np.max(np.abs(outputs - signal.outputs[:, 0]), initial=0.0))
-    words = "bit for bit the model" if real == "LREAL" else f"within {worst:.2g} of the model"
+        good = (error <= np.asarray(tolerances)).all(axis=1) & ((flags ^ signal.flags) & ports.single_flags == 0)
+    if not good.all():
+        k = int(np.flatnonzero(~good)[0])
+        detail = f"sample {k}: {outputs[k].tolist()}, flags {flags[k]}; the model {signal.outputs[k].tolist()}"
+        return Check(claim, "failed", f"{detail}, flags {signal.flags[k]}")
+    size = np.max(np.abs(signal.outputs), axis=0, initial=np.finfo(np.float64).tiny)
+    worst = float(np.max(error / size, initial=0.0))
+    words = "bit for bit the model" if real == "LREAL" else f"within {worst:.2g} of the largest output"
     return Check(claim, "passed", f"{signal.samples} samples, {words}")
 
 
-def run(block: Instance, signal: Signal) -> tuple[Array, Whole]:
-    """Return outputs and flags (T,) of a fresh instance."""
-    rows = [
-        block.call(InputValue=float(x), Enable=bool(on), Restart=False)
-        for x, on in zip(signal.inputs[:, 0], signal.switch, strict=True)
-    ]
-    return np.array([row["OutputValue"] for row in rows]), np.array([row["FlagWord"] for row in rows], dtype=np.int64)
+def run(unit: Instance, ports: Ports, signal: Signal) -> tuple[Array, Whole]:
+    """Return outputs (T, k) and flags (T,) of a fresh instance."""
+    rows = [ports.call(unit, signal, k) for k in range(signal.samples)]
+    outputs = np.array([[row[name] for name in ports.outputs] for row in rows], dtype=np.float64)
+    return outputs, np.array([row["FlagWord"] for row in rows], dtype=np.int64)
 
 
 def _test_program(program: Instance, claim: str) -> Check:
-    calls = int(program.value("Last")) + 1
+    calls = int(program.value("LastSample")) + 1
     for _ in range(calls):
         out = program.call()
     good = bool(out["Finished"]) and bool(out["Passed"])

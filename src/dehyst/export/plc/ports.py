@@ -1,0 +1,68 @@
+"""Inputs and outputs of the function blocks, in the order of the columns of their signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from dehyst.export.iec import Instance
+from dehyst.export.signal import Signal
+
+
+@dataclass(frozen=True)
+class Ports:
+    """How a signal's columns belong to a function block.
+
+    Parameters
+    ----------
+    inputs, outputs
+        Names in the order of the columns.
+    switches
+        Name -> bit of the signal's switch.
+    single_flags
+        Bits of the flags that hold in REAL too; others may hang on the last digit.
+    """
+
+    inputs: tuple[str, ...]
+    switches: Mapping[str, int]
+    outputs: tuple[str, ...]
+    single_flags: int
+
+    def call(self, unit: Instance, signal: Signal, k: int) -> dict[str, float | int | bool]:
+        """Call a unit with sample k of a signal."""
+        row = {name: float(x) for name, x in zip(self.inputs, signal.inputs[k], strict=True)}
+        switches = {name: bool(signal.switch[k] & bit) for name, bit in self.switches.items()}
+        return unit.call(**row, **switches, Restart=False)
+
+
+BLOCK = Ports(("InputValue",), MappingProxyType({"Enable": 1}), ("OutputValue",), 3)
+JOINT = Ports(
+    (
+        "Angle",
+        "Pressure1",
+        "Pressure2",
+        "DesiredAngle",
+        "DesiredVelocity",
+        "DesiredAcceleration",
+        "DesiredLoad",
+        "MeanPressure",
+        "DirectDifference",
+        "ExtraDifference",
+    ),
+    MappingProxyType({"Position": 1, "Integrating": 2, "Compensating": 4}),
+    (
+        "Valve1",
+        "Valve2",
+        "Desired1",
+        "Desired2",
+        "PressureDifference",
+        "Torque",
+        "IntegratorTorque",
+        "Compensation",
+        "ObservedAngle",
+        "ObservedVelocity",
+        "ObservedLoad",
+    ),
+    255,
+)
