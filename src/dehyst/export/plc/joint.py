@@ -78,6 +78,8 @@ def _interface(real: str) -> tuple[Variable, ...]:
         ("ObservedVelocity", real, "[rad/s]"),
         ("ObservedLoad", real, "torque beyond DesiredLoad [Nm]"),
         ("Failed", "BOOL", "a fault outlasted its bridging: valves closed until a restart"),
+        ("PressureLimit", "BOOL", "desired pressures were limited"),
+        ("ValveLimit", "BOOL", "a valve was limited"),
         ("FlagWord", "UDINT", "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever; added"),
     )
     return (
@@ -154,9 +156,7 @@ def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
         "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Scale "
         "Fraction Rounded"
     )
-    flags = names(
-        "Good ReferenceFault Strange Frozen Failing AngleFault PressureLimit ValveLimit Jumped Inside Odd Changed"
-    )
+    flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Inside Odd Changed")
     known = {variable.name for variable in tables}
     return (
         *(Variable("VAR", name, real, ("0.0",)) for name in reals if name not in known),

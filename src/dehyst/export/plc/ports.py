@@ -20,14 +20,19 @@ class Ports:
         Names in the order of the columns.
     switches
         Name -> bit of the signal's switch.
-    single_flags
-        Bits of the flags that hold in REAL too; others may hang on the last digit.
+    doubtful
+        Name -> bit of the flags that may hang on the last digit in REAL: whether a limit was met.
     """
 
     inputs: tuple[str, ...]
     switches: Mapping[str, int]
     outputs: tuple[str, ...]
-    single_flags: int
+    doubtful: Mapping[str, int]
+
+    @property
+    def sure(self) -> int:
+        """Return the bits of the flags that hold in REAL too."""
+        return ~sum(self.doubtful.values())
 
     def call(self, unit: Instance, signal: Signal, k: int) -> dict[str, float | int | bool]:
         """Call a unit with sample k of a signal."""
@@ -36,7 +41,12 @@ class Ports:
         return unit.call(**row, **switches, Restart=False)
 
 
-BLOCK = Ports(("InputValue",), MappingProxyType({"Enable": 1}), ("OutputValue",), 3)
+BLOCK = Ports(
+    ("InputValue",),
+    MappingProxyType({"Enable": 1}),
+    ("OutputValue",),
+    MappingProxyType({"Limited": 4, "LimitedEver": 8}),
+)
 JOINT = Ports(
     (
         "Angle",
@@ -64,5 +74,5 @@ JOINT = Ports(
         "ObservedVelocity",
         "ObservedLoad",
     ),
-    255,
+    MappingProxyType({"PressureLimit": 16, "ValveLimit": 32}),
 )

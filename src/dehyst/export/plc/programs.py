@@ -103,7 +103,8 @@ def _example_comment(block: str, words: Mapping[str, str]) -> str:
 
 def self_test(block: str, real: str, ports: Ports, signal: PlcSignal) -> Pou:
     """Return a program that feeds the test signal to the block, one sample a call, and counts what differs."""
-    mask = -1 if real == "LREAL" else ports.single_flags
+    doubtful = {} if real == "LREAL" else ports.doubtful
+    mask = ~sum(doubtful.values())
     tables = (
         *(_table(f"Test{name}", real, (constant(x, real) for x in xs)) for name, xs in signal.inputs.items()),
         *(_table(f"Test{name}", "BOOL", (_bool(on) for on in ons)) for name, ons in signal.switches.items()),
@@ -123,8 +124,7 @@ def self_test(block: str, real: str, ports: Ports, signal: PlcSignal) -> Pou:
         number("Zero", real, 0.0),
         *tables,
     )
-    whole = mask == -1 or mask == 255
-    body = rendered("test.st.j2", ports=ports, whole=whole)
+    body = rendered("test.st.j2", ports=ports, doubtful=doubtful)
     comment = (
         f"Test of {block} on the PLC itself: one sample a call, {signal.samples} calls. Passed must become TRUE. "
         f"Remove it when it has; the block that is in use is another instance. {constant(_BEYOND[real], real)} among "

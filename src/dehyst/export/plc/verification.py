@@ -81,7 +81,7 @@ def _compare(unit: Instance, claim: str, real: str, ports: Ports, signal: Signal
     if real == "LREAL":
         good = (outputs.view(np.uint64) == signal.outputs.view(np.uint64)).all(axis=1) & (flags == signal.flags)
     else:
-        good = (error <= np.asarray(tolerances)).all(axis=1) & ((flags ^ signal.flags) & ports.single_flags == 0)
+        good = (error <= np.asarray(tolerances)).all(axis=1) & ((flags ^ signal.flags) & ports.sure == 0)
     if not good.all():
         k = int(np.flatnonzero(~good)[0])
         detail = f"sample {k}: {outputs[k].tolist()}, flags {flags[k]}; the model {signal.outputs[k].tolist()}"
