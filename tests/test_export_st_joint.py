@@ -91,9 +91,22 @@ def test_the_random_run_reaches_every_flag():
     assert seen == 255
 
 
-CONSTANTS_OF_ROOT = """
-    Zero One Two Four Half Quarter InputLimit SmallestRoot RootBias LastDigit FarUp FarUpRoot FarDown FarDownRoot
-""".split()
+CONSTANTS_OF_ROOT = [
+    "Zero",
+    "One",
+    "Two",
+    "Four",
+    "Half",
+    "Quarter",
+    "InputLimit",
+    "SmallestRoot",
+    "RootBias",
+    "LastDigit",
+    "FarUp",
+    "FarUpRoot",
+    "FarDown",
+    "FarDownRoot",
+]
 
 
 def _root_unit():
