@@ -11,7 +11,9 @@
 int32_t dehyst_block_save(const dehyst_block *block, const dehyst_block_state *state, uint32_t *image, int32_t words)
 {
     const int32_t n = block->model.hysteresis.n;
-    const dehyst_real rest[3] = {state->share, state->output, state->model.output};
+    /* What lies beyond all limits answers like the limits, and would not be read back. */
+    const dehyst_real model_output = dehyst_within(state->model.output, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
+    const dehyst_real rest[3] = {state->share, state->output, model_output};
     if (words != DEHYST_STATE_WORDS(n)) {
         return DEHYST_IMAGE_SIZE;
     }

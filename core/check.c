@@ -57,18 +57,48 @@ static int range_is_good(dehyst_real low, dehyst_real high)
     return dehyst_accept(low) && dehyst_accept(high) && low <= high;
 }
 
+/* The loading curve of the slopes: outputs are read from it. */
+static int loading_is_good(const dehyst_pi *pi)
+{
+    dehyst_real phi = 0;
+    dehyst_real most = 0;
+    dehyst_real about = 0; /* what rounding is measured by */
+    for (int32_t i = 0; i < pi->n; ++i) {
+        if (i > 0) {
+            const dehyst_real cell = pi->slope[i - 1] * (pi->threshold[i] - pi->threshold[i - 1]);
+            phi = pi->loading[i - 1] + cell;
+            most += size(cell);
+            about = most + size(pi->slope[i - 1]) * pi->threshold[i]; /* thresholds are rounded too */
+        }
+        if (!(size(pi->loading[i] - phi) <= SLACK * about)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* No input within the range leads to states beyond the limit: such could be saved, but not restored. */
+static int arguments_are_good(const dehyst_block *block)
+{
+    const dehyst_real center = block->model.hysteresis.center;
+    const dehyst_real low = dehyst_map_value(&block->model.before, block->input_low) - center;
+    const dehyst_real high = dehyst_map_value(&block->model.before, block->input_high) - center;
+    return dehyst_accept(2 * low) && dehyst_accept(2 * high);
+}
+
 int32_t dehyst_block_check(const dehyst_block *block)
 {
     const dehyst_pi *pi = &block->model.hysteresis;
     const int operators = pi->n >= 1 && increases(pi->threshold, pi->n) && pi->threshold[0] >= 0 &&
-                          numbers(pi->slope, pi->n) && numbers(pi->loading, pi->n) &&
+                          numbers(pi->slope, pi->n) && numbers(pi->loading, pi->n) && loading_is_good(pi) &&
                           dehyst_accept(pi->center) && dehyst_accept(pi->offset) &&
                           dehyst_admissible(pi, block->start);
     const int maps = map_is_good(&block->model.before) && map_is_good(&block->model.after);
     const int ranges = range_is_good(block->input_low, block->input_high) &&
                        range_is_good(block->output_low, block->output_high) &&
                        range_is_good(block->reach_low, block->reach_high);
-    const int switching = dehyst_accept(block->line_slope) && dehyst_accept(block->line_offset) && block->fade > 0 &&
-                          block->fade <= 1;
-    return operators && maps && ranges && switching ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
+    const int switching = dehyst_accept(block->line_slope) && dehyst_accept(block->line_offset) &&
+                          dehyst_accept(block->fade) && block->fade > 0 && block->fade <= 1;
+    const int good = operators && maps && ranges && switching && arguments_are_good(block);
+    return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }

@@ -182,7 +182,8 @@ int32_t dehyst_block_save(const dehyst_block *block, const dehyst_block_state *s
 int32_t dehyst_block_restore(const dehyst_block *block, dehyst_block_state *state, const uint32_t *image,
                              int32_t words);
 
-/* Write the parameters of a block, and make a block of them that lives in `memory` of `reals` numbers. */
+/* Write the parameters of a block, and make a block of them that lives in `memory` of `reals` numbers (memory is
+ * written even if the image is refused: not that of a block in use). */
 int32_t dehyst_block_dump(const dehyst_block *block, uint32_t *image, int32_t words);
 int32_t dehyst_block_load(const uint32_t *image, int32_t words, dehyst_real *memory, int32_t reals,
                           dehyst_block *block);

@@ -39,7 +39,8 @@ static int counts_are_good(const uint32_t *count)
     for (int32_t i = 0; i < 6; ++i) {
         good = good && count[i] <= (uint32_t)INT32_MAX;
     }
-    return good && count[8] <= 1;
+    return good && count[8] <= 1 && (count[7] & ~((uint32_t)DEHYST_FAILED | (uint32_t)DEHYST_FAULT_EVER)) == 0 &&
+           (count[9] & ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER)) == 0;
 }
 
 static void take_counts(dehyst_joint_state *state, const uint32_t *count)

@@ -137,7 +137,8 @@ static int hold_back(const dehyst_pi *pi, dehyst_real *z, dehyst_real x, const e
         there = pi->offset + (s * pi->loading[i] + beyond);
         const dehyst_real begin = z[i] + s * pi->threshold[i];
         if (above ? there <= limit : there >= limit) {
-            const dehyst_real meets = begin + (limit - there) / pi->slope[i];
+            const dehyst_real missing = limit - there; /* 0 only without a division: the slope may be 0 as well */
+            const dehyst_real meets = missing < 0 || missing > 0 ? begin + missing / pi->slope[i] : begin;
             const dehyst_real back = s > 0 ? dehyst_within(meets, begin, end) : dehyst_within(meets, end, begin);
             move(pi->threshold, i + 1, s, back, z);
             *output = limit;

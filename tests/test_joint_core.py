@@ -3,6 +3,7 @@
 import re
 import struct
 import subprocess
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -219,18 +220,42 @@ def test_a_restored_controller_goes_on_bit_for_bit(model):
     assert np.array_equal(answer.flags, again.flags)
 
 
-def test_images_that_do_not_belong_are_refused():
+def signed(image):
+    """Return an image with the checksum that belongs to it, by zlib."""
+    return image[:-4] + zlib.crc32(image[:-4]).to_bytes(4, "little")
+
+
+def with_word(image, index, value):
+    return signed(image[: 4 * index] + value.to_bytes(4, "little") + image[4 * index + 4 :])
+
+
+def test_images_that_do_not_belong_are_refused_by_name():
     controller = JointController(JOINT, MODEL)
     image = controller.save()
+    assert signed(image) == image
     flipped = bytearray(image)
     flipped[len(image) // 2] ^= 1
-    other_parameters = JointController(replace(JOINT, pole=7.0), MODEL).save()
-    bad = [b"", b"x" * len(image), image[:-1], image + b"\0", bytes(flipped), other_parameters]
-    bad += [JointController(JOINT).save(), JointController(JOINT, MODEL.with_state([0.1, 0.1, 0.1, 0.1])).save()[:-8]]
-    for wrong in bad:
-        with pytest.raises(ParameterError, match="not restored"):
-            controller.restore(wrong)
-    assert controller.save() == image
+    others = [JointController(replace(JOINT, pole=7.0), MODEL), JointController(JOINT), JointController(JOINT, MODEL)]
+    others[2].exchange(MODEL, shear=5.0)
+    other_parameters, no_compensator, exchanged = (other.save() for other in others)
+    bad = {
+        "size": [b"", image[:-1], image[:-4], image + b"\0", image + b"\0\0\0\0", no_compensator],
+        "kind": [b"x" * len(image), signed(b"x" * len(image))],
+        "damaged": [bytes(flipped)],
+        "foreign": [other_parameters, exchanged, with_word(image, 1, 3)],
+        "invalid": [
+            with_word(image, 10, 1),  # a flag that no controller keeps
+            with_word(image, 3, 2**31),  # a negative count
+            with_word(image, 14, 0x7FF00000),  # infinity
+            with_word(image, len(image) // 4 - 2, 0x40590000),  # a play at 100, far from its neighbour
+        ],
+    }
+    for fault, images in bad.items():
+        for wrong in images:
+            with pytest.raises(ParameterError, match="not restored") as caught:
+                controller.restore(wrong)
+            assert caught.value.facts["fault"] == fault
+            assert controller.save() == image
 
 
 def test_the_step_makes_no_copies_that_become_library_calls():

@@ -103,7 +103,8 @@ void bind_joint(nb::module_ &m)
         .def("exchange", &JointController::exchange, "compensator"_a.none(), "unit"_a, "shear"_a,
              "Fade to another compensator.")
         .def("save", &JointController::save, "Image of the state.")
-        .def("restore", &JointController::restore, "image"_a, "Continue from a saved image.")
+        .def("restore", &JointController::restore, "image"_a,
+             "Go on from a saved image; the answer of the core, 0 if it was good.")
         .def_prop_ro("compensator_state", [](const JointController &self) {
             return own(self.compensator ? std::vector<double>(self.compensator->z) : std::vector<double>());
         }, nb::rv_policy::move);

@@ -4,7 +4,6 @@
 
 #include <cstring>
 #include <memory>
-#include <type_traits>
 
 #include "arrays.h"
 #include "dehyst.h"
@@ -167,40 +166,28 @@ struct JointController {
         compensator = std::move(next);
     }
 
-    // Image of the state: head, state without its pointer, states of the plays, checksum of all of it.
+    // Image of the state, the core's words low byte first, with a fingerprint of all parameters.
     nb::bytes save() const
     {
-        std::string image;
-        put(image, head());
-        dehyst_joint_state copied;
-        std::memcpy(&copied, &state, sizeof copied);
-        copied.compensator.z = nullptr;
-        put(image, copied);
-        if (compensator) image.append(reinterpret_cast<const char *>(compensator->z.data()), bytes_of_z());
-        put(image, sum(kSeed, image.data(), image.size()));
-        return nb::bytes(image.data(), image.size());
+        std::vector<uint32_t> image(words());
+        (void)dehyst_joint_save(&joint, &state, fingerprint(), image.data(), static_cast<int32_t>(image.size()));
+        std::string bytes;
+        for (uint32_t word : image)
+            for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(word >> 8 * i & 0xff));
+        return nb::bytes(bytes.data(), bytes.size());
     }
 
-    void restore(const nb::bytes &saved)
+    // The answer of the core: DEHYST_IMAGE_GOOD, or nothing has changed.
+    int32_t restore(const nb::bytes &saved)
     {
-        const char *image = saved.c_str();
-        const std::size_t body = sizeof(Head) + sizeof state + bytes_of_z();
-        require(saved.size() >= sizeof(Head), "saved state is too short");
-        const Head expected = head(), found = get<Head>(image);
-        require(std::memcmp(found.name, expected.name, sizeof found.name) == 0, "not a saved joint controller");
-        require(found.fingerprint == expected.fingerprint && saved.size() == body + sizeof(uint64_t),
-                "saved state belongs to a controller with other parameters or another compensator");
-        require(get<uint64_t>(image + body) == sum(kSeed, image, body), "saved state is damaged");
-        std::memcpy(&state, image + sizeof(Head), sizeof state);
-        state.compensator.z = compensator ? compensator->z.data() : nullptr;
-        if (compensator) std::memcpy(compensator->z.data(), image + sizeof(Head) + sizeof state, bytes_of_z());
+        if (saved.size() != 4 * words()) return DEHYST_IMAGE_SIZE;
+        std::vector<uint32_t> image(words());
+        for (std::size_t i = 0; i < saved.size(); ++i)
+            image[i / 4] |= static_cast<uint32_t>(static_cast<unsigned char>(saved.c_str()[i])) << 8 * (i % 4);
+        return dehyst_joint_restore(&joint, &state, fingerprint(), image.data(), static_cast<int32_t>(image.size()));
     }
 
   private:
-    struct Head {
-        char name[8];
-        uint64_t fingerprint;
-    };
     static constexpr uint64_t kSeed = UINT64_C(0xcbf29ce484222325);
 
     static std::unique_ptr<Compensator> made(const nb::object &t)
@@ -220,23 +207,12 @@ struct JointController {
         return sum(sum(hash, &size, sizeof size), values.data(), values.size() * sizeof(double));
     }
 
-    template <class T>
-    static void put(std::string &image, const T &value)
+    std::size_t words() const
     {
-        static_assert(std::is_trivially_copyable<T>::value, "images are plain bytes");
-        image.append(reinterpret_cast<const char *>(&value), sizeof value);
-    }
-    template <class T>
-    static T get(const char *from)
-    {
-        T value;
-        std::memcpy(&value, from, sizeof value);
-        return value;
+        return static_cast<std::size_t>(DEHYST_JOINT_WORDS(compensator ? compensator->model.view.hysteresis.n : 0));
     }
 
-    std::size_t bytes_of_z() const { return compensator ? compensator->z.size() * sizeof(double) : 0; }
-
-    Head head() const
+    uint32_t fingerprint() const
     {
         dehyst_joint plain;
         std::memcpy(&plain, &joint, sizeof plain);
@@ -250,7 +226,7 @@ struct JointController {
             const double rest[2] = {model.view.hysteresis.center, model.view.hysteresis.offset};
             hash = sum(hash, rest, sizeof rest);
         }
-        return {{'d', 'e', 'h', 'y', 's', 't', 'J', '1'}, hash};
+        return static_cast<uint32_t>(hash ^ (hash >> 32));
     }
 };
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.control.images import refuse
 from dehyst.control.reach import Operator
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel
@@ -34,13 +35,6 @@ BLOCK_FLAGS: Mapping[str, int] = MappingProxyType(
 """Bits of a block's flags by name; those with "ever" stay until a reset."""
 
 _LONGEST_RAMP = 10**9
-_ANSWERS = {  # enum of core/dehyst.h
-    1: ("size", "it has another length, as if it were cut off or of a model with another number of operators"),
-    2: ("kind", "it is no image of a block's state in double precision"),
-    3: ("damaged", "its checksum is wrong: it was damaged"),
-    4: ("foreign", "it was saved by a block of another model"),
-    5: ("invalid", "it holds a state that this block cannot have"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,14 +257,10 @@ class Block:
             If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
             which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
         """
-        answer = self._native.restore(_words(image))
-        if answer:
-            fault, what = _ANSWERS[answer]
-            raise ParameterError(
-                f"the state was not restored: {what}. Restore what save() of a block of the same model returned; this "
-                f"block still has the state it had.",
-                fault=fault,
-            )
+        refuse(
+            self._native.restore(_words(image)),
+            "Restore what save() of a block of the same model returned; this block still has the state it had.",
+        )
 
     def dump(self) -> Words:
         """Return an image of all parameters, as the C function dehyst_block_load reads it."""
@@ -367,7 +357,8 @@ def _image(model: HysteresisModel, stepped: HysteresisModel, low: float, high: f
     except (ValueError, ZeroDivisionError, OverflowError):
         raise ParameterError(
             f"no block can be made of this model for inputs from {low:g} to {high:g}: some of its numbers is beyond "
-            f"{_native.INPUT_LIMIT:g}. Scale its signals to a unit of their size."
+            f"{_native.INPUT_LIMIT:g}, or its start state is one that no input leaves. Scale its signals to a unit of "
+            f"their size, and take the state from model.final_state(x)."
         ) from None
     return image
 

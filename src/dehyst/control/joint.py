@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.control.images import refuse
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel
@@ -242,15 +243,14 @@ class JointController:
         Raises
         ------
         ParameterError
-            If the image is damaged, or was saved by a controller with other parameters or another compensator.
+            If the image is damaged, or was saved by a controller with other parameters or another compensator;
+            ``error.facts["fault"]`` says which: "size", "kind", "damaged", "foreign" or "invalid".
         """
-        try:
-            self._native.restore(image)
-        except ValueError as fault:
-            raise ParameterError(
-                f"the state was not restored: {fault}. Restore only what save() returned on this machine, into a "
-                f"controller with the same parameters and the same compensator; it still has the state it had."
-            ) from None
+        refuse(
+            self._native.restore(image),
+            "Restore only what save() returned, into a controller with the same parameters and the same compensator; "
+            "this one still has the state it had.",
+        )
 
 
 def _known(switches: int) -> None:
