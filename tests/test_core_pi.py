@@ -1,6 +1,7 @@
 """dehyst_pi_step, which moves a prefix found by bisection, against the definition of the operator."""
 
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_an_inverse_with_weights_far_larger_than_its_slopes_loses_no_digits(n):
     y, _ = stepped(model, x)
     # The stepper uses the running sums S of the weights; those are what the exact operator takes here.
     sums = exact(model.partial_sums)
-    weights = [sums[0], *(b - a for a, b in zip(sums, sums[1:], strict=False))]
+    weights = [sums[0], *(b - a for a, b in pairwise(sums))]
     states = [exact_pi(x, [r], [1.0], [0.0]) for r in model.thresholds]
     wanted = [float(sum((w * z[k] for w, z in zip(weights, states, strict=True)), Fraction(0))) for k in range(x.size)]
     assert np.max(np.abs(y - wanted)) <= 4e-15 * max(1.0, float(np.max(np.abs(model.partial_sums))))

@@ -343,8 +343,8 @@ def _image(model: HysteresisModel, stepped: HysteresisModel, low: float, high: f
         # Reached in exact arithmetic; what rounding adds must be neither cut off nor held back.
         more = plant.rounding(low, high)
         wide = plant.after(bottom - more, top + more)
-        more = max(abs(x) for x in wide) * 8 * float(np.finfo(float).eps) if plant.after_u.size else 0.0
-        limits = [low, high, wide[0] - more, wide[1] + more, bottom - 2 * more, top + 2 * more]
+        last = max(abs(x) for x in wide) * 8 * float(np.finfo(float).eps) if plant.after_u.size else 0.0
+        limits = [low, high, wide[0] - last, wide[1] + last, bottom - 2 * more, top + 2 * more]
     else:
         limits = [*reached, low, high, *operator.in_front_of_after(low, high)]
     o = operator
