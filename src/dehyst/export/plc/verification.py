@@ -44,14 +44,14 @@ def check_forms(
     """
     found = []
     for form, paths in forms(name).items():
-        claim = f"own checker reads {form}: words, types, names, constants"
+        claim = f"{form}, own checker: well formed, types agree"
         try:
             library = load("\n".join(source(folder / path) for path in paths))
             found.append(Check(claim, "passed", ", ".join(paths)))
             for label, signal in signals.items():
-                claim = f"own checker runs {form}: {label}"
+                claim = f"{form}, own checker: {label}"
                 found.append(_compare(library.new(name), claim, real, ports, signal, tolerances))
-            claim = f"own checker runs {form}: test program of the PLC"
+            claim = f"{form}, own checker: the PLC's own test"
             found.append(_test_program(library.new(f"{name}_Test"), claim))
         except KeyError as fault:
             found.append(Check(claim, "failed", f"it holds no {fault}: export again"))
