@@ -183,3 +183,41 @@ def test_what_a_plc_would_stop_at_stops_the_run(body, message):
 def test_an_array_may_begin_anywhere():
     declared = "d : ARRAY[-1..1] OF DINT := [5, 6, -7];"
     assert run("i := -1; IF d[i] = 5 THEN IF d[1] = -7 THEN y := a; END_IF; END_IF;", declared, a=4.0, b=1.0) == 4.0
+
+
+SCL = (
+    'FUNCTION_BLOCK "Fb" VERSION : 0.1 VAR_OUTPUT y : LREAL; END_VAR VAR b : {0}; END_VAR '
+    "BEGIN {1} END_FUNCTION_BLOCK\n"
+)
+
+
+def test_siemens_scl_marks_variables_and_blocks():
+    first = SCL.format("LREAL", "#y := #b;")
+    second = SCL.format('"Fb"', "#b(); #y := #b.y;").replace('K "Fb"', 'K "Other"')
+    assert load(first + second).new("Other").call() == {"y": 0.0}
+    for wrong in ("y := #b;", "#y := b;", '"y" := #b;', "#y := #b; #IF"):
+        with pytest.raises(TextError):
+            load(SCL.format("LREAL", wrong))
+    with pytest.raises(TextError, match="SCL marks"):
+        load(block("#y := a;"))
+    with pytest.raises(TextError, match="SCL marks"):
+        load(second.replace('b : "Fb"', "b : Fb") + first)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "FOR i := 0 TO 2147483646 DO y := a; END_FOR;",
+        "FOR i := 0 TO 99999 DO c := a; FOR j := 0 TO 99999 DO y := a; END_FOR; END_FOR;",
+        "WHILE TRUE DO FOR i := 3 TO 0 BY -1 DO y := a; END_FOR; END_WHILE;",
+    ],
+)
+def test_a_text_without_end_is_stopped(body):
+    with pytest.raises(RunError, match="no end"):
+        run(body, "j : DINT := 0;" if "j :=" in body else "", a=1.0, b=1.0)
+
+
+def test_the_budget_of_rounds_begins_anew_with_each_call():
+    unit = load(block("FOR i := 0 TO 99999 DO y := y + a; END_FOR;")).new("fb")
+    for _ in range(12):
+        assert unit.call(a=1.0, b=0.0)["y"] == 100000.0

@@ -114,7 +114,7 @@ def _root_unit():
     text = structured_text(joint_block("Elbow", "LREAL", JointControllerParameters(), None, ""))
     begin, end = text.index("Root := Zero;"), text.index("Psi := Root;")
     body = text[begin:end]
-    names = ["Mantissa", "Scale", "Fraction", "Rounded"]
+    names = ["Mantissa", "Factor", "Fraction", "Rounded"]
     constants = {name: text.split(f"    {name} : LREAL := ")[1].partition(";")[0] for name in CONSTANTS_OF_ROOT}
     return load(
         "FUNCTION_BLOCK RootOf VAR_INPUT Radicand : LREAL; END_VAR VAR_OUTPUT Root : LREAL; END_VAR VAR "

@@ -55,11 +55,28 @@ def place(index: int, low: int, high: int, line: int) -> int:
     return index - low
 
 
-def rounds(line: int) -> Iterator[None]:
-    """Count the rounds of a WHILE and stop one that does not end."""
-    for _ in range(MOST_ROUNDS):
-        yield None
-    raise RunError(f"line {line}: {MOST_ROUNDS} rounds of a loop, and no end", line=line)
+class Budget:
+    """Rounds of loops that are left in a call, all loops and blocks together: a text that does not end is stopped."""
+
+    def __init__(self) -> None:
+        self.left = MOST_ROUNDS
+
+    def refill(self) -> None:
+        """Begin a call."""
+        self.left = MOST_ROUNDS
+
+    def count(self, values: range, line: int) -> range:
+        """Return the values of a FOR, or stop if they are too many."""
+        self.left -= max(0, (values.stop - values.start) * values.step)
+        if self.left < 0:
+            raise RunError(f"line {line}: more than {MOST_ROUNDS} rounds of loops in a call, and no end", line=line)
+        return values
+
+    def rounds(self, line: int) -> Iterator[None]:
+        """Count the rounds of a WHILE and stop one that does not end."""
+        while True:
+            self.count(range(1), line)
+            yield None
 
 
 def value_of(literal: Literal, type_: str) -> float | int | bool:

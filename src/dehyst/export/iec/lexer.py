@@ -12,7 +12,7 @@ _WORDS = re.compile(
     r"""(?P<skip>\s+|\(\*.*?\*\))
       | (?P<real>\d+\.\d+(?:[eE][+-]?\d+)?)
       | (?P<integer>\d+(?![A-Za-z_]))
-      | (?P<name>[A-Za-z_][A-Za-z0-9_]*|"[A-Za-z_][A-Za-z0-9_]*")
+      | (?P<name>\#?[A-Za-z_][A-Za-z0-9_]*|"[A-Za-z_][A-Za-z0-9_]*")
       | (?P<sign>:=|<=|>=|<>|\.\.|[-+*/()\[\],;:=<>.])""",
     re.VERBOSE | re.DOTALL,
 )
@@ -38,12 +38,13 @@ def words(text: str) -> list[Token]:
         if match is None or not match.group().isascii():
             raise TextError(f"{text[position : position + 20]!r} is no word of the language", line)
         kind, word = str(match.lastgroup), match.group()
+        plain = word.strip('#"') if kind == "name" else word
         if kind == "name":
-            _check_name(word.strip('"'), line)
+            _check_name(plain, line)
         if kind in ("integer", "real") and len(word) > LONGEST_NAME:
             raise TextError(f"{word[:20]}... has {len(word)} characters", line)
         if kind != "skip":
-            found.append(Token(kind, word.strip('"'), line))
+            found.append(Token(kind, plain, line, word[0] if plain != word else ""))
         line += word.count("\n")
         position = match.end()
     return [*found, Token("end", "end of the text", line)]

@@ -46,8 +46,9 @@ def load(text: str) -> Library:
     blocks: dict[str, Unit] = {}
     units: dict[str, Unit] = {}
     names: dict[str, Any] = {
-        name: getattr(arithmetic, name) for name in ("single", "divide", "whole", "whole_divide", "place", "rounds")
+        name: getattr(arithmetic, name) for name in ("single", "divide", "whole", "whole_divide", "place")
     }
+    budget = names["budget"] = arithmetic.Budget()
     for unit in parse(text):
         key = unit.name.lower()
         if key in units:
@@ -58,7 +59,7 @@ def load(text: str) -> Library:
         units[key] = unit
         if unit.kind == "FUNCTION_BLOCK":
             blocks[key] = unit
-    return Library(units, {key: names[f"run_{key}"] for key in units})
+    return Library(units, {key: names[f"run_{key}"] for key in units}, budget)
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,11 @@ class Library:
 
     units: Mapping[str, Unit]
     code: Mapping[str, Callable[[Any], Any]]
+    budget: arithmetic.Budget
 
     def new(self, name: str) -> Instance:
         """Make an instance with the declared initial values."""
-        return Instance(self.units[name.lower()], self._variables(name), self.code[name.lower()])
+        return Instance(self.units[name.lower()], self._variables(name), self.code[name.lower()], self.budget)
 
     def _variables(self, name: str) -> SimpleNamespace:
         variables = {f"v_{v.name.lower()}": self._initial(v) for v in self.units[name.lower()].variables}
@@ -95,6 +97,7 @@ class Instance:
     unit: Unit
     variables: SimpleNamespace
     code: Callable[[Any], Any]
+    budget: arithmetic.Budget
 
     def call(self, **inputs: Value) -> dict[str, Value]:
         """Set inputs by name, run once and return all outputs by name as declared.
@@ -108,6 +111,7 @@ class Instance:
         for name, value in inputs.items():
             type_ = declared[name].type.name
             setattr(self.variables, f"v_{name.lower()}", single(value) if type_ == "REAL" else value)
+        self.budget.refill()
         self.code(self.variables)
         return {v.name: self.value(v.name) for v in self.unit.variables if v.section == "VAR_OUTPUT"}
 

@@ -35,6 +35,7 @@ class _Parser:
         self.tokens = tokens
         self.at = 0
         self.depth = 0
+        self.scl = False  # Siemens SCL
 
     # ---- words
 
@@ -46,7 +47,8 @@ class _Parser:
         return self.tokens[self.at - 1]
 
     def sees(self, *texts: str) -> bool:
-        return self.here().kind in ("name", "sign") and self.here().text.upper() in texts
+        here = self.here()
+        return here.kind in ("name", "sign") and not here.mark and here.text.upper() in texts
 
     def accept(self, text: str) -> bool:
         found = self.sees(text)
@@ -58,8 +60,11 @@ class _Parser:
             raise TextError(f"{text} expected, {self.here().text!r} found", self.here().line)
         return self.take()
 
-    def name(self) -> Token:
+    def name(self, mark: str = "") -> Token:
+        """Take a name; in SCL, and only there, those of blocks and variables are marked."""
         token = self.take()
+        if token.mark != (mark if self.scl else ""):
+            raise TextError(f"{token.mark}{token.text}: SCL marks variables with # and blocks with quotes", token.line)
         if token.kind != "name" or token.text.upper() in RESERVED:
             raise TextError(f"{token.text!r} is not free as a name", token.line)
         return token
@@ -82,14 +87,17 @@ class _Parser:
         kind = self.take()
         if kind.text.upper() not in ("FUNCTION_BLOCK", "PROGRAM"):
             raise TextError(f"FUNCTION_BLOCK or PROGRAM expected, {kind.text!r} found", kind.line)
-        name = self.name().text
-        if self.accept("VERSION"):  # Siemens SCL
+        self.scl = self.here().mark == '"'
+        name = self.name('"').text
+        if self.scl:
+            self.expect("VERSION")
             self.expect(":")
             self.take()
         variables: list[Variable] = []
         while self.sees(*_SECTIONS):
             variables += self.section()
-        self.accept("BEGIN")  # Siemens SCL
+        if self.scl:
+            self.expect("BEGIN")
         end = f"END_{kind.text.upper()}"
         body = self.statements(end)
         self.expect(end)
@@ -115,7 +123,7 @@ class _Parser:
             if token.text.upper() in tree.ELEMENTARY:
                 return Type(token.text.upper())
             self.at -= 1
-            return Type(self.name().text)
+            return Type(self.name('"').text)
         self.expect("[")
         low = self.integer()
         self.expect("..")
@@ -187,7 +195,7 @@ class _Parser:
         return tree.If(tuple(branches), otherwise, line)
 
     def count(self, line: int) -> tree.For:
-        variable = tree.Name(self.name().text, line)
+        variable = tree.Name(self.name("#").text, line)
         self.expect(":=")
         first = self.expression()
         self.expect("TO")
@@ -248,7 +256,7 @@ class _Parser:
         return self.variable()
 
     def variable(self) -> tree.Name:
-        token = self.name()
+        token = self.name("#")
         if self.accept("["):
             index = self.expression()
             self.expect("]")

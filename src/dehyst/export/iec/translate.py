@@ -60,7 +60,7 @@ class _Writer:
         elif isinstance(node, tree.For):
             self.count(node, depth, counting)
         elif isinstance(node, tree.While):
-            self.write(depth, f"for _ in rounds({node.line}):")
+            self.write(depth, f"for _ in budget.rounds({node.line}):")
             self.write(depth + 1, f"if not ({self.of(node.condition, _BOOL)}): break")
             self.loop(node.body, depth, counting)
         elif isinstance(node, tree.Exit):
@@ -89,7 +89,8 @@ class _Writer:
         if type_ != _DINT or self.scope.find(node.variable.name, node.line).section != "VAR":
             raise TextError(f"{node.variable.name} counts a loop: it must be a DINT of VAR", node.line)
         first, last = self.of(node.first, _DINT), self.of(node.last, _DINT)
-        self.write(depth, f"for {counter} in range({first}, {last} + {node.step}, {node.step}):")
+        values = f"range({first}, {last} + {node.step}, {node.step})"
+        self.write(depth, f"for {counter} in budget.count({values}, {node.line}):")
         self.loop(node.body, depth, (*counting, node.variable.name.lower()))
         self.write(depth, f"{counter} = {AFTER_LOOP}  # undefined behind the loop")
 

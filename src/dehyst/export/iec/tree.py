@@ -25,6 +25,7 @@ class Token:
     kind: str  # name, real, integer, sign, end
     text: str
     line: int
+    mark: str = ""  # of Siemens SCL: " around names of blocks, # before names of variables
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
     reals = names(
         "PressureRange WideRange FadeShare Size Loss Held Top Room Part HalfPart Middle Value Distance Mean Last "
         "Reading Between Pull Change Share Series Pole3 Rest Wrong Term Compensated Direct Wanted ThereA ThereB ThereC "
-        "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Scale "
+        "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Factor "
         "Fraction Rounded"
     )
     flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Inside Odd Changed")

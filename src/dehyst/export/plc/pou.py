@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from dataclasses import dataclass, replace
 
@@ -60,15 +61,26 @@ def structured_text(unit: Pou) -> str:
 def siemens_scl(unit: Pou) -> str:
     """Return the source as an external SCL source of TIA Portal wants it.
 
-    Differences: names in quotes, ``VERSION``, ``BEGIN``, no arrays among constants, no PROGRAM (a function block
-    instead, to be called from an organisation block).
+    Differences: names of blocks in quotes, # before those of variables, ``VERSION``, ``BEGIN``, no arrays among
+    constants, no PROGRAM (a function block instead, to be called from an organisation block).
     """
     variables = tuple(
         replace(v, section="VAR") if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
     )
     unit = replace(unit, kind="FUNCTION_BLOCK", variables=variables)
     head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\nVERSION : 0.1\n'
-    return head + _declarations(unit, quoted=True) + f"\nBEGIN\n\n{unit.body.rstrip()}\n\nEND_{unit.kind}\n"
+    body = _marked(unit.body.rstrip(), {variable.name for variable in variables})
+    return head + _declarations(unit, quoted=True) + f"\nBEGIN\n\n{body}\n\nEND_{unit.kind}\n"
+
+
+def _marked(body: str, names: set[str]) -> str:
+    """Put # before variables of the unit: not before members, and not in comments."""
+
+    def marked(match: re.Match[str]) -> str:
+        return f"#{match[0]}" if match[0] in names else match[0]
+
+    parts = re.split(r"(?s)(\(\*.*?\*\))", body)
+    return "".join(part if part.startswith("(*") else re.sub(r"(?<![\w.])[A-Za-z_]\w*", marked, part) for part in parts)
 
 
 def plain(text: str) -> str:
