@@ -1,7 +1,8 @@
 """An exported FMU is valid, answers like the model in every importer at hand, and survives every sequence of calls.
 
-Random call sequences: `tests/fmu_sequences.c`, 50 000 of each version here. For more, or another seed, type
-    DEHYST_FMU_SEQUENCES=1000000 DEHYST_FMU_SEED=2 pytest tests/test_export_fmu.py -k sequences
+Random call sequences: `tests/fmu_sequences.c`, 25 000 of each version, here and for the joint controller. More, or
+another seed:
+    DEHYST_FMU_SEQUENCES=1000000 DEHYST_FMU_SEED=2 pytest tests/test_export_fmu*.py -k sequences
 """
 
 import ctypes
@@ -11,7 +12,9 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from contextlib import suppress
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -21,6 +24,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.export import Check, export, subject_of, verify
+from dehyst.export.fmu import binaries
+from dehyst.export.fmu.binaries import LINUX, WINDOWS
 from dehyst.export.fmu.description import Description, model_description
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import STEP, package
@@ -30,11 +35,9 @@ from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
 from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
 from dehyst.units import TABLE
+from fmu_tools import CC, NEEDS_COMPILER, fmpy, quickly, readme_simulation, run_sequences
 
-HERE = Path(__file__).parent
-CC = shutil.which("cc") or shutil.which("gcc")
-LINUX = sys.platform == "linux" and os.uname().machine == "x86_64"
-pytestmark = pytest.mark.skipif(CC is None or not LINUX, reason="needs a C compiler on x86-64 Linux")
+pytestmark = NEEDS_COMPILER
 CARD = ModelCard(SignalCard("pressure", "bar", -1.0, 1.5), SignalCard("angle [1]", "furlong", -2.0, 2.5))
 
 
@@ -45,6 +48,12 @@ def models():
         "pi": plain,
         "modified": ModifiedPrandtlIshlinskii(inner, MonotoneMap([-2.0, 0.0, 3.0], [-3.0, 0.5, 2.0]), card=CARD),
     }
+
+
+@pytest.fixture(autouse=True, scope="module")
+def quick():
+    with quickly():
+        yield
 
 
 @cache
@@ -75,6 +84,27 @@ def fmu(request, subject, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fmu") / f"out{request.param}"
     export(subject, f"fmu{request.param}", folder)
     return request.param, folder
+
+
+@pytest.mark.skipif(shutil.which(WINDOWS.compilers[0]) is None, reason="needs a cross compiler for Windows")
+def test_a_cross_compiler_adds_a_library_for_windows(tmp_path):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(binaries, "TARGETS", (LINUX, WINDOWS))
+        both = package(unit(), 2).binaries
+    assert sorted(both.files) == ["binaries/linux64/joint_1.so", "binaries/win64/joint_1.dll"]
+    assert both.files["binaries/win64/joint_1.dll"][:2] == b"MZ"
+
+
+def test_an_fmu_without_any_compiler_holds_its_sources_and_says_what_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(binaries, "TARGETS", (LINUX, WINDOWS))
+        export(unit(), "fmu2", tmp_path / "out")
+    assert "No binary for linux64: no cc or gcc or clang" in (tmp_path / "out" / "README.md").read_text()
+    checks = {check.claim: check for check in verify(tmp_path / "out")}
+    stepped = checks["the FMU's binary answers the test signal like the model"]
+    assert stepped.status == "skipped"
+    assert "fmpy compile joint_1.fmu" in stepped.detail
 
 
 def test_an_export_verifies_itself_and_notices_a_change(fmu, tmp_path):
@@ -119,10 +149,6 @@ def description(folder):
         return Xml.fromstring(packed.read("modelDescription.xml"))
 
 
-def fmpy():
-    return pytest.importorskip("fmpy", reason="needs FMPy: pip install 'dehyst[fmi]'")
-
-
 @pytest.mark.parametrize("family", ["pi", "modified"])
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_finds_no_fault(family, version, tmp_path):
@@ -134,21 +160,10 @@ def test_fmpy_finds_no_fault(family, version, tmp_path):
 
 def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
     fmpy()
-    from fmpy import read_csv, simulate_fmu
-
-    _, folder = fmu
-    line = next(line for line in (folder / "README.md").read_text().splitlines() if "fmpy simulate" in line)
-    step, stop = (float(re.search(rf"--{name} (\S+)", line)[1]) for name in ("output-interval", "stop-time"))
-    result = simulate_fmu(
-        str(folder / "joint_1.fmu"),
-        input=read_csv(folder / "fmpy" / "input.csv"),
-        output_interval=step,
-        stop_time=stop,
-        output=["pressure"],
-    )
-    expected = read_csv(folder / "fmpy" / "expected.csv")
+    result, expected = readme_simulation(fmu[1], "joint_1", ["pressure"])
     assert np.array_equal(result["time"], expected["time"])
     assert np.array_equal(result["pressure"], expected["pressure"])
+    assert expected.size > 1000
 
 
 def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_path):
@@ -194,13 +209,10 @@ def test_libcosim_gives_the_same_bits(subject, tmp_path):
 
 
 def ecos():
-    """The package ecospy; its library needs oneTBB, which the package tbb puts beside Python."""
-    for name in (Path(sys.prefix) / "lib" / "libtbb.so.12", "libtbb.so.12"):
-        try:
-            ctypes.CDLL(str(name), ctypes.RTLD_GLOBAL)
-            break
-        except OSError:
-            continue
+    """The package ecospy; its library needs oneTBB, which the package tbb brings."""
+    with suppress(metadata.PackageNotFoundError, OSError):
+        tbb = next(file for file in metadata.files("tbb") if file.name == "libtbb.so.12")
+        ctypes.CDLL(str(tbb.locate()), ctypes.RTLD_GLOBAL)
     try:
         import ecospy
     except (ImportError, OSError) as fault:
@@ -383,21 +395,7 @@ def test_two_fmus_can_be_linked_into_one_program(tmp_path):
 
 
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
-    version, folder = fmu
-    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-DFMI={version}"]
-    limits = ["-DOUTPUT_LOW=-1.0", "-DOUTPUT_HIGH=1.5"]
-    build = [CC, *flags, *limits, "-I", str(folder / "sources"), str(HERE / "fmu_sequences.c"), "-o", "run", "-lm"]
-    built = subprocess.run(build, cwd=tmp_path, capture_output=True, text=True, check=False)
-    if "cannot find" in built.stderr:
-        pytest.skip("this compiler has no sanitizers")
-    assert built.returncode == 0, built.stderr
-    count, seed = os.environ.get("DEHYST_FMU_SEQUENCES", "50000"), os.environ.get("DEHYST_FMU_SEED", "1")
-    done = subprocess.run(["./run", count, seed], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    numbers = {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", done.stdout)}
-    assert numbers["sequences"] == int(count)
-    assert 0.1 * numbers["calls"] < numbers["refused"] < 0.9 * numbers["calls"]
-    assert numbers["steps"] > 0.02 * numbers["calls"]
+    run_sequences(*fmu, tmp_path, "-DOUTPUT_LOW=-1.0", "-DOUTPUT_HIGH=1.5")
 
 
 # ---- The description.

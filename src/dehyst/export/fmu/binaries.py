@@ -51,6 +51,7 @@ WINDOWS = Target(
     ("x86_64-w64-mingw32-gcc",),
     ("-static-libgcc", "-Wl,--no-insert-timestamp"),
 )
+TARGETS = (LINUX, WINDOWS)
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def compile_binaries(name: str, sources: Mapping[str, bytes], version: Version) 
     """
     found: dict[str, bytes] = {}
     missing = []
-    for target in (LINUX, WINDOWS):
+    for target in TARGETS:
         compiler = _compiler(target)
         if compiler is None:
             missing.append(f"{target.name}: no {' or '.join(target.compilers)} for it on this machine")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import fields
 from typing import cast
 
 import numpy as np
 
 from dehyst.control.block import Block, Direction
-from dehyst.control.joint import SWITCHES, JointController
-from dehyst.export.c import WORDS
+from dehyst.control.joint import JointController
+from dehyst.export.c import JOINT_WORDS, WORDS, scales
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
 from dehyst.export.fmu.variables import Variable
@@ -19,7 +20,7 @@ from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Array, Signal, Whole
 from dehyst.export.subject import Subject
 
-TOLERANCE = 1e-5  # of single precision, share of an output's range
+TOLERANCE = 1e-5  # of single precision, share of a block's output range
 REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever
 
 
@@ -27,12 +28,11 @@ def companions(package: Package) -> dict[str, str | bytes]:
     """Return relative path -> content of everything beside the .fmu file."""
     subject = package.subject
     given, answers = fmpy_tables(package)
-    values = {"fmi": package.version, "real": subject.real, "name": subject.name}
+    words = (WORDS if subject.block else JOINT_WORDS)[subject.real]
+    values = {"fmi": package.version, "real": subject.real, "name": subject.name, "words": words}
     return {
         **{f"sources/{path}": content for path, content in package.sources.items()},
-        "check/check.c": render(
-            "fmu/check.c.j2", **values, words=WORDS[subject.real], excerpt=subject.excerpt is not None
-        ),
+        "check/check.c": render("fmu/check.c.j2", **values, excerpt=subject.excerpt is not None),
         "check/expected.h": _expected(package),
         "fmpy/input.csv": given,
         "fmpy/expected.csv": answers,
@@ -71,14 +71,16 @@ def _expected(package: Package) -> str:
         outputs=references(package, "real", "output")[: subject.test.outputs.shape[1]],
         switches=references(package, "truth", "input"),
         flags=references(package, "whole", "output")[0],
-        tolerances=[] if subject.real == "double" else [repr(value) for value in tolerances(subject.test)],
+        tolerances=[] if subject.real == "double" else [repr(value) for value in tolerances(subject)],
         tables={name: [_row(signal, k) for k in range(signal.samples)] for name, signal in tables.items()},
     )
 
 
-def tolerances(signal: Signal) -> list[float]:
+def tolerances(subject: Subject) -> list[float]:
     """What single precision may be off, by output."""
-    return [TOLERANCE * max(float(np.ptp(column)), 1e-30) for column in signal.outputs.T]
+    if subject.block is None:
+        return scales(subject)
+    return [TOLERANCE * (subject.block.output_high - subject.block.output_low)]
 
 
 def _row(signal: Signal, k: int) -> list[str]:
@@ -114,7 +116,11 @@ def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
         limits = None if bounds is None else (float(bounds[0]), float(bounds[1]))
         block = Block(subject.model, cast(Direction, subject.what), range=limits, ramp=ramp)
         return np.array([[block.step(float(x), bool(on))] for x, on in zip(inputs[:, 0], switch, strict=True)])
-    raise NotImplementedError(JointController, SWITCHES)
+    assert subject.parameters is not None  # a subject without block is a joint controller
+    controller = JointController(subject.parameters, subject.model.inverse())
+    controller.reset(*map(float, inputs[0, :3]))
+    out = controller.run(*inputs[:, :3].T, inputs[:, 3:], switch)
+    return np.column_stack([getattr(out, field.name) for field in fields(out) if field.name != "flags"])
 
 
 def _table(time: Array, variables: list[Variable], columns: list[Array]) -> str:

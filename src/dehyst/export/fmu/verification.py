@@ -41,7 +41,7 @@ def _stepped(path: Path, subject: Subject, words: str, signal: Signal) -> Check:
             claim, "passed" if same_bits(found, signal.outputs) else "failed", f"{signal.samples} samples, bits"
         )
     off = np.abs(found - signal.outputs).max(axis=0)
-    good = bool((off <= tolerances(signal)).all())
+    good = bool((off <= tolerances(subject)).all())
     return Check(claim, "passed" if good else "failed", f"{signal.samples} samples, {off.max():.3g} at most")
 
 
