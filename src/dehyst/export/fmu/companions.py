@@ -119,7 +119,8 @@ def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
     assert subject.parameters is not None  # a subject without block is a joint controller
     controller = JointController(subject.parameters, subject.model.inverse())
     controller.reset(*map(float, inputs[0, :3]))
-    out = controller.run(*inputs[:, :3].T, inputs[:, 3:], switch)
+    angle, pressure_1, pressure_2 = inputs[:, :3].T
+    out = controller.run(angle, pressure_1, pressure_2, inputs[:, 3:], switch)
     return np.column_stack([getattr(out, field.name) for field in fields(out) if field.name != "flags"])
 
 
