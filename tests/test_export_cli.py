@@ -1,0 +1,194 @@
+"""`dehyst export` and `dehyst verify` as a user meets them: files, words, exit status, JSON; edits are noticed."""
+
+import hashlib
+import json
+import shutil
+import sys
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst import cli
+from dehyst.control import JointControllerParameters, save_controller
+from dehyst.io import write_csv
+from dehyst.models import ModelCard
+from export_samples import CARD, large_model, play_model
+
+pytestmark = pytest.mark.skipif(shutil.which("make") is None or shutil.which("cc") is None, reason="no make or cc")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run one command line in this process; return exit status, stdout, stderr."""
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
+        capsys.readouterr()
+        try:
+            cli.main()
+            status = 0
+        except SystemExit as end:
+            status = end.code or 0
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
+
+    return command
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with a model, a log and a controller's file."""
+    monkeypatch.chdir(tmp_path)
+    play_model().save("joint.json")
+    t = np.arange(300) / 100
+    write_csv("log.csv", {"time [s]": t, "angle [deg]": 3 * np.sin(5 * t), "plain": t, "angle [rad]": 0.05 * np.sin(t)})
+    save_controller(JointControllerParameters(), "controller.json")
+    return tmp_path
+
+
+def test_a_model_is_exported_verified_and_signed_off(run, place):
+    status, out, err = run(
+        "export", "joint.json", "--target", "c", "--out", "out", "--log", "log.csv", "--column", "#2"
+    )
+    assert (status, err) == (0, "")
+    assert "inverse compensator: angle [deg] -> pressure [bar], 4 operators" in out
+    assert "bytes of constants" in out
+    assert "300 samples of log.csv, angle" in out
+    assert "next: dehyst verify out" in out
+    status, out, err = run("verify", "out")
+    assert (status, err) == (0, "")
+    assert "0 failed, 0 skipped; signed off in out/VERIFIED.txt" in out.replace("\n", " ")
+    signed = (place / "out" / "VERIFIED.txt").read_text()
+    assert hashlib.sha256((place / "out" / "manifest.json").read_bytes()).hexdigest() in signed
+    assert "-O2" in signed
+
+
+def test_verify_without_a_log_says_that_it_was_not_compared_with_one(run, place):
+    run("export", "joint.json", "--target", "c-header", "--out", "out", "--what", "forward", "--real", "float")
+    status, out, _ = run("verify", "out", "--json")
+    said = json.loads(out)
+    assert (status, said["verified"]) == (0, True)
+    skipped = [check for check in said["checks"] if check["status"] == "skipped"]
+    assert len(skipped) == 1
+    assert "--log LOG --column COLUMN" in skipped[0]["detail"]
+
+
+def test_a_joint_controller_is_exported_and_verified(run, place):
+    arguments = ("--what", "joint-controller", "--controller", "controller.json", "--name", "axis_1")
+    status, out, _ = run("export", "joint.json", "--target", "c", "--out", "out", *arguments, "--json")
+    said = json.loads(out)
+    assert (status, said["what"], said["name"]) == (0, "joint-controller", "axis_1")
+    status, out, _ = run("verify", "out")
+    assert status == 0
+    assert "0 failed" in out
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        ("src/joint.c", "edited: src/joint.c"),
+        ("check/expected.h", "edited: check/expected.h"),
+        ("expected/test_signal.csv", "holds other numbers"),
+        ("model.json", "does not match its checksum"),
+    ],
+)
+def test_an_edited_file_is_named_and_nothing_is_signed(run, place, file, words):
+    run("export", "joint.json", "--target", "c", "--out", "out")
+    (place / "out" / "VERIFIED.txt").write_text("from before")
+    path = place / "out" / file
+    text = path.read_text()
+    digit = max(k for k in range(len(text) // 2, len(text)) if text[k] in "0123456789" and text[k - 1] in "123456789")
+    path.write_text(text[:digit] + ("7" if text[digit] != "7" else "3") + text[digit + 1 :])
+    status, out, _ = run("verify", "out")
+    assert status == 1
+    assert words in " ".join(out.split())
+    assert not (place / "out" / "VERIFIED.txt").exists()
+
+
+def test_a_forged_expectation_is_noticed_because_the_model_is_asked_again(run, place):
+    run("export", "joint.json", "--target", "c", "--out", "out")
+    table = place / "out" / "expected" / "test_signal.csv"
+    lines = table.read_text().splitlines()
+    lines[9] = lines[9].replace(",1,", ",0,", 1)
+    table.write_text("\n".join(lines) + "\n")
+    manifest = json.loads((place / "out" / "manifest.json").read_text())
+    manifest["files"]["expected/test_signal.csv"] = hashlib.sha256(table.read_bytes()).hexdigest()
+    (place / "out" / "manifest.json").write_text(json.dumps(manifest))
+    status, out, _ = run("verify", "out", "--json")
+    failed = [check["claim"] for check in json.loads(out)["checks"] if check["status"] == "failed"]
+    assert (status, failed) == (1, ["test signal: expected answers are those of the model"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--target", "cobol", "--out", "o"), "c-header"),
+        (("--target", "c", "--out", "o", "--real", "half"), "double, float"),
+        (("--target", "c", "--out", "o", "--what", "both"), "inverse, forward, joint-controller"),
+        (("--target", "c", "--out", "o", "--log", "log.csv"), "--column"),
+        (("--target", "c", "--out", "o", "--column", "angle"), "--log LOG"),
+        (("--target", "c", "--out", "o", "--log", "log.csv", "--column", "no"), "no column"),
+        (("--target", "c", "--out", "o", "--what", "joint-controller"), "--controller FILE"),
+        (("--target", "c", "--out", "o", "--controller", "controller.json"), "--what joint-controller"),
+        (("--target", "c", "--out", "o", "--name", "int"), "--name unit_int"),
+        (("--target", "c", "--out", "o", "--range", "2", "1"), "smallest first"),
+        (("--target", "c", "--out", "o", "--ramp", "0"), "ramp"),
+        (("--target", "c", "--out", "log.csv"), "is a file"),
+        (("--target", "c", "--out", "a/b/c"), "mkdir -p"),
+        (("--target", "c", "--out", "."), "--overwrite"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_with_a_cure_and_nothing_is_written(run, place, arguments, words):
+    before = sorted(path.name for path in place.iterdir())
+    status, out, err = run("export", "joint.json", *arguments)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert sorted(path.name for path in place.iterdir()) == before
+
+
+@pytest.mark.parametrize("folder", ["nowhere", "."])
+def test_a_folder_that_is_no_export_is_refused(run, place, folder):
+    status, _, err = run("verify", folder)
+    assert status == 2
+    assert "dehyst export" in err
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "dehyst-export", "schema": 9}', "[" * 100000])
+def test_a_damaged_manifest_is_refused(run, place, text):
+    run("export", "joint.json", "--target", "c", "--out", "out")
+    (place / "out" / "manifest.json").write_text(text)
+    status, _, err = run("verify", "out")
+    assert status == 2
+    assert "manifest.json" in err
+
+
+def warned(run, model, *arguments):
+    model.save("m.json")
+    status, out, _ = run("export", "m.json", "--target", "c", "--out", "w", "--json", "--overwrite", *arguments)
+    assert status == 0
+    return {finding["code"]: finding["message"] for finding in json.loads(out)["warnings"]}
+
+
+def test_what_is_doubtful_is_said(run, place):
+    bad = ModelCard(CARD.input, CARD.output, {"verdict": "pi: 12 % rms: do not compensate with it."})
+    assert "Do not let it drive a machine" in warned(run, play_model(bad))["verdict"]
+    idle = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.2], [1.0, 0.0, 0.5], card=CARD)
+    assert "--prune" in warned(run, idle)["zero-weights"]
+    assert warned(run, idle, "--prune") == {}
+    assert warned(run, play_model()) == {}
+    assert "1200 operators" in warned(run, large_model())["many-operators"]
+    log = ("--log", "log.csv", "--column")
+    assert "taken as they are" in warned(run, play_model(), *log, "plain")["unit-unknown"]
+    assert "from rad to deg" in warned(run, play_model(), *log, "#4")["unit-converted"]
+
+
+def test_a_pruned_export_has_fewer_operators_and_the_same_answers(run, place):
+    idle = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.2], [1.0, 0.0, 0.5], card=CARD)
+    warned(run, idle, "--what", "forward")
+    full = (place / "w" / "expected" / "test_signal.csv").read_text()
+    warned(run, idle, "--what", "forward", "--prune")
+    manifest = json.loads((place / "w" / "manifest.json").read_text())
+    assert manifest["operators"] == 2
+    assert full != ""
