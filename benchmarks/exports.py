@@ -3,9 +3,9 @@
     python benchmarks/exports.py                    1 000 models x 1 000 samples, gcc -O0 .. -O3 and clang -O0 .. -O3
     python benchmarks/exports.py --models 50        fewer
 
-All models of a run go into one program: each with the two files that `dehyst export` would write for it, the core beside
-them as it is. In double every output and every flag must agree to the bit; in float outputs must lie within 1e-5 of
-the output's range. The result is kept in benchmarks/results/exports.json.
+All models of a run go into one program: each with the two files that `dehyst export` would write for it, the core
+beside them as it is. In double every output and every flag must agree to the bit; in float outputs must lie within
+1e-5 of the output's range. The result is kept in benchmarks/results/exports.json.
 """
 
 from __future__ import annotations

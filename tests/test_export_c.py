@@ -280,7 +280,7 @@ def test_an_export_is_replaced_but_not_an_edited_one(tmp_path):
     assert (folder / "unit_1.h").exists()
     assert not (folder / "src").exists()
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(OutputError, match="notes.txt"):
+    with pytest.raises(OutputError, match=r"notes\.txt"):
         export(subject(), "c", folder)
     export(subject(), "c", folder, overwrite=True)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
