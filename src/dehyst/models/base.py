@@ -60,7 +60,8 @@ class HysteresisModel(ABC):
         Parameters
         ----------
         method
-            "dense" moves every operator at every sample: the same time for every sample, proportional to n.
+            "dense" takes every operator into account at every sample: a time proportional to n that hardly depends on
+            the signal, with bits that are the same on every machine.
             "logarithmic" keeps the operators in segments: a sample costs O(log n) at worst, and hardly anything while
             the input goes on in one direction; outputs agree with dense steps within 1e-14 of max|y|. "auto" is dense
             up to 100 operators and logarithmic above.
@@ -166,8 +167,8 @@ def make_stepper(
     """Build one of the core's steppers from the parameters of the general form."""
     if method not in ("auto", "dense", "logarithmic"):
         raise ParameterError(
-            f"method = {method!r:.40} is no way to step; pass 'dense' (the same time for every sample, proportional to "
-            f"the number of operators), 'logarithmic' (for many operators) or 'auto'.",
+            f"method = {method!r:.40} is no way to step; pass 'dense' (time proportional to the number of operators, "
+            f"bits of exported code), 'logarithmic' (for many operators) or 'auto'.",
             method=method,
         )
     dense = method == "dense" or (method == "auto" and thresholds.size <= DENSE_UP_TO)
