@@ -120,6 +120,7 @@ def test_an_instance_keeps_its_variables_and_blocks_can_be_called():
         ("y := a ** b;", "not free"),
         ("y := a % b;", "no word"),
         ("y := a.b;", "has no parts"),
+        ("{attribute} y := a;", "not free"),
         ("c(a := b);", "no function block"),
         ("(* ä *) y := a;", "no word"),
         ("y := " + "(" * 40 + "a" + ")" * 40 + ";", "nested"),

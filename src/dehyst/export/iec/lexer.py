@@ -13,6 +13,7 @@ _WORDS = re.compile(
       | (?P<real>\d+\.\d+(?:[eE][+-]?\d+)?)
       | (?P<integer>\d+(?![A-Za-z_]))
       | (?P<name>\#?[A-Za-z_][A-Za-z0-9_]*|"[A-Za-z_][A-Za-z0-9_]*")
+      | (?P<pragma>\{[^{}]*\})
       | (?P<sign>:=|<=|>=|<>|\.\.|[-+*/()\[\],;:=<>.])""",
     re.VERBOSE | re.DOTALL,
 )

@@ -90,6 +90,7 @@ class _Parser:
         self.scl = self.here().mark == '"'
         name = self.name('"').text
         if self.scl:
+            self.at += self.here().kind == "pragma"
             self.expect("VERSION")
             self.expect(":")
             self.take()

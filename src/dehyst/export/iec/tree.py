@@ -22,7 +22,7 @@ class TextError(DehystError):
 class Token:
     """One word, number or sign. Names and keywords are kept as written."""
 
-    kind: str  # name, real, integer, sign, end
+    kind: str  # name, real, integer, sign, pragma, end
     text: str
     line: int
     mark: str = ""  # of Siemens SCL: " around names of blocks, # before names of variables

@@ -6,6 +6,7 @@ import re
 import textwrap
 from dataclasses import dataclass, replace
 
+OPTIMIZED = "{ S7_Optimized_Access := 'TRUE' }"  # of SCL: variables are laid out by the compiler
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR CONSTANT")
 
 
@@ -68,7 +69,7 @@ def siemens_scl(unit: Pou) -> str:
         replace(v, section="VAR") if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
     )
     unit = replace(unit, kind="FUNCTION_BLOCK", variables=variables)
-    head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\nVERSION : 0.1\n'
+    head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\n{OPTIMIZED}\nVERSION : 0.1\n'
     body = _marked(unit.body.rstrip(), {variable.name for variable in variables})
     return head + _declarations(unit, quoted=True) + f"\nBEGIN\n\n{body}\n\nEND_{unit.kind}\n"
 
