@@ -37,9 +37,11 @@ bench-quick: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/instructions.py
 	$(BIN)/python benchmarks/speed.py --quick
 
-# 1 000 random models over 1 000 samples: exported C against the extension, every compiler and level, bit for bit.
+# 1 000 random models over 1 000 samples: exported C against the extension, every compiler and level, bit for bit; and
+# Structured Text in the own checker.
 exports: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/exports.py
+	$(BIN)/python benchmarks/structured_text.py
 
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant engine -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
