@@ -248,7 +248,9 @@ def export(
         str, typer.Option("--target", help="c, c-header, fmu2, fmu3, st, simulink or arduino; --target ? lists them.")
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write.")],
-    real: Annotated[str, typer.Option("--real", help="double or float.")] = "double",
+    real: Annotated[
+        str | None, typer.Option("--real", help="double or float; without it double, for arduino float.")
+    ] = None,
     what: Annotated[str, typer.Option("--what", help="inverse, forward or joint-controller.")] = "inverse",
     range: Annotated[
         tuple[float, float] | None,

@@ -40,7 +40,7 @@ class ExportRequest:
     model: Path
     target: str
     out: Path
-    real: str = "double"
+    real: str | None = None
     what: str = "inverse"
     range: tuple[float, float] | None = None
     ramp: int = 500
@@ -55,16 +55,17 @@ class ExportRequest:
 
 def run_export(request: ExportRequest) -> None:
     """Read, make the unit, write the folder, print what it costs."""
-    target(request.target)
+    kind = target(request.target)
+    real = request.real or kind.reals[0]
     check_choice(request.what, WHATS, "--what")
-    check_choice(request.real, REALS, "--real")
+    check_choice(real, REALS, "--real")
     _refuse_contradictions(request)
     refuse_folder(request.out, request.overwrite)
     model = load_model(request.model)
     findings = [*_verdict(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
-        subject, more = _subject(model, request)
+        subject, more = _subject(model, request, real)
         written = export(subject, request.target, request.out, request.overwrite)
     if request.json:
         sys.stdout.write(json.dumps(_as_dict(written, subject, [*findings, *more]), indent=1, allow_nan=False) + "\n")
@@ -95,19 +96,19 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         check_name(request.name)
 
 
-def _subject(model: HysteresisModel, request: ExportRequest) -> tuple[Subject, list[Finding]]:
+def _subject(model: HysteresisModel, request: ExportRequest, real: str) -> tuple[Subject, list[Finding]]:
     name = request.name or identifier(request.model.stem)
     if request.what == "joint-controller":
         parameters = load_controller(cast(Path, request.controller))
-        return joint_subject(model, parameters, name=name, real=request.real), []
+        return joint_subject(model, parameters, name=name, real=real), []
     subject = subject_of(
-        model, request.what, name=name, real=request.real, range=request.range, ramp=request.ramp
+        model, request.what, name=name, real=real, range=request.range, ramp=request.ramp
     )  # fmt: skip
     if request.log is None or request.column is None:
         return subject, []
     excerpt = read_excerpt(request.log, request.column, subject.input)
     subject = subject_of(
-        model, request.what, name=name, real=request.real, range=request.range, ramp=request.ramp,
+        model, request.what, name=name, real=real, range=request.range, ramp=request.ramp,
         excerpt=excerpt.values, excerpt_source=excerpt.source,
     )  # fmt: skip
     return subject, list(excerpt.findings)

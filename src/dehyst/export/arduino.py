@@ -15,7 +15,6 @@ import numpy as np
 from dehyst import __version__
 from dehyst.control.block import Block, Direction
 from dehyst.export import c, core_files
-from dehyst.export.budget import budget
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder, version_of
 from dehyst.export.numbers import BlockNumbers
@@ -70,7 +69,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
     block = cast(BlockNumbers, subject.block)
     return {
         "sketch": "".join(word.capitalize() for word in subject.name.split("_")),
-        "release": ".".join((re.findall(r"\d+", __version__) + ["0", "0"])[:3]),
+        "release": ".".join([*re.findall(r"\d+", __version__), "0", "0"][:3]),
         "short": short_signal(subject),
         "tolerance": f"{TOLERANCE * (block.output_high - block.output_low):.8e}f",
         "avr_ram": 20 * subject.operators + 8 * sum(block.model.points) + AVR_FIXED,
@@ -79,7 +78,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
 
 
 def short_signal(subject: Subject) -> Signal:
-    """Return `SHORT` samples that turn at ever smaller sizes, meet the limits, are no number and switch, with answers."""
+    """Return `SHORT` samples with answers: they turn at ever smaller sizes, meet limits, are no number and switch."""
     block = cast(BlockNumbers, subject.block)
     middle, half = 0.5 * (block.input_low + block.input_high), 0.5 * (block.input_high - block.input_low)
     sizes = np.geomspace(1.2, 1e-3, SHORT // 4)
@@ -95,11 +94,11 @@ def short_signal(subject: Subject) -> Signal:
 
 def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
     """Compile and run library and sketches here; compile for boards whose compiler is found."""
-    return [*check_folder(folder), *(_board(folder, subject, compiler) for compiler in BOARDS)]
+    return [*check_folder(folder), *(board_check(folder, subject, compiler) for compiler in BOARDS)]
 
 
-def _board(folder: Path, subject: Subject, compiler: str) -> Check:
-    """Compile and link the library and its check sketch for a board, and measure them."""
+def board_check(folder: Path, subject: Subject, compiler: str) -> Check:
+    """Compile library and sketches for a board, link the library and measure it."""
     flags, board = BOARDS[compiler]
     claim = f"compiles for {board}"
     if shutil.which(compiler) is None:
@@ -115,7 +114,9 @@ def _board(folder: Path, subject: Subject, compiler: str) -> Check:
         fault = _failed([*common, "-std=gnu11", "-Wl,--gc-sections", str(main), *sources, "-o", str(program)])
         for sketch in sketches:
             stand_in = [f"-I{folder / 'check' / 'stand_in'}", "-include", "Arduino.h"]
-            fault = fault or _failed([*common, "-std=gnu++11", "-x", "c++", *stand_in, "-c", sketch, "-o", f"{place}/s.o"])
+            fault = fault or _failed(
+                [*common, "-std=gnu++11", "-x", "c++", *stand_in, "-c", sketch, "-o", f"{place}/s.o"]
+            )
         if fault:
             return Check(claim, "failed", fault)
         return Check(claim, "passed", f"{_sizes(compiler, program)}; {version_of(compiler)}")
@@ -150,5 +151,7 @@ def _sizes(compiler: str, program: Path) -> str:
     if len(numbers) < 3:
         return "size not known"
     text, data, bss = numbers
-    room = f" of 2048: {'fits' if data + bss <= 1500 else 'does not fit with a sketch'}" if compiler == "avr-gcc" else ""
+    room = (
+        f" of 2048: {'fits' if data + bss <= 1500 else 'does not fit with a sketch'}" if compiler == "avr-gcc" else ""
+    )
     return f"{text + data} bytes of flash, {data + bss} bytes of RAM{room}"
