@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, Literal
 from xml.etree import ElementTree as Xml
 
-from dehyst.errors import OutputError
+from dehyst.errors import OutputError, ParameterError
 from dehyst.export.fmu.binaries import LINUX, WINDOWS
 
 _KINDS = {"Real": "real", "Integer": "whole", "Boolean": "truth", "Float64": "real", "Int32": "whole"}
@@ -137,19 +137,40 @@ class Instance:
         self._time += length
 
     def get(self, name: str) -> tuple[float, ...]:
-        """Values of a variable."""
-        kind, reference, length = self.variables[name]
+        """Values of a variable.
+
+        Raises
+        ------
+        ParameterError
+            If there is none of this name.
+        """
+        kind, reference, length = self._variable(name)
         call, of = _CALLS[self._version][kind]
         values = (of * length)()  # type: ignore[operator]
         self._good(f"Get{call}", c.byref(c.c_uint32(reference)), c.c_size_t(1), values, *self._size(length))
         return tuple(values)
 
     def set(self, name: str, values: Sequence[float]) -> None:
-        """Set an input."""
-        kind, reference, length = self.variables[name]
+        """Set an input.
+
+        Raises
+        ------
+        ParameterError
+            If there is no variable of this name.
+        OutputError
+            If it cannot be set.
+        """
+        kind, reference, length = self._variable(name)
         call, of = _CALLS[self._version][kind]
         given = (of * length)(*(v if kind == "real" else int(v) for v in values))  # type: ignore[operator]
         self._good(f"Set{call}", c.byref(c.c_uint32(reference)), c.c_size_t(1), given, *self._size(length))
+
+    def _variable(self, name: str) -> tuple[str, int, int]:
+        if name not in self.variables:
+            raise ParameterError(
+                f"the FMU has no variable '{name:.60}'; it has {', '.join(self.variables)}.", name=name
+            )
+        return self.variables[name]
 
     def _size(self, length: int) -> tuple[Any, ...]:
         return (c.c_size_t(length),) if self._version == 3 else ()

@@ -15,7 +15,7 @@ from dehyst.export.fmu.companions import tolerances
 from dehyst.export.fmu.interface import interface
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import step_of
-from dehyst.export.signal import Array, Signal, same_bits
+from dehyst.export.signal import Array, Signal, Whole, same_bits
 from dehyst.export.subject import Subject
 
 
@@ -36,17 +36,19 @@ def _stepped(path: Path, subject: Subject, words: str, signal: Signal) -> Check:
         found = run(path, subject, signal)
     except OutputError as fault:
         return Check(claim, "skipped" if "no binary" in str(fault) else "failed", str(fault))
+    outputs, flags = found
+    off = np.abs(outputs - signal.outputs).max(axis=0)
     if subject.real == "double":
+        good = same_bits(outputs, signal.outputs) and bool((flags == signal.flags).all())
         return Check(
-            claim, "passed" if same_bits(found, signal.outputs) else "failed", f"{signal.samples} samples, bits"
+            claim, "passed" if good else "failed", f"{signal.samples} samples, {'' if good else 'not the '}bits"
         )
-    off = np.abs(found - signal.outputs).max(axis=0)
     good = bool((off <= tolerances(subject)).all())
     return Check(claim, "passed" if good else "failed", f"{signal.samples} samples, {off.max():.3g} at most")
 
 
-def run(path: Path, subject: Subject, signal: Signal) -> Array:
-    """Return the outputs (T, k) of the FMU's binary along a signal.
+def run(path: Path, subject: Subject, signal: Signal) -> tuple[Array, Whole]:
+    """Return the outputs (T, k) and flags (T,) of the FMU's binary along a signal.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def run(path: Path, subject: Subject, signal: Signal) -> Array:
     inputs = [v.name for v in variables if v.kind == "real" and v.role == "input"]
     switches = [v.name for v in variables if v.kind == "truth" and v.role == "input"]
     outputs = [v.name for v in variables if v.kind == "real" and v.role == "output"][: signal.outputs.shape[1]]
-    rows = []
+    rows, flags = [], []
     with Instance(path) as fmu:
         fmu.enter()
         for k in range(signal.samples):
@@ -69,7 +71,8 @@ def run(path: Path, subject: Subject, signal: Signal) -> Array:
                 fmu.exit()
             fmu.step(step_of(subject))
             rows.append([fmu.get(name)[0] for name in outputs])
-    return np.array(rows)
+            flags.append(int(fmu.get("flags")[0]))
+    return np.array(rows), np.array(flags, dtype=np.int64)
 
 
 def _validated(path: Path) -> Check:
