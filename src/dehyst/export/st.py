@@ -41,7 +41,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     name = block_name(subject)
     signal = plc_signal(subject)
     call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words)
-    units = (_block(subject, name), call, self_test(name, real, ports, signal))
+    units = (function_block_of(subject, name), call, self_test(name, real, ports, signal))
     values = {"name": name, "real": real, "words": words, "samples": signal.samples, "joint": subject.joint is not None}
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units), "README.md": readme}
@@ -52,7 +52,8 @@ def ports_of(subject: Subject) -> Ports:
     return JOINT if subject.joint else BLOCK
 
 
-def _block(subject: Subject, name: str) -> Pou:
+def function_block_of(subject: Subject, name: str) -> Pou:
+    """Return the function block of a subject under this name."""
     real, words = REAL[subject.real], _words(subject)
     if subject.block is not None:
         return function_block(name, real, subject.block, words)
@@ -63,7 +64,7 @@ def _block(subject: Subject, name: str) -> Pou:
 
 def block_name(subject: Subject) -> str:
     """Return the name of the function block's type."""
-    return type_name(subject.name, {variable.name.lower() for variable in _block(subject, "").variables})
+    return type_name(subject.name, {variable.name.lower() for variable in function_block_of(subject, "").variables})
 
 
 def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
