@@ -182,12 +182,6 @@ def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_
     assert same_bits(run(path, subject, subject.test)[0], subject.test.outputs)
 
 
-def finite(subject):
-    """Inputs and answers of a signal that scenarios of other importers can set."""
-    signal = subject.excerpt
-    return signal.inputs[:, 0], signal.outputs[:, 0]
-
-
 def test_libcosim_gives_the_same_bits(subject, tmp_path):
     pytest.importorskip("libcosimpy")
     from libcosimpy.CosimExecution import CosimExecution
@@ -201,13 +195,15 @@ def test_libcosim_gives_the_same_bits(subject, tmp_path):
     observer, manipulator = CosimObserver.create_last_value(), CosimManipulator.create_override()
     execution.add_observer(observer)
     execution.add_manipulator(manipulator)
-    inputs, expected = finite(subject)
-    found = []
-    for x in inputs:
+    found, flags = [], []
+    for x, on in zip(subject.test.inputs[:, 0].tolist(), subject.test.switch.tolist(), strict=True):
         manipulator.slave_real_values(slave, [1], [x])
+        manipulator.slave_boolean_values(slave, [3], [bool(on)])
         execution.step()
         found.append(observer.last_real_values(slave, [2])[0])
-    assert same_bits(np.array(found), expected)
+        flags.append(observer.last_integer_values(slave, [8])[0])
+    assert same_bits(np.array(found), subject.test.outputs[:, 0])
+    assert flags == subject.test.flags.tolist()
 
 
 def ecos():
@@ -226,18 +222,20 @@ def ecos():
 def test_ecos_gives_the_same_bits(version, subject, tmp_path):
     ecospy = ecos()
     path = written(tmp_path, version)
-    inputs, expected = finite(subject)
     with ecospy.EcosSimulationStructure() as structure:
         structure.add_model("joint", str(path))
         with ecospy.EcosSimulation(structure=structure, step_size=0.001) as simulation:
             simulation.init()
-            found = []
-            for x in inputs:
-                simulation.set_real("joint::input", float(x))
+            found, flags = [], []
+            for x, on in zip(subject.test.inputs[:, 0].tolist(), subject.test.switch.tolist(), strict=True):
+                simulation.set_real("joint::input", x)
+                simulation.set_bool("joint::enable", bool(on))
                 simulation.step()
                 found.append(simulation.get_real("joint::pressure"))
+                flags.append(simulation.get_integer("joint::flags"))
             simulation.terminate()
-    assert same_bits(np.array(found), expected)
+    assert same_bits(np.array(found), subject.test.outputs[:, 0])
+    assert flags == subject.test.flags.tolist()
 
 
 # ---- What an instance does.
@@ -363,6 +361,23 @@ def test_sources_compile_without_a_warning(command, fmu):
         pytest.skip(f"{command[0]} is not there")
     flags = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fsyntax-only"]
     subprocess.run([*command, *flags, str(fmu[1] / "sources" / "all.c")], check=True)
+
+
+def test_the_example_runs_and_compiles_without_a_warning(fmu, tmp_path):
+    flags = ["CFLAGS=-Wall -Wextra -Wpedantic -Werror", f"BUILD={tmp_path}"]
+    done = subprocess.run(["make", "-s", "-C", str(fmu[1]), "run", *flags], capture_output=True, text=True, check=True)
+    lines = [line.split() for line in done.stdout.splitlines()]
+    outputs = [float(line[3]) for line in lines if line[0] == "input"]
+    assert len(outputs) == 9
+    assert outputs == sorted(outputs)
+    assert outputs[-1] > outputs[0]
+
+
+def test_nothing_is_global_but_constants(fmu, tmp_path):
+    source, made = str(fmu[1] / "sources" / "all.c"), str(tmp_path / "all.o")
+    subprocess.run([CC, "-c", "-fno-pic", "-O1", source, "-o", made], check=True)
+    symbols = subprocess.run(["nm", made], capture_output=True, text=True, check=True).stdout
+    assert not re.findall(r" [dDbBcC] \w+", symbols)
 
 
 def test_the_binary_shows_functions_of_the_standard_and_nothing_else(fmu, tmp_path):

@@ -34,6 +34,7 @@ def companions(package: Package) -> dict[str, str | bytes]:
         **{f"sources/{path}": content for path, content in package.sources.items()},
         "check/check.c": render("fmu/check.c.j2", **values, excerpt=subject.excerpt is not None),
         "check/expected.h": _expected(package),
+        "example/main.c": render("fmu/main.c.j2", **values, **_example(package)),
         "fmpy/input.csv": given,
         "fmpy/expected.csv": answers,
         "Makefile": (TEMPLATES / "fmu" / "Makefile").read_text(encoding="utf-8"),
@@ -51,6 +52,27 @@ def companions(package: Package) -> dict[str, str | bytes]:
             outputs=[v for v in package.variables if v.role == "output"],
             constants=sum(v.role == "constant" for v in package.variables),
         ),
+    }
+
+
+def _example(package: Package) -> dict[str, object]:
+    """What the example moves and shows: the input of a block, the desired angle of a joint controller."""
+    subject = package.subject
+    numbers = {variable.name: number for number, variable in enumerate(package.variables)}
+    source, result = references(package, "real", "input")[0], references(package, "real", "output")[0]
+    low, high = subject.input.low, subject.input.high
+    if subject.parameters:
+        source, result = numbers["reference_angle"], numbers["observed_angle"]
+        low, high = subject.parameters.angle_low, subject.parameters.angle_high
+    return {
+        "token": package.token,
+        "step": hexadecimal(step_of(subject)),
+        "input": source,
+        "output": result,
+        "low": hexadecimal(low or 0.0),
+        "high": hexadecimal(high or 0.0),
+        "input_name": package.variables[source].name,
+        "output_name": package.variables[result].name,
     }
 
 
