@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from block_samples import LIMITED, inverse_block, sample, wishes
 from dehyst import Block, PrandtlIshlinskii
+from dehyst.errors import ParameterError
 
 SEEDS = st.integers(0, 100_000)
 MODEL = PrandtlIshlinskii([0.0, 0.2, 0.4], [0.6, 0.3, 0.3])
@@ -112,3 +113,19 @@ def test_single_steps_have_the_bits_and_the_flags_of_a_run(seed, forward):
         assert one.step(v, switch) == y[k]
         assert one.flags == flags[k]
     assert one.last == many.last
+
+
+@pytest.mark.parametrize("on", [True, 1, np.True_, np.float64(0.5)])
+def test_a_step_takes_numbers_and_switches_of_every_kind(on):
+    block = Block(MODEL, range=(-1.0, 1.0))
+    assert block.step(np.float32(0.5), on) == MODEL.inverse().stepper("dense")(0.5)
+    assert block.share == 1.0
+
+
+@pytest.mark.parametrize(("x", "on"), [("high", True), ([0.1, 0.2], True), (1j, True), (0.1, np.array([True, False]))])
+def test_a_step_of_anything_else_is_refused_and_moves_nothing(x, on):
+    block = Block(MODEL, range=(-1.0, 1.0))
+    before = block.save()
+    with pytest.raises(ParameterError, match="one number"):
+        block.step(x, on)
+    assert block.save().tobytes() == before.tobytes()

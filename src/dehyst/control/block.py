@@ -205,8 +205,19 @@ class Block:
             Input; None, for a sensor without an answer, is a rejected sample. [input]
         on
             Whether the model answers; otherwise the straight line does.
+
+        Raises
+        ------
+        ParameterError
+            If `x` is not one number.
         """
-        return self._native.step(x, on)
+        try:
+            return self._native.step(x, bool(on))
+        except (TypeError, ValueError, OverflowError):
+            raise ParameterError(
+                f"a sample is one number, or None for a sensor without an answer, and so is the switch True or False; "
+                f"got {type(x).__name__} and {type(on).__name__}. Whole signals go through run()."
+            ) from None
 
     def run(self, x: npt.ArrayLike, on: npt.ArrayLike = True) -> tuple[Array, Words]:
         """Return outputs and flags of many samples, going on from the present state.

@@ -22,8 +22,8 @@ __all__ = ["HysteresisModel", "RejectedSamplesWarning", "StackStepper", "StepMet
 StepMethod: TypeAlias = Literal["auto", "dense", "logarithmic"]
 
 _NO_MAP = np.zeros(0)
-# Most operators for which "auto" steps densely. There the worst logarithmic step costs as much as half a dense one and
-# the typical one a tenth (benchmarks/step.py); but dense steps have the bits of a joint controller's compensator.
+# Most operators for which "auto" steps densely. There the worst logarithmic step costs as much as a dense one and the
+# typical one a sixth (benchmarks/step.py); but dense steps have the bits of blocks and of all exported code.
 DENSE_UP_TO = 100
 
 
