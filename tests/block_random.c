@@ -116,10 +116,11 @@ static int goes_on(const dehyst_block *block, const dehyst_block_state *state)
     static uint32_t image[DEHYST_STATE_WORDS(MOST)];
     const int32_t n = block->model.hysteresis.n, words = DEHYST_STATE_WORDS(n);
     dehyst_real z[2][MOST];
-    dehyst_block_state other[2] = {*state, *state};
+    dehyst_block_state other[2] = {*state};
     memcpy(z[0], state->model.z, (size_t)n * sizeof **z);
     other[0].model.z = z[0];
     other[1].model.z = z[1];
+    dehyst_block_reset(block, &other[1]);
     if (dehyst_block_save(block, state, image, words) != 0) return 0;
     if (dehyst_block_restore(block, &other[1], image, words) != 0) return 0;
     const dehyst_real x = input(block);
