@@ -9,6 +9,7 @@ from dehyst.export.plc.pou import Pou, Variable, comment, plain
 
 SPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
+HEAD = b'<?xml version="1.0" encoding="utf-8"?>'
 _LISTS = (
     ("VAR_INPUT", "inputVars", False),
     ("VAR_OUTPUT", "outputVars", False),
@@ -48,7 +49,7 @@ def plcopen_xml(project: str, units: tuple[Pou, ...], version: str, date: str) -
     ElementTree.SubElement(ElementTree.SubElement(root, "instances"), "configurations")
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'.encode()
+    return HEAD + f"\n{text}\n".encode()
 
 
 def _add_unit(pous: ElementTree.Element, unit: Pou) -> None:
@@ -98,8 +99,8 @@ def text_of(xml: bytes) -> str:
     ModelFileError
         If it is no PLCopen file, or holds what `plcopen_xml` does not write.
     """
-    if b"<!" in xml:  # no document type, no entity: nothing that grows while it is read
-        raise ModelFileError("the XML file declares a document type, which no file of dehyst does: export it again")
+    if not xml.startswith(HEAD) or b"<!" in xml:  # no document type, no entity: nothing that grows while it is read
+        raise ModelFileError("the PLCopen XML file does not begin as dehyst writes it, in UTF-8: export it again")
     try:
         root = ElementTree.fromstring(xml)
         pous = root.findall(f"{{{SPACE}}}types/{{{SPACE}}}pous/{{{SPACE}}}pou")

@@ -16,10 +16,12 @@ class Ports:
 
     Parameters
     ----------
-    inputs, outputs
+    inputs
         Names in the order of the columns.
     switches
         Name -> bit of the signal's switch.
+    outputs
+        Names in the order of the columns.
     doubtful
         Name -> bit of the flags that may hang on the last digit in REAL: whether a limit was met.
     """
