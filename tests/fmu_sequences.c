@@ -53,7 +53,7 @@ typedef struct kept {
 } kept;
 
 static uint64_t seed;
-static unsigned long calls, refused, discarded, steps, messages;
+static unsigned long calls, refused, discarded, steps, messages, forged;
 
 static uint32_t draw(uint32_t below)
 {
@@ -72,6 +72,12 @@ static void expect(int answer, int wanted, const char *call)
         fprintf(stderr, "%s answered %d where %d was expected, after %lu calls\n", call, answer, wanted, calls);
         abort();
     }
+}
+
+/* What an instance remembers, to see that a refused call changes none of it. */
+static int same(const fmu_image *a, const fmu_image *b)
+{
+    return !memcmp(a, b, FMU_IMAGE_BYTES);
 }
 
 static double some_real(void)
@@ -232,6 +238,11 @@ static void do_step(live *one)
             wanted = FMU_DISCARD;
         }
     }
+    fmu_image before, after;
+    const int looked = wanted != FMU_OK && draw(4) == 0;
+    if (looked) {
+        fmu_take((fmu_instance *)one->c, &before);
+    }
 #if FMI == 2
     (void)missing;
     const int answer = fmi2DoStep(one->c, t, h, 0);
@@ -241,6 +252,10 @@ static void do_step(live *one)
     const int answer = fmi3DoStep(one->c, t, h, false, &a, missing ? NULL : &b, &e, &last);
 #endif
     expect(answer, wanted, "DoStep");
+    if (looked) {
+        fmu_take((fmu_instance *)one->c, &after);
+        expect(same(&before, &after) ? FMU_OK : FMU_ERROR, FMU_OK, "a refused step changed something, and");
+    }
     if (answer == FMU_OK) {
         one->time = t + h;
         one->started = 1;
@@ -269,15 +284,20 @@ static void start_experiment(live *one)
     }
 }
 
+static void do_reset(live *one)
+{
+    const instance_t c = one->c;
+    expect(DO(Reset)(c), FMU_OK, "Reset");
+    memset(one, 0, sizeof *one);
+    one->c = c;
+}
+
 static void do_mode(live *one)
 {
     const uint32_t which = draw(8);
     const int mode = one->mode;
     if (which == 0 && draw(6) == 0) {
-        expect(DO(Reset)(one->c), FMU_OK, "Reset");
-        const instance_t c = one->c;
-        memset(one, 0, sizeof *one);
-        one->c = c;
+        do_reset(one);
     } else if (which == 1) {
         start_experiment(one);
     } else if (which == 2 && draw(6) == 0) {
@@ -338,10 +358,10 @@ static void do_state(live *one, kept *states)
             }
             byte_t *whole = (byte_t *)malloc(size); /* two flips may cancel: what is undamaged is told by comparing */
             memcpy(whole, slot->state, size);
-            const int same = !memcmp(whole, bytes, size);
+            const int undamaged = !memcmp(whole, bytes, size);
             expect(DESERIALIZE(one->c, bytes, size - draw(2) * (size - 1), NULL), FMU_ERROR, "DeserializeFMUState");
-            expect(DESERIALIZE(one->c, bytes, size, &again), same ? FMU_OK : FMU_ERROR, "DeserializeFMUState");
-            if (same) {
+            expect(DESERIALIZE(one->c, bytes, size, &again), undamaged ? FMU_OK : FMU_ERROR, "DeserializeFMUState");
+            if (undamaged) {
                 expect(STATE_OF(Set)(one->c, again), FMU_OK, "SetFMUState");
                 go_back(one, slot);
                 expect(STATE_OF(Free)(one->c, &again), FMU_OK, "FreeFMUState");
@@ -350,6 +370,32 @@ static void do_state(live *one, kept *states)
             free(bytes);
         }
     }
+}
+
+/* An image whose checksum is right and whose content is not: it is taken or refused, and a refusal changes nothing. */
+static void do_forge(live *one)
+{
+    fmu_image image, before, after;
+    fmu_take((fmu_instance *)one->c, &image);
+    before = image;
+    unsigned char *bytes = (unsigned char *)&image;
+    for (uint32_t k = 0; k < 1 + draw(4); ++k) {
+        bytes[draw((uint32_t)FMU_IMAGE_BYTES)] ^= (unsigned char)(1u << draw(8));
+    }
+    if (draw(2)) { /* the core's own checksum too */
+        image.unit[FMU_UNIT_WORDS - 1] = dehyst_image_sum(image.unit, FMU_UNIT_WORDS - 1);
+    }
+    image.sum = fmu_sum(&image, offsetof(fmu_image, sum));
+    state_t state = NULL;
+    const int taken = DESERIALIZE(one->c, (const byte_t *)&image, FMU_IMAGE_BYTES, &state) == 0;
+    if (taken && STATE_OF(Set)(one->c, state) == 0) {
+        ++forged;
+        do_reset(one);
+    } else {
+        fmu_take((fmu_instance *)one->c, &after);
+        expect(same(&before, &after) ? FMU_OK : FMU_ERROR, FMU_OK, "a refused state changed something, and");
+    }
+    expect(STATE_OF(Free)(one->c, &state), FMU_OK, "FreeFMUState");
 }
 
 /* Calls without an instance, calls of what this FMU does not have, and messages. */
@@ -406,7 +452,8 @@ static void sequence(void)
         case 0: case 1: case 2: case 3: do_mode(here); break;
         case 4: case 5: case 6: case 7: case 8: case 9: case 10: case 11: do_step(here); break;
         case 12: case 13: case 14: case 15: case 16: do_access(here); break;
-        case 17: case 18: do_state(here, states); break;
+        case 17: do_state(here, states); break;
+        case 18: draw(4) ? do_state(here, states) : do_forge(here); break;
         default: do_others(here);
         }
     }
@@ -426,7 +473,7 @@ int main(int argc, char **argv)
     for (unsigned long k = 0; k < sequences; ++k) {
         sequence();
     }
-    printf("%lu sequences, %lu calls, %lu refused, %lu discarded, %lu steps, %lu messages\n", sequences, calls, refused,
-           discarded, steps, messages);
+    printf("%lu sequences, %lu calls, %lu refused, %lu discarded, %lu steps, %lu messages, %lu forged\n", sequences, calls, refused,
+           discarded, steps, messages, forged);
     return 0;
 }
