@@ -178,13 +178,17 @@ def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
         f"{subject.real} precision, names begin with {subject.name}_",
         f"input {subject.input!s}; output {subject.output!s}",
         *written.budget.lines(),
-        f"check: test signal of {subject.test.samples} samples, "
-        + (
-            f"{subject.excerpt.samples} samples of {subject.excerpt_source}"
-            if subject.excerpt is not None
-            else "none of your log (add --log LOG --column COLUMN)"
-        ),
+        _check_line(subject),
         f"wrote {len(written.files)} files, {written.size} bytes: {written.folder}",
     ]
     for line in lines:
         out.print(Text(line), soft_wrap=True)
+
+
+def _check_line(subject: Subject) -> str:
+    if subject.joint is not None:
+        return f"check: recorded run of {subject.test.samples} periods with switching and faults"
+    signal = f"check: test signal of {subject.test.samples} samples"
+    if subject.excerpt is None:
+        return f"{signal}, none of your log (add --log LOG --column COLUMN)"
+    return f"{signal}, {subject.excerpt.samples} samples of {subject.excerpt_source}"

@@ -94,8 +94,13 @@ def _unloaded_sweep(found: Characteristic, mean: float) -> Array:
 
 def pruned_inverse(found: JointIdentification) -> HysteresisModel:
     """The inverse of a joint's model without operators of zero weight: the same output, in a tenth of the time."""
+    return pruned_model(found).inverse()
+
+
+def pruned_model(found: JointIdentification) -> HysteresisModel:
+    """A joint's model without operators of zero weight."""
     model = found.fit.model
-    return (model.pruned() if isinstance(model, PrandtlIshlinskii) else model).inverse()
+    return model.pruned() if isinstance(model, PrandtlIshlinskii) else model
 
 
 def equip(

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.control import save_controller
 from dehyst.errors import OutputError
 from dehyst.experiments.loops_run import BAR
 from dehyst.experiments.results import TrialRun
+from dehyst.experiments.trials import Equipment
 from dehyst.io import write_csv, write_mcap
+from dehyst.models import HysteresisModel
 
 Array = npt.NDArray[np.float64]
 
@@ -65,6 +68,25 @@ def log_folder(folder: Path, plant: str, seed: int) -> Path:
             f"cannot make the folder '{place}' for the logs: {fault.strerror}. Name another one.", path=str(place)
         ) from None
     return place
+
+
+def write_units(equipment: Equipment, models: Mapping[int, HysteresisModel], folder: Path) -> list[Path]:
+    """Write model and controller of each compensated joint, for `dehyst export --what joint-controller`.
+
+    Parameters
+    ----------
+    equipment
+        Whose controllers are written, for joints that have a compensator.
+    models
+        Joint number -> the model whose inverse is the compensator.
+    folder
+        Where to.
+    """
+    written = []
+    for number in equipment.compensators:
+        written.append(models[number].save(folder / f"model_joint{number}.json"))
+        written.append(save_controller(equipment.controllers[number], folder / f"controller_joint{number}.json"))
+    return written
 
 
 def log_names(run: TrialRun) -> str:

@@ -20,8 +20,8 @@ from dehyst.control import Compensator
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import NAMES, Recipe, equip, local_characteristic, recipe
-from dehyst.experiments.logs import log_folder, write_trial
+from dehyst.experiments.compensators import NAMES, Recipe, equip, local_characteristic, pruned_model, recipe
+from dehyst.experiments.logs import log_folder, write_trial, write_units
 from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.results import (
@@ -164,6 +164,9 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
         backbones = _calibrations(crew, cases, chosen, request)
         found = _identifications(crew, cases, backbones, request, folder)
         equipment = {case: _equipment(request, case, r, backbones[case], found[case]) for case, r in cases.items()}
+        for case, kit in equipment.items():
+            models = {number: pruned_model(one) for number, one in found[case].items()}
+            write_units(kit, models, log_folder(folder, case.plant, case.seed))
         runs = _trials(crew, cases, equipment, found, path, request, folder)
         studied = _studied(request, found)
         jobs = study_jobs(StudyCase(cases[studied], path, equipment[studied], request.joints[0])) if studied else {}
