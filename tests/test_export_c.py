@@ -254,6 +254,24 @@ def test_numbers_of_a_block_are_those_that_the_extension_uses():
     assert model_in(numbers.model, "float").slope == tuple(block.parameters.slope.astype(np.float32).astype(float))
 
 
+@pytest.mark.parametrize("what", ["inverse", "joint-controller"])
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_the_memory_that_is_printed_is_what_a_compiler_for_a_32_bit_target_takes(what, real, tmp_path):
+    needs("arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size")
+    one = subject("mapped", what, real)
+    written = export(one, "c", tmp_path / "out")
+    here = written.folder / "src"
+    (here / "sizes.c").write_text(
+        f'#include "{one.name}.h"\nchar state[sizeof({one.name}_state)], image[4 * {one.name.upper()}_IMAGE_WORDS];\n'
+    )
+    run("arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-O2", "-c", "sizes.c", f"{one.name}.c", cwd=here)
+    listed = re.findall(r"(?m)^\w+ (\w+) \w (\w+)$", run("arm-none-eabi-nm", "-S", "sizes.o", cwd=here))
+    sizes = {name: int(size, 16) for size, name in listed}
+    sections = re.findall(r"(?m)^\.(?:ro)?data\S* +(\d+)", run("arm-none-eabi-size", "-A", f"{one.name}.o", cwd=here))
+    assert sizes == {"state": written.budget.state_bytes, "image": written.budget.image_bytes}
+    assert sum(map(int, sections)) == written.budget.parameter_bytes
+
+
 # ---- Refusals.
 
 

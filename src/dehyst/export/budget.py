@@ -12,8 +12,11 @@ from typing import Any
 from dehyst.export.subject import Subject
 
 _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
-JOINT_REALS = 51  # of dehyst_joint_state beside the plays
-JOINT_PARAMETERS = 64  # reals of dehyst_joint
+# Reals of dehyst_block, dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
+# on a 32-bit target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
+BLOCK_PARAMETERS, BLOCK_REST = 11, {4: 48, 8: 64}
+JOINT_PARAMETERS, JOINT_REST = 56, {4: 60, 8: 80}
+JOINT_REALS, JOINT_COUNTS = 43, 32
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,7 @@ class Budget:
     parameter_bytes
         Constant tables, on a 32-bit target.
     state_bytes
-        A unit's state on a 32-bit target; 8 bytes more with 64-bit pointers.
+        A unit's state on a 32-bit target; some bytes more with 64-bit pointers.
     image_bytes
         A saved state.
     instructions
@@ -65,12 +68,12 @@ def budget(subject: Subject) -> Budget:
     points = sum(numbers.points) if numbers else 0
     words = size // 4
     if subject.block is not None:
-        constants = size * (4 * n + 2 * points + 11) + 4 * 13
+        constants = size * (4 * n + 2 * points + BLOCK_PARAMETERS) + BLOCK_REST[size]
         state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
         image = 4 * (6 + words * (n + 3))
     else:
-        constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + 4 * 13
-        state = size * (n + JOINT_REALS) + 4 * 12
+        constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size]
+        state = size * (n + JOINT_REALS) + JOINT_COUNTS
         image = 4 * (14 + words * (n + 40))
     return Budget(constants, state, image, _instructions(subject))
 
