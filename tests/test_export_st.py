@@ -299,3 +299,16 @@ def test_text_needs_no_literal_in_an_expression_and_no_long_name():
     unit = Pou("PROGRAM", "P1", (Variable("VAR_OUTPUT", "y1", "LREAL"),), "y1 := y1 + 1.0;", "")
     with pytest.raises(DehystError, match="tools disagree"):
         load(structured_text(unit))
+
+
+def test_labels_of_users_keep_the_readme_in_order(tmp_path):
+    card = dehyst.models.ModelCard(
+        input=dehyst.models.SignalCard("u | *)", "bar", -1.0, 1.0),
+        output=dehyst.models.SignalCard("φ\n# x", "°", -1.0, 1.0),
+    )
+    model = random_model(np.random.default_rng(7), maps=False).with_card(card)
+    export(subject_of(model, "inverse", name="elbow"), "st", tmp_path / "out")
+    text = (tmp_path / "out" / "README.md").read_text(encoding="ascii")
+    assert all(line.count("|") in (0, 4) for line in text.splitlines())
+    assert "\n# x" not in text
+    assert all(check.ok for check in verify(tmp_path / "out"))

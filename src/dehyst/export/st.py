@@ -22,7 +22,7 @@ from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.names import type_name
 from dehyst.export.plc.plcopen import plcopen_xml
 from dehyst.export.plc.ports import BLOCK, JOINT, Ports
-from dehyst.export.plc.pou import Pou, siemens_scl, structured_text
+from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
 from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
@@ -117,6 +117,11 @@ def tolerances(subject: Subject) -> list[float]:
     return [TOLERANCE * (subject.block.output_high - subject.block.output_low)]
 
 
+def _cell(text: str) -> str:
+    """Return a text for a cell of a table in Markdown."""
+    return " ".join(plain(text).replace("|", "/").split())
+
+
 def _words(subject: Subject) -> dict[str, str]:
     origin = [f"{key}: {value}" for key, value in sorted(subject.provenance.items()) if value not in (None, "", [], {})]
     about = [
@@ -126,10 +131,10 @@ def _words(subject: Subject) -> dict[str, str]:
         "SPDX-License-Identifier: 0BSD",
     ]
     return {
-        "input": subject.input.label,
-        "output": subject.output.label,
+        "input": _cell(subject.input.label),
+        "output": _cell(subject.output.label),
         "about": "\n".join(about),
-        "title": subject.title,
+        "title": _cell(subject.title),
         "task": f" of {1e3 * subject.period:g} ms" if subject.period else "",
     }
 

@@ -62,17 +62,17 @@ def writable(x: float, real: str) -> float:
 def example(block: str, real: str, words: Mapping[str, str]) -> Pou:
     """Return a program that calls the block of a model once a cycle of a task with a fixed period."""
     variables = (
-        Variable("VAR", "Compensator", block, comment="one instance for each actuator"),
-        Variable("VAR", "Measured", real, comment=f"connect it: {words['input']}"),
-        Variable("VAR", "Wanted", "BOOL", ("FALSE",), comment="connect it: TRUE while the machine is enabled"),
-        Variable("VAR", "Homed", "BOOL", ("FALSE",), comment="connect it: TRUE for one call after homing"),
-        Variable("VAR", "Answer", real, comment=f"connect it: {words['output']}"),
+        Variable("VAR", "MyBlock", block, comment="one instance for each actuator"),
+        Variable("VAR", "MyInput", real, comment=f"connect it: {words['input']}"),
+        Variable("VAR", "MyEnable", "BOOL", ("FALSE",), comment="connect it: TRUE while the machine is enabled"),
+        Variable("VAR", "MyRestart", "BOOL", ("FALSE",), comment="connect it: TRUE for one call after homing"),
+        Variable("VAR", "MyOutput", real, comment=f"connect it: {words['output']}"),
         Variable("VAR", "Healthy", "BOOL", ("FALSE",), comment="FALSE while samples are rejected"),
     )
     body = (
-        "Compensator(InputValue := Measured, Enable := Wanted, Restart := Homed);\n"
-        "Answer := Compensator.OutputValue;\n"
-        "Healthy := NOT Compensator.Rejected;\n"
+        "MyBlock(InputValue := MyInput, Enable := MyEnable, Restart := MyRestart);\n"
+        "MyOutput := MyBlock.OutputValue;\n"
+        "Healthy := NOT MyBlock.Rejected;\n"
     )
     return Pou("PROGRAM", f"{block}_Example", variables, body, _example_comment(block, words))
 
