@@ -185,6 +185,10 @@ def test_what_is_doubtful_is_said(run, place):
     assert "--prune" in warned(run, idle)["zero-weights"]
     assert warned(run, idle, "--prune") == {}
     assert warned(run, play_model()) == {}
+    far = dehyst.models.SignalCard("angle", "deg", 1000.0, 1003.0)
+    assert warned(run, play_model(ModelCard(CARD.input, far)), "--real", "float") == {}  # what it reaches is elsewhere
+    high = dehyst.PrandtlIshlinskii([0.0, 0.1], [1.0, 0.5], 1000.0, card=CARD)
+    assert "--real double" in warned(run, high, "--real", "float")["coarse-float"]
     assert "1200 operators" in warned(run, large_model())["many-operators"]
     log = ("--log", "log.csv", "--column")
     assert "taken as they are" in warned(run, play_model(), *log, "plain")["unit-unknown"]

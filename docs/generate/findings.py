@@ -342,6 +342,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "nothing.",
             "Add `--prune`, which is exact.",
         ),
+        "coarse-float": (
+            "An export with `--real float` whose input or output lies so far from zero that neighbouring floats are "
+            "more than {COARSE:%} of the range apart.",
+            "Export with `--real double`, or identify with a signal whose mean was taken off.",
+        ),
         "many-operators": (
             "{MANY_OPERATORS} operators or more are exported: the step that turns the whole stack around moves all of "
             "them, and tables and state grow with them.",

@@ -244,9 +244,7 @@ def sweep(
 @app.command()
 def export(
     model: Model,
-    target: Annotated[
-        str, typer.Option("--target", help="c, c-header, fmu2, fmu3, st, simulink or arduino; --target ? lists them.")
-    ],
+    target: Annotated[str, typer.Option("--target", help="c, c-header, fmu2, fmu3, st, simulink or arduino.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write.")],
     real: Annotated[
         str | None, typer.Option("--real", help="double or float; without it double, for arduino float.")

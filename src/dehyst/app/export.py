@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
+import numpy as np
 from rich.text import Text
 
 from dehyst.app.terminal import ask_progress, print_findings, terminal
@@ -30,6 +31,7 @@ from dehyst.models import (
     load_model,
 )
 
+COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
 
 
@@ -66,6 +68,8 @@ def run_export(request: ExportRequest) -> None:
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
+        more += _coarse(subject)
+        more += _coarse(subject)
         written = export(subject, request.target, request.out, request.overwrite)
     if request.json:
         sys.stdout.write(json.dumps(_as_dict(written, subject, [*findings, *more]), indent=1, allow_nan=False) + "\n")
@@ -154,6 +158,22 @@ def _cost(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
             f"{left} operators: a step that turns the whole stack around moves all of them, and tables and state grow "
             f"with them. Look at the budget above; identify with fewer (--n 100) if it is too much for the target.",
         )
+
+
+def _coarse(subject: Subject) -> Iterator[Finding]:
+    """Say where numbers of this size are too coarse in float: a small range far from zero."""
+    if subject.real != "float" or subject.block is None:
+        return
+    for card in (subject.input, subject.output):
+        low, high = float(card.low or 0.0), float(card.high or 0.0)
+        step = float(np.spacing(np.float32(max(abs(low), abs(high)))))
+        if step > COARSE * (high - low):
+            yield Finding(
+                "coarse-float",
+                f"{card.label} goes from {low:.6g} to {high:.6g}, where neighbouring floats lie {step:.2g} apart, "
+                f"{100 * step / (high - low):.2g} % of the range: answers within 1e-5 of the range cannot be expected. "
+                f"Export with --real double, or identify with a signal whose mean was taken off.",
+            )
 
 
 def _as_dict(written: Written, subject: Subject, findings: list[Finding]) -> dict[str, object]:

@@ -86,6 +86,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "excerpt": subject.excerpt,
         "excerpt_source": subject.excerpt_source,
         "words": WORDS[subject.real],
+        "same": "bits" if subject.real == "double" else "answers",
         "budget": budget(subject),
         "subject": subject,
     }
