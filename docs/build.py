@@ -29,6 +29,7 @@ from generate import (  # noqa: E402 - found beside this file
     python_names,
     sensitivity,
     speed,
+    targets,
 )
 
 REFERENCE = {
@@ -55,6 +56,7 @@ PARTS = {
     "explanation/the-plant.md": ("numbers", parameters.numbers),
     "explanation/the-experiment.md": ("sensitivity", sensitivity.table),
     "explanation/speed.md": ("table", speed.page),
+    "how-to/run-on-a-microcontroller.md": ("instructions", targets.page),
     "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 

@@ -53,20 +53,31 @@ MACHINES = {
 }
 
 
-def sources(machine: Machine, driver: Path) -> list[Path]:
+def sources(machine: Machine, driver: Path, core: Path) -> list[Path]:
     """Return the files of a program: core, driver, and what stands in for an operating system."""
     beside = [HERE / "bare" / "start.c", HERE / "bare" / "io.c"] if machine.board else [HERE / "host_io.c"]
-    return [*beside, driver, *sorted((ROOT / "core").glob("*.c"))]
+    return [*beside, driver, *sorted(core.glob("*.c"))]
 
 
-def build(machine: Machine, folder: Path, real: str = "double", level: str = "-O2", driver: str = "driver.c") -> Path:
-    """Compile a driver with the core; return the program, which reads job.bin and writes answer.bin."""
+def build(
+    machine: Machine,
+    folder: Path,
+    real: str = "double",
+    level: str = "-O2",
+    driver: str = "driver.c",
+    core: Path | None = None,
+    defines: tuple[str, ...] = (),
+) -> Path:
+    """Compile a driver with the core, or with the sources of an export; return the program."""
     program = folder / f"{Path(driver).stem}.elf"
-    command = [machine.compiler, *FLAGS, level, *machine.flags, f"-I{ROOT / 'core'}", f"-I{HERE}"]
-    command += ["-DDEHYST_FLOAT"] if real == "float" else []
-    command += [str(path) for path in sources(machine, HERE / driver)]
+    place = core or ROOT / "core"
+    command = [machine.compiler, *FLAGS, level, *machine.flags, f"-I{place}", f"-I{HERE}", *defines]
+    command += ["-DDEHYST_FLOAT"] if real == "float" and core is None else []
+    command += [str(path) for path in sources(machine, HERE / driver, place)]
     if machine.board:
         command += ["-nostartfiles", "-nostdlib", "-Wl,--gc-sections", f"-T{HERE / 'bare' / 'target.ld'}", "-lgcc"]
+    else:
+        command += ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
     subprocess.run([*command, "-o", str(program)], check=True)
     return program
 

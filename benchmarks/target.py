@@ -1,0 +1,242 @@
+"""The exported arithmetic on Cortex-M and x86-64: instructions of a step, bytes of code and memory, bits.
+
+    python benchmarks/target.py --json benchmarks/results/target.json    # counts and sizes
+    python benchmarks/target.py --bits                                   # 100 random models over 1 000 samples
+    python benchmarks/target.py --quick                                  # what continuous integration runs
+
+Needs gcc-arm-none-eabi and qemu-system-arm for Cortex-M, valgrind for x86-64; what is missing is named and left out.
+Ends with status 1 if bits differ, or the 14-play inverse in float on the Cortex-M4F takes more than 20 instructions a
+play while no limit is met. `--budget` also writes the straight lines over n that `dehyst export` prints.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dehyst import PrandtlIshlinskii
+from dehyst.control import JointControllerParameters
+from dehyst.export import Subject, export, joint_subject, subject_of
+from dehyst.models import ModelCard, SignalCard
+from target import costs, count, jobs, machines, random_blocks
+from target.machines import Machine
+
+BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "instructions.json"
+PLAYS, PER_PLAY = 14, 20
+REALS = ("float", "double")
+COUNTED = ("cortex-m4f", "cortex-m7", "x86-64")
+SIZES = (1, 2, 3, 4, 6, 8, 14, 16, 17, 32, 64, 128, 200)
+SOFT = (1, 2, 8, 14, 17, 64, 200)  # where double precision is software, ten times as slow to trace
+MAP_POINTS = 200
+PERIODS = 150  # of the joint controller's recorded run
+
+
+def usable(names: tuple[str, ...]) -> Iterator[Machine]:
+    """Yield machines whose tools are there; say what is missing for others."""
+    for name in names:
+        machine = machines.MACHINES[name]
+        missing = machine.missing() or ("" if machine.board or shutil.which("valgrind") else "valgrind")
+        if missing:
+            print(f"{name} is left out: no {missing}", file=sys.stderr)
+        else:
+            yield machine
+
+
+def step_counts(machine: Machine, real: str, level: str, sizes: tuple[int, ...]) -> dict[int, dict[str, float]]:
+    """Return for each n the mean of slow loops, and the most of each kind of signal."""
+    found: dict[int, dict[str, float]] = {}
+    with tempfile.TemporaryDirectory() as place:
+        program = machines.build(machine, Path(place), real, level)
+        for n in sizes:
+            signals = costs.cases(n, real)
+            job = jobs.job(list(signals.values()), real)
+            counts = count.count(machine, program, job, Path(place), "dehyst_block_step")
+            parts = np.split(np.array(counts), np.cumsum([case.x.size for case in signals.values()])[:-1])
+            found[n] = {"typical": float(np.mean(parts[0]))}
+            found[n] |= {name: int(np.max(part)) for name, part in zip(signals, parts, strict=True)}
+            found[n]["most"] = max(found[n][name] for name in signals)
+    return found
+
+
+def map_cost(machine: Machine, real: str) -> int:
+    """Return what a map of `MAP_POINTS` breakpoints adds at most."""
+    plain = costs.cases(2, real)["free"]
+    mapped = jobs.Case(costs.with_maps(plain.block, MAP_POINTS), plain.x, plain.on)
+    with tempfile.TemporaryDirectory() as place:
+        program = machines.build(machine, Path(place), real)
+        job = jobs.job([plain, mapped], real)
+        counts = np.array(count.count(machine, program, job, Path(place), "dehyst_block_step"))
+    return int(np.ceil(np.max(counts[plain.x.size :] - counts[: plain.x.size]) / 2))
+
+
+def model(n: int) -> PrandtlIshlinskii:
+    """Return a model of n operators with a card, to export."""
+    card = ModelCard(SignalCard("pressure", "bar", -1.0, 1.0), SignalCard("angle", "rad", -1.0, 1.0))
+    return PrandtlIshlinskii(np.linspace(0.0, 0.9, n), np.concatenate([[0.5], np.full(n - 1, 0.7 / n)]), card=card)
+
+
+def joint_counts(machine: Machine, real: str, n: int, level: str = "-O2") -> dict[str, float]:
+    """Return instructions of a whole controller's period, and whether its outputs are those of the extension."""
+    subject = joint_subject(model(n), JointControllerParameters(), name="unit", real=real)
+    with tempfile.TemporaryDirectory() as place:
+        export(subject, "c", Path(place) / "out")
+        program = machines.build(machine, Path(place), real, level, "joint.c", Path(place) / "out" / "src")
+        counts = count.count(machine, program, joint_job(subject, PERIODS), Path(place), "unit_step")
+    return {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
+
+
+def joint_job(subject: Subject, periods: int) -> bytes:
+    """Return the recorded run of a joint controller as job.bin."""
+    test, kind = subject.test, jobs.TYPE[subject.real]
+    rows = np.empty(min(periods, test.samples), [("x", kind, 10), ("switches", "<u4")])
+    rows["x"], rows["switches"] = test.inputs[: rows.size], test.switch[: rows.size]
+    return jobs.word(rows.size) + rows.tobytes()
+
+
+def code_bytes(machine: Machine, subject: Subject, level: str) -> dict[str, int]:
+    """Return bytes of code with constants, and of memory, that a unit adds to a program."""
+    defines = ("-DJOINT",) if subject.what == "joint-controller" else ()
+    with tempfile.TemporaryDirectory() as place:
+        export(subject, "c", Path(place) / "out")
+        core = Path(place) / "out" / "src"
+        full = _sections(machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, defines))
+        empty = _sections(machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, ("-DEMPTY",)))
+    return {"flash": full[0] - empty[0], "ram": full[1] - empty[1]}
+
+
+def _sections(machine: Machine, program: Path) -> tuple[int, int]:
+    tool = machine.compiler.replace("gcc", "size") if machine.board else "size"
+    said = subprocess.run([tool, str(program)], capture_output=True, text=True, check=True).stdout
+    text, data, bss = (int(word) for word in re.findall(r"\d+", said.partition("\n")[2])[:3])
+    return text + data, data + bss
+
+
+def check_bits(models: int, samples: int) -> list[str]:
+    """Compare Cortex-M with the extension; return what differs."""
+    faults = []
+    for real in REALS:
+        trials = random_blocks.trials(models, samples, real)
+        cases = [trial.case for trial in trials]
+        for machine in usable(("cortex-m3", "cortex-m4f", "cortex-m7")):
+            with tempfile.TemporaryDirectory() as place:
+                program = machines.build(machine, Path(place), real)
+                content = machines.run(machine, program, jobs.job(cases, real), Path(place))
+            found = jobs.answers(content, cases, real)
+            errors = [_error(trial, answer) for trial, answer in zip(trials, found, strict=True)]
+            same, worst = sum(error == 0.0 for error in errors), max(errors)
+            limit = 0.0 if real == "double" else 1e-5
+            print(f"{machine.name:11} {real:7} {models} models x {samples} samples: {same} bit for bit, "
+                  f"largest difference {worst:.1e} of the range")  # fmt: skip
+            if not worst <= limit:
+                faults.append(f"{machine.name} in {real} differs by {worst:.1e} of the range")
+    return faults
+
+
+def _error(trial: random_blocks.Trial, answer: jobs.Answer) -> float:
+    y, flags = trial.expected()
+    if answer.y.tobytes() == y.tobytes() and np.array_equal(answer.flags, flags):
+        return 0.0
+    if trial.real == "double" and not np.array_equal(answer.flags, flags):
+        return np.inf
+    return float(max(np.max(np.abs(answer.y - y)) / trial.range(), 1e-300))
+
+
+def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
+    """Return everything that is counted and measured, by machine."""
+    found: dict[str, Any] = {}
+    for machine in usable(COUNTED):
+        entry: dict[str, Any] = {"title": machine.title, "compiler": _version(machine)}
+        for real in REALS:
+            soft = real == "double" and machine.name == "cortex-m4f"
+            counts = step_counts(machine, real, "-O2", tuple(n for n in sizes if not soft or n in SOFT))
+            print(f"{machine.name} {real}: counted", file=sys.stderr)
+            block = subject_of(model(PLAYS), name="unit", real=real)
+            joint = joint_subject(model(PLAYS), JointControllerParameters(), name="unit", real=real)
+            entry[real] = {
+                "steps": {str(n): row for n, row in counts.items()},
+                "steps_os": step_counts(machine, real, "-Os", (PLAYS,))[PLAYS],
+                "map": map_cost(machine, real),
+                "joint": {str(n): joint_counts(machine, real, n) for n in (2, PLAYS)},
+                "bytes": {level: code_bytes(machine, block, level) for level in ("-O2", "-Os")},
+                "joint_bytes": {level: code_bytes(machine, joint, level) for level in ("-O2", "-Os")},
+            }
+        found[machine.name] = entry
+    return found
+
+
+def _version(machine: Machine) -> str:
+    said = subprocess.run([machine.compiler, "--version"], capture_output=True, text=True, check=True).stdout
+    return said.partition("\n")[0].strip()
+
+
+def lines(found: dict[str, Any]) -> dict[str, Any]:
+    """Return what src/dehyst/export/instructions.json holds: a + b n instructions a step."""
+    targets: dict[str, Any] = {}
+    for name, entry in found.items():
+        targets[name] = {"title": entry["title"], "compiler": f"{entry['compiler']}, -O2", "block": {}, "joint": {}, "map": {}}
+        for real in REALS:
+            steps = {int(n): row for n, row in entry[real]["steps"].items()}
+            block = {key: costs.line({n: row[key] for n, row in steps.items()}) for key in ("typical", "most")}
+            targets[name]["block"][real] = block
+            targets[name]["map"][real] = entry[real]["map"]
+            targets[name]["joint"][real] = {key: _joint_line(entry[real]["joint"], key, block[key][1]) for key in block}
+    return {"points_of_a_map": MAP_POINTS, "largest_n": max(SIZES), "targets": targets}
+
+
+def _joint_line(rows: dict[str, dict[str, float]], key: str, slope: float) -> list[float]:
+    """Through what was counted of the recorded run, with the slope of a block: it has one in it."""
+    return [float(np.ceil(max(row[key] - slope * int(n) for n, row in rows.items()))), slope]
+
+
+def table(found: dict[str, Any]) -> list[str]:
+    """Return lines of a table of the 14-play inverse and of a whole joint controller."""
+    rows = [f"{'14-play inverse':22}{'slow loops':>12}{'none moved':>12}{'all moved':>12}{'any number':>12}{'held back':>12}"
+            f"{'all signals':>12}{'controller':>12}{'at most':>10}"]  # fmt: skip
+    for name, entry in found.items():
+        for real in REALS:
+            row, joint = entry[real]["steps"][str(PLAYS)], entry[real]["joint"][str(PLAYS)]
+            cells = (row["typical"], row["none"], row["all"], row["free"], row["held"], row["most"], joint["typical"])
+            rows.append(f"{name + ' ' + real:22}" + "".join(f"{cell:12.0f}" for cell in cells) + f"{joint['most']:10.0f}")
+    return rows
+
+
+def main() -> None:
+    """Measure, print, write, and fail if a limit is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bits", action="store_true", help="compare bits instead of counting")
+    parser.add_argument("--quick", action="store_true", help="n = 14 alone, and bits of a few models")
+    parser.add_argument("--json", type=Path, help="file for the results")
+    parser.add_argument("--budget", action="store_true", help=f"write {BUDGET.name} for dehyst export")
+    options = parser.parse_args()
+    faults = check_bits(20, 200) if options.quick else check_bits(100, 1000) if options.bits else []
+    if not options.bits:
+        found = measure((PLAYS,) if options.quick else SIZES)
+        print("\n".join(table(found)))
+        faults += missed(found)
+        if options.json:
+            options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        if options.budget:
+            BUDGET.write_text(json.dumps(lines(found), indent=1) + "\n", encoding="utf-8")
+    if faults:
+        sys.exit("over the limit: " + "; ".join(faults))
+
+
+def missed(found: dict[str, Any]) -> list[str]:
+    """Say whether the 14-play inverse takes more than it may."""
+    if "cortex-m4f" not in found:
+        return []
+    row, limit = found["cortex-m4f"]["float"]["steps"][str(PLAYS)], PLAYS * PER_PLAY
+    return [f"{name}: {row[name]} > {limit}" for name in ("typical", "none", "all") if row[name] > limit]
+
+
+if __name__ == "__main__":
+    main()

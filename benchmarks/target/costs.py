@@ -1,0 +1,97 @@
+"""Blocks and signals whose steps cost the most, and the straight lines over n that none of them crosses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from dehyst import PrandtlIshlinskii
+from dehyst.control import Block
+from dehyst.export.numbers import BlockNumbers, block_in
+from dehyst.export.subject import block_numbers
+from scipy.optimize import linprog
+from target.jobs import Array, Case
+
+FAR = 1e4
+
+
+def inverse(n: int, real: str) -> BlockNumbers:
+    """Return the inverse of n operators with thresholds 0 .. 1, far from any limit."""
+    weights = np.concatenate([[1.0], 0.5 + 0.5 * np.cos(np.arange(n - 1))]) / n
+    model = PrandtlIshlinskii(np.linspace(0.0, 1.0, n), weights)
+    numbers = block_numbers(Block(model, range=(-FAR, FAR), ramp=20))
+    return block_in(numbers, real)
+
+
+def held(numbers: BlockNumbers, real: str) -> BlockNumbers:
+    """Return the same with an output limit that is met when about half of the operators are on their way."""
+    limit = 0.5 * (numbers.model.loading[-1] + numbers.model.slope[-1]) + 1e-3
+    limits = dict(output_low=-limit, output_high=limit, reach_low=-limit, reach_high=limit)
+    return block_in(replace(numbers, **limits), real)
+
+
+def with_maps(numbers: BlockNumbers, points: int) -> BlockNumbers:
+    """Return the same with a map in front of the operator and one behind it."""
+    u = tuple(float(x) for x in np.linspace(-FAR, FAR, points))
+    return replace(numbers, model=replace(numbers.model, before=(u, u), after=(u, u)))
+
+
+def turns(numbers: BlockNumbers) -> Array:
+    """Return inputs that drag all operators, then every number of them the other way, in both directions."""
+    r = np.asarray(numbers.model.threshold)
+    top = 2.0 * r[-1] + 1.0
+    edges = np.concatenate([[0.0], 0.5 * (r[1:] + r[:-1]) * 2.0, [2.0 * r[-1] + 0.5]])
+    chosen = np.unique(np.concatenate([np.arange(min(6, r.size)), np.linspace(0, r.size, 8)]).astype(int))
+    one_way = np.column_stack([np.full(chosen.size, top), top - edges[chosen]]).ravel()
+    return np.concatenate([one_way, -one_way])
+
+
+def pushes(numbers: BlockNumbers) -> Array:
+    """Return inputs far beyond the limit, each after a way back that dragged another number of operators."""
+    x = turns(numbers)
+    top = np.max(np.abs(x))
+    return np.column_stack([np.where(x > 0, 50.0 * top, -50.0 * top), x * 0.5, np.sign(x) * 50.0 * top]).ravel()
+
+
+def loops(numbers: BlockNumbers, samples: int = 200) -> Array:
+    """Return a slow signal: nested loops of 50 samples each that shrink to a fifth."""
+    k = np.arange(samples)
+    top = 1.5 * numbers.model.threshold[-1] + 0.5
+    return top * (1.0 - 0.8 * k / samples) * np.sin(2.0 * np.pi * k / 50.0)
+
+
+def cases(n: int, real: str) -> dict[str, Case]:
+    """Return signals by name: slow "loops", steps that move "none" or "all", "free" ones that move any number of
+    operators, "held" at a limit, and all that while "switched" on and off."""
+    numbers = inverse(n, real)
+    rng = np.random.default_rng(n)
+    top = 2.0 * numbers.model.threshold[-1] + 1.0
+    free, limited = turns(numbers), pushes(numbers)
+    random = rng.uniform(-1.5 * top, 1.5 * top, 30)
+    return {
+        "loops": _on(numbers, loops(numbers)),
+        "none": _on(numbers, np.zeros(4)),
+        "all": _on(numbers, np.tile([top, -top], 4)),
+        "free": _on(numbers, np.concatenate([free, random])),
+        "held": _on(held(numbers, real), np.concatenate([limited, random])),
+        "switched": Case(held(numbers, real), np.concatenate([limited, random]), _toggled(rng, limited.size + random.size)),
+    }
+
+
+def _on(numbers: BlockNumbers, x: Array) -> Case:
+    return Case(numbers, x, np.ones(x.size, dtype=bool))
+
+
+def _toggled(rng: np.random.Generator, samples: int) -> npt.NDArray[np.bool_]:
+    return np.repeat(rng.random(samples // 5 + 1) < 0.5, 5)[:samples]
+
+
+def line(most: Mapping[int, float]) -> list[float]:
+    """Return [a, b] of the straight line a + b n over all points (n, most) that lies nearest to them, rounded up."""
+    n, y = np.array(sorted(most), float), np.array([most[k] for k in sorted(most)])
+    rows = np.column_stack([np.ones(n.size), n])
+    found = linprog((rows / y[:, None]).sum(axis=0), A_ub=-rows, b_ub=-y, bounds=[(None, None)] * 2)
+    slope = np.ceil(100.0 * found.x[1]) / 100.0
+    return [float(np.ceil(np.max(y - slope * n))), float(slope)]
