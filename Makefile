@@ -30,6 +30,7 @@ bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/instructions.py
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/memory.py
+	$(BIN)/python benchmarks/target.py
 
 # What does not depend on the machine being quiet: counted instructions, and a quarter of each ratio.
 bench-quick: $(VENV)/installed-bench

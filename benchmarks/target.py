@@ -23,12 +23,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from target import costs, count, jobs, machines, random_blocks
+from target.machines import Machine
+
 from dehyst import PrandtlIshlinskii
 from dehyst.control import JointControllerParameters
 from dehyst.export import Subject, export, joint_subject, subject_of
 from dehyst.models import ModelCard, SignalCard
-from target import costs, count, jobs, machines, random_blocks
-from target.machines import Machine
 
 BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "instructions.json"
 PLAYS, PER_PLAY = 14, 20
@@ -109,7 +110,9 @@ def code_bytes(machine: Machine, subject: Subject, level: str) -> dict[str, int]
         export(subject, "c", Path(place) / "out")
         core = Path(place) / "out" / "src"
         full = _sections(machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, defines))
-        empty = _sections(machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, ("-DEMPTY",)))
+        empty = _sections(
+            machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, ("-DEMPTY",))
+        )
     return {"flash": full[0] - empty[0], "ram": full[1] - empty[1]}
 
 
@@ -182,7 +185,13 @@ def lines(found: dict[str, Any]) -> dict[str, Any]:
     """Return what src/dehyst/export/instructions.json holds: a + b n instructions a step."""
     targets: dict[str, Any] = {}
     for name, entry in found.items():
-        targets[name] = {"title": entry["title"], "compiler": f"{entry['compiler']}, -O2", "block": {}, "joint": {}, "map": {}}
+        targets[name] = {
+            "title": entry["title"],
+            "compiler": f"{entry['compiler']}, -O2",
+            "block": {},
+            "joint": {},
+            "map": {},
+        }
         for real in REALS:
             steps = {int(n): row for n, row in entry[real]["steps"].items()}
             block = {key: costs.line({n: row[key] for n, row in steps.items()}) for key in ("typical", "most")}
@@ -199,13 +208,24 @@ def _joint_line(rows: dict[str, dict[str, float]], key: str, slope: float) -> li
 
 def table(found: dict[str, Any]) -> list[str]:
     """Return lines of a table of the 14-play inverse and of a whole joint controller."""
-    rows = [f"{'14-play inverse':22}{'slow loops':>12}{'none moved':>12}{'all moved':>12}{'any number':>12}{'held back':>12}"
-            f"{'all signals':>12}{'controller':>12}{'at most':>10}"]  # fmt: skip
+    titles = (
+        "slow loops",
+        "none moved",
+        "all moved",
+        "any number",
+        "held back",
+        "all signals",
+        "controller",
+        "at most",
+    )
+    rows = [f"{'14-play inverse':22}" + "".join(f"{title:>12}" for title in titles)]
     for name, entry in found.items():
         for real in REALS:
             row, joint = entry[real]["steps"][str(PLAYS)], entry[real]["joint"][str(PLAYS)]
             cells = (row["typical"], row["none"], row["all"], row["free"], row["held"], row["most"], joint["typical"])
-            rows.append(f"{name + ' ' + real:22}" + "".join(f"{cell:12.0f}" for cell in cells) + f"{joint['most']:10.0f}")
+            rows.append(
+                f"{name + ' ' + real:22}" + "".join(f"{cell:12.0f}" for cell in cells) + f"{joint['most']:12.0f}"
+            )
     return rows
 
 

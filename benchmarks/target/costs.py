@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import linprog
+
 from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
 from dehyst.export.numbers import BlockNumbers, block_in
 from dehyst.export.subject import block_numbers
-from scipy.optimize import linprog
 from target.jobs import Array, Case
 
 FAR = 1e4
@@ -28,7 +29,7 @@ def inverse(n: int, real: str) -> BlockNumbers:
 def held(numbers: BlockNumbers, real: str) -> BlockNumbers:
     """Return the same with an output limit that is met when about half of the operators are on their way."""
     limit = 0.5 * (numbers.model.loading[-1] + numbers.model.slope[-1]) + 1e-3
-    limits = dict(output_low=-limit, output_high=limit, reach_low=-limit, reach_high=limit)
+    limits = {"output_low": -limit, "output_high": limit, "reach_low": -limit, "reach_high": limit}
     return block_in(replace(numbers, **limits), real)
 
 
@@ -76,7 +77,9 @@ def cases(n: int, real: str) -> dict[str, Case]:
         "all": _on(numbers, np.tile([top, -top], 4)),
         "free": _on(numbers, np.concatenate([free, random])),
         "held": _on(held(numbers, real), np.concatenate([limited, random])),
-        "switched": Case(held(numbers, real), np.concatenate([limited, random]), _toggled(rng, limited.size + random.size)),
+        "switched": Case(
+            held(numbers, real), np.concatenate([limited, random]), _toggled(rng, limited.size + random.size)
+        ),
     }
 
 

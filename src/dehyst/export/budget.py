@@ -32,7 +32,8 @@ class Budget:
     image_bytes
         A saved state.
     instructions
-        Target -> instructions of a step that moves half the operators and of one that moves all, as measured.
+        Target -> instructions of a step in a slow signal, "typical", and of the slowest that was found, "most":
+        straight lines over n through counts for n up to 200, compiled with -O2 (benchmarks/target.py).
     """
 
     parameter_bytes: int
@@ -86,9 +87,12 @@ def _measured() -> dict[str, Any]:
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
     kind = "block" if subject.block else "joint"
+    numbers = subject.block.model if subject.block else subject.joint.compensator if subject.joint else None
+    maps = sum(points > 0 for points in numbers.points) if numbers else 0
     found = {}
     for name, entry in _measured().get("targets", {}).items():
         line = entry.get(kind, {}).get(subject.real)
         if line:
-            found[name] = {key: line[key][0] + line[key][1] * subject.operators for key in ("typical", "most")}
+            more = maps * entry["map"][subject.real]
+            found[name] = {key: line[key][0] + line[key][1] * subject.operators + more for key in ("typical", "most")}
     return found
