@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test check docs bench bench-quick clean exports
+.PHONY: demo test check docs bench bench-quick proofs proofs-quick clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --out demo
@@ -44,6 +44,14 @@ exports: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/exports.py
 	$(BIN)/python benchmarks/structured_text.py
 
+# The core under Frama-C, bitwuzla, libFuzzer and others: docs/explanation/proofs.md. Nothing of Python is proved, so the
+# package is not needed.
+proofs: $(VENV)/installed-proofs
+	$(BIN)/python proofs/run.py --json proofs/results.json
+
+proofs-quick: $(VENV)/installed-proofs
+	$(BIN)/python proofs/run.py --quick
+
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant engine -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
 
@@ -66,6 +74,11 @@ $(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
 $(VENV)/installed-bench: $(VENV)/bin/python $(SOURCES)
 	$(PIP) '.[all,test,bench]'
 	@touch $@ $(VENV)/installed $(VENV)/installed-test
+
+$(VENV)/installed-proofs: $(VENV)/bin/python proofs/requirements.txt proofs/install.sh constraints.txt
+	sh proofs/install.sh
+	$(PIP) -r proofs/requirements.txt
+	@touch $@
 
 clean:
 	rm -rf $(VENV) build demo

@@ -99,14 +99,18 @@ static int32_t checked_head(const uint32_t *image, int32_t words, int32_t n, uin
     return counts_are_good(image + 3) ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }
 
-static int reals_are_good(const uint32_t *at)
+static int reals_are_good(const dehyst_joint *joint, const uint32_t *at)
 {
+    const dehyst_real low = joint->pressure_low;
+    const dehyst_real high = joint->pressure_high > low ? joint->pressure_high : low;
     int good = 1;
     for (int32_t i = 0; i < REALS; ++i) {
         dehyst_real value = 0;
         good = dehyst_image_get(at + i * DEHYST_REAL_WORDS, &value, 1) != 0 && good;
         good = good && (where[i] != AT(compensator_share) || (value >= 0 && value <= 1));
         good = good && (where[i] != AT(at.b) || value > 0);
+        const int desired = where[i] == AT(desired[0]) || where[i] == AT(desired[1]);
+        good = good && (!desired || (value >= low && value <= high));
     }
     return good;
 }
@@ -140,7 +144,7 @@ int32_t dehyst_joint_restore(const dehyst_joint *joint, dehyst_joint_state *stat
     }
     const uint32_t *reals = image + 3 + COUNTS;
     const uint32_t *plays = reals + REALS * DEHYST_REAL_WORDS;
-    if (!reals_are_good(reals) || !plays_are_good(joint, plays)) {
+    if (!reals_are_good(joint, reals) || !plays_are_good(joint, plays)) {
         return DEHYST_IMAGE_INVALID;
     }
     for (int32_t i = 0; i < REALS; ++i) {

@@ -26,6 +26,7 @@ from generate import (  # noqa: E402 - found beside this file
     figures,
     findings,
     parameters,
+    proofs,
     python_names,
     sensitivity,
     speed,
@@ -57,6 +58,7 @@ PARTS = {
     "explanation/the-experiment.md": ("sensitivity", sensitivity.table),
     "explanation/speed.md": ("table", speed.page),
     "how-to/run-on-a-microcontroller.md": ("instructions", targets.page),
+    "explanation/proofs.md": ("results", proofs.page),
     "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 

@@ -1,0 +1,78 @@
+"""libFuzzer with address and undefined-behaviour sanitizers: steps, images of states and parameters, the controller."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from outcome import CORE, HERE, Failed, Proof, said, sources, tool, version
+from parameters import Block, inverse, mapped
+
+CURE = "on Debian: apt-get install clang libclang-rt-14-dev (the number is that of clang)"
+# Fuzzer -> its block, runs of a full proof, longest input.
+FUZZERS: dict[str, tuple[Block, int, int]] = {
+    "step": (mapped(inverse(4)), 1_500_000, 150),
+    "restore": (mapped(inverse(4)), 3_500_000, 150),
+    "load": (inverse(1), 3_500_000, 250),
+    "joint": (inverse(4), 1_500_000, 150),
+}
+DONE = re.compile(r"Done (\d+) runs")
+
+
+def built(folder: Path, name: str, block: Block) -> Path:
+    """Compile a fuzzer."""
+    Path(folder, "parameters.h").write_text('#include "dehyst.h"\n' + block.declarations(), encoding="utf-8")
+    program = folder / name
+    options = ["-std=c11", "-O2", "-g", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+    said(
+        [
+            tool(CURE, "clang"),
+            *options,
+            f"-I{folder}",
+            f"-I{CORE}",
+            *sources(),
+            HERE / "fuzz" / f"{name}.c",
+            "-o",
+            program,
+        ]
+    )
+    return program
+
+
+def fuzzed(name: str, runs: int, seed: int) -> int:
+    """Build and run a fuzzer; return how many runs it made.
+
+    Raises
+    ------
+    Failed
+        If it found anything; the message has the input.
+    """
+    block, _, longest = FUZZERS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        program = built(Path(folder), name, block)
+        options = [f"-runs={runs}", f"-max_len={longest}", "-detect_leaks=0", f"-seed={seed}", "-print_final_stats=0"]
+        done = subprocess.run([program, *options], cwd=folder, capture_output=True, text=True, check=False)
+    made = DONE.search(done.stderr)
+    if done.returncode or not made:
+        raise Failed(f"fuzzer {name} found something:\n{done.stderr[-1500:]}")
+    return int(made[1])
+
+
+def run(quick: bool) -> tuple[str, str, str]:
+    """Run all fuzzers, as many at a time as there are cores."""
+    tool(CURE, "clang")
+    parts = [(name, runs // 100 if quick else runs) for name, (_, runs, _) in FUZZERS.items()]
+    with ThreadPoolExecutor(max(1, len(os.sched_getaffinity(0)))) as pool:
+        made = list(pool.map(lambda part: fuzzed(part[0], part[1], 1), parts))
+    return (
+        f"clang {version(tool(CURE, 'clang'))}, libFuzzer, ASan, UBSan",
+        f"{', '.join(FUZZERS)}",
+        (f"{sum(made):,} runs without a finding".replace(",", " ")),
+    )
+
+
+PROOFS = (Proof("fuzz", "no input, image or sequence of calls leads to undefined behaviour or out of a range", run),)
