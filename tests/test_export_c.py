@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from dehyst.export.subject import block_numbers, check_name, identifier
 from export_samples import CARD, MODELS, large_model, mapped_model, play_model
 
 C_TARGETS = ("c", "c-header")
+REALS = ("double", "float")
+KINDS = (("inverse", "c"), ("joint-controller", "c"), ("joint-controller", "c-header"), ("inverse", "c-header"))
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
 
 
@@ -58,14 +61,15 @@ CASES = [
 def test_a_folder_checks_itself_with_a_compiler_and_make_only(model, what, real, target, tmp_path):
     needs("make", "cc")
     folder = export(subject(model, what, real), target, tmp_path / "out").folder
-    said = run("env", "-i", "PATH=/usr/local/bin:/usr/bin:/bin", "make", "-s", "check", cwd=folder)
+    (tmp_path / "bin").mkdir()
+    for tool in ("make", "cc", "as", "ld", "sh", "mkdir"):  # nothing else is on the path, Python least of all
+        (tmp_path / "bin" / tool).symlink_to(shutil.which(tool))
+    said = run("env", "-i", f"PATH={tmp_path / 'bin'}", "make", "-s", "check", cwd=folder)
     assert said.splitlines()[-1] == "all checks passed"
     assert "FAILED" not in said
 
 
-@pytest.mark.parametrize("target", C_TARGETS)
-@pytest.mark.parametrize("what", ["inverse", "joint-controller"])
-@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize(("target", "what", "real"), [(t, w, r) for (w, t), r in zip(KINDS, REALS * 2, strict=True)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_it_compiles_without_a_warning_as_c99_c11_and_cpp17(target, what, real, compiler, tmp_path):
     needs(compiler)
@@ -76,8 +80,7 @@ def test_it_compiles_without_a_warning_as_c99_c11_and_cpp17(target, what, real, 
         run(compiler, *options, *sources, cwd=folder)
 
 
-@pytest.mark.parametrize("target", C_TARGETS)
-@pytest.mark.parametrize("what", ["inverse", "joint-controller"])
+@pytest.mark.parametrize(("what", "target"), KINDS)
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_no_symbol_outside_the_export_is_needed(target, what, compiler, tmp_path):
     needs(compiler, "nm")
@@ -129,6 +132,24 @@ def test_cmake_builds_library_example_and_check(tmp_path):
         run("cmake", "-S", ".", "-B", "build", "-G", "Unix Makefiles", "-DCMAKE_BUILD_TYPE=Debug", cwd=folder)
         run("cmake", "--build", "build", "-j2", cwd=folder)
         assert "100% tests passed" in run("ctest", "--test-dir", "build", cwd=folder)
+
+
+@pytest.mark.parametrize("what", ["forward", "joint-controller"])
+def test_compiled_as_cpp_it_gives_the_same_bits(what, tmp_path):
+    needs("g++")
+    folder = export(subject("mapped", what), "c", tmp_path / "out").folder
+    sources = [f"src/{path.name}" for path in sorted((folder / "src").glob("*.c"))]
+    options = ("-x", "c++", "-std=c++17", "-O2", "-ffp-contract=off", "-Isrc", "-Icheck", "-o", "program")
+    run("g++", *options, "check/check.c", *sources, cwd=folder)
+    assert run("./program", cwd=folder).splitlines()[-1] == "all checks passed"
+
+
+def test_with_fused_multiply_add_it_is_the_makefile_that_keeps_the_bits(tmp_path):
+    needs("make", "gcc")
+    folder = export(subject("mapped"), "c", tmp_path / "out").folder
+    if "fma" not in Path("/proc/cpuinfo").read_text():
+        pytest.skip("this processor has no fused multiply-add")
+    assert "all checks passed" in run("make", "-s", "check", "CC=gcc", "CFLAGS=-O3 -march=native", cwd=folder)
 
 
 def test_a_wrong_build_is_noticed_by_its_own_check(tmp_path):
