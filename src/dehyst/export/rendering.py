@@ -56,7 +56,7 @@ def comment(text: object) -> str:
     Examples
     --------
     >>> comment("angle */ [deg]\n??/")
-    'angle * / [deg] ? ? /'
+    'angle * / [deg] ? ?/'
     """
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
     line = line.replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "? ?").rstrip("\\")
