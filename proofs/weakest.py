@@ -78,7 +78,7 @@ def written(folder: Path) -> Path:
     return path
 
 
-def prove(seconds: int = 20) -> tuple[int, int, str]:
+def prove(seconds: int = 60) -> tuple[int, int, str]:
     """Return goals proved, goals, and everything said."""
     frama = tool(CURE, "frama-c")
     provers = [name for name in ("cvc4", "z3") if _there(name)]
