@@ -113,7 +113,7 @@ def limits(quick: bool) -> tuple[str, str, str]:
             )
     return (
         used,
-        f"1 operator, with and without maps, {ways} ways",
+        f"1 operator, {'float, no maps' if quick else 'with and without maps'}, {ways} ways",
         ("proved, even if every sum and product were any bits"),
     )
 
@@ -141,7 +141,7 @@ def rejected(quick: bool) -> tuple[str, str, str]:
             return b.theory.all([b.theory.negation(b.plain(x)), b.same(now, before)])
 
         ways += bench.prove([], stepped, held, anything="+-*/")
-    return used, f"2 operators, {ways} ways", "proved"
+    return used, f"2 operators, {'float, ' if quick else ''}{ways} ways", "proved"
 
 
 PROOFS = (
