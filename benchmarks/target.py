@@ -91,16 +91,8 @@ def joint_counts(machine: Machine, real: str, n: int, level: str = "-O2") -> dic
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
         program = machines.build(machine, Path(place), real, level, "joint.c", Path(place) / "out" / "src")
-        counts = count.count(machine, program, joint_job(subject, PERIODS), Path(place), "unit_step")
+        counts = count.count(machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step")
     return {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
-
-
-def joint_job(subject: Subject, periods: int) -> bytes:
-    """Return the recorded run of a joint controller as job.bin."""
-    test, kind = subject.test, jobs.TYPE[subject.real]
-    rows = np.empty(min(periods, test.samples), [("x", kind, 10), ("switches", "<u4")])
-    rows["x"], rows["switches"] = test.inputs[: rows.size], test.switch[: rows.size]
-    return jobs.word(rows.size) + rows.tobytes()
 
 
 def code_bytes(machine: Machine, subject: Subject, level: str) -> dict[str, int]:

@@ -14,6 +14,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 from target import count, jobs, machines, random_blocks
 
+from dehyst.control import JointControllerParameters
+from dehyst.export import export, joint_subject
+from export_samples import large_model
+
 MODELS, SAMPLES = 12, 120
 BOARDS = [name for name, machine in machines.MACHINES.items() if machine.board]
 
@@ -91,3 +95,19 @@ def test_instructions_are_counted_right_where_their_number_is_known(programs, fu
     machine, program = programs("cortex-m4f", "float", "known.c")
     job = np.array([len(numbers), *numbers], "<u4").tobytes()
     assert count.count(machine, program, job, program.parent, function) == expected
+
+
+@pytest.mark.parametrize("name", ["cortex-m4f", "cortex-m7"])
+def test_a_whole_joint_controller_has_the_bits_of_the_extension(name, tmp_path):
+    machine = machines.MACHINES[name]
+    if machine.missing():
+        pytest.skip(f"no {machine.missing()}; on Debian: apt-get install gcc-arm-none-eabi qemu-system-arm")
+    subject = joint_subject(large_model(14), JointControllerParameters(), name="unit")
+    export(subject, "c", tmp_path / "out")
+    program = machines.build(machine, tmp_path, driver="joint.c", core=tmp_path / "out" / "src")
+    test = subject.test
+    content = machines.run(machine, program, jobs.joint_job(subject, test.samples), tmp_path)
+    rows = np.frombuffer(content, [("y", "<f8", 11), ("flags", "<u4")])
+    assert same_bits(rows["y"], test.outputs)
+    assert np.array_equal(rows["flags"], test.flags)
+    assert len(set(test.flags.tolist())) > 5  # faults and limits are among them

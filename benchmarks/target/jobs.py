@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.export import Subject
 from dehyst.export.numbers import BlockNumbers
 
 Array = npt.NDArray[np.float64]
@@ -63,6 +64,14 @@ def image(block: BlockNumbers, real: str) -> bytes:
 def job(cases: Sequence[Case], real: str) -> bytes:
     """Return the content of job.bin."""
     return word(len(cases)) + b"".join(case.words(real) for case in cases)
+
+
+def joint_job(subject: Subject, periods: int) -> bytes:
+    """Return the recorded run of a joint controller as job.bin."""
+    test, kind = subject.test, TYPE[subject.real]
+    rows = np.empty(min(periods, test.samples), [("x", kind, 10), ("switches", "<u4")])
+    rows["x"], rows["switches"] = test.inputs[: rows.size], test.switch[: rows.size]
+    return word(rows.size) + rows.tobytes()
 
 
 def answers(content: bytes, cases: Sequence[Case], real: str) -> list[Answer]:
