@@ -35,8 +35,8 @@ BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "in
 PLAYS, PER_PLAY = 14, 20
 REALS = ("float", "double")
 COUNTED = ("cortex-m4f", "cortex-m7", "x86-64")
-SIZES = (1, 2, 3, 4, 6, 8, 14, 16, 17, 32, 64, 128, 200)
-SOFT = (1, 2, 8, 14, 17, 64, 200)  # where double precision is software, ten times as slow to trace
+SIZES = (1, 2, 3, 4, 8, 14, 16, 17, 32, 64, 128, 200)
+SOFT = (1, 2, 14, 17, 64, 200)  # where double precision is software, ten times as slow to trace
 MAP_POINTS = 200
 PERIODS = 150  # of the joint controller's recorded run
 

@@ -33,6 +33,12 @@ def held(numbers: BlockNumbers, real: str) -> BlockNumbers:
     return block_in(replace(numbers, **limits), real)
 
 
+def beyond(numbers: BlockNumbers, real: str) -> BlockNumbers:
+    """Return the same where every output is beyond the limit: the way back is searched to its end at every step."""
+    far = {"output_low": -2.0 * FAR, "output_high": -FAR, "reach_low": -2.0 * FAR, "reach_high": -FAR}
+    return block_in(replace(numbers, **far), real)
+
+
 def with_maps(numbers: BlockNumbers, points: int) -> BlockNumbers:
     """Return the same with a map in front of the operator and one behind it."""
     u = tuple(float(x) for x in np.linspace(-FAR, FAR, points))
@@ -65,7 +71,7 @@ def loops(numbers: BlockNumbers, samples: int = 200) -> Array:
 
 def cases(n: int, real: str) -> dict[str, Case]:
     """Return signals by name: slow "loops", steps that move "none" or "all", "free" ones that move any number of
-    operators, "held" at a limit, and all that while "switched" on and off."""
+    operators, "held" at a limit, "beyond" it from the start on, and all that while "switched" on and off."""
     numbers = inverse(n, real)
     rng = np.random.default_rng(n)
     top = 2.0 * numbers.model.threshold[-1] + 1.0
@@ -77,6 +83,7 @@ def cases(n: int, real: str) -> dict[str, Case]:
         "all": _on(numbers, np.tile([top, -top], 4)),
         "free": _on(numbers, np.concatenate([free, random])),
         "held": _on(held(numbers, real), np.concatenate([limited, random])),
+        "beyond": Case(beyond(numbers, real), np.concatenate([free, random]), _toggled(rng, free.size + random.size)),
         "switched": Case(
             held(numbers, real), np.concatenate([limited, random]), _toggled(rng, limited.size + random.size)
         ),
