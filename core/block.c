@@ -26,6 +26,7 @@ static dehyst_real faded(dehyst_real share, dehyst_real target, dehyst_real part
 
 static dehyst_real reject(dehyst_block_state *state)
 {
+    state->flags &= ~(uint32_t)DEHYST_LIMITED; /* that was an earlier sample */
     state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
     return state->output;
 }

@@ -52,16 +52,13 @@ static int32_t checked_state(const dehyst_block *block, const uint32_t *image, i
             return DEHYST_IMAGE_INVALID;
         }
         at += DEHYST_REAL_WORDS;
-        if (i > 0) {
-            const dehyst_pi neighbours = {2, pi->threshold + (i - 1), 0, 0, 0, 0};
-            if (!dehyst_admissible(&neighbours, pair)) {
-                return DEHYST_IMAGE_INVALID;
-            }
+        if (i > 0 && !dehyst_admissible(2, pi->threshold + (i - 1), pair)) {
+            return DEHYST_IMAGE_INVALID;
         }
     }
     const int good = dehyst_image_get(at, rest, 3) != 0 && rest[0] >= 0 && rest[0] <= 1 &&
                      rest[1] >= block->output_low && rest[1] <= block->output_high && (image[3] & ~FLAGS) == 0 &&
-                     image[4] <= 1;
+                     image[4] <= 1 && (image[4] == 1 || !(rest[0] > 0));
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }
 

@@ -18,7 +18,8 @@ void dehyst_fade_step(dehyst_fade *fade)
 {
     const dehyst_real value = fade->value < 0 ? -fade->value : fade->value;
     const dehyst_real step = fade->step < 0 ? -fade->step : fade->step;
-    fade->value = value > step ? fade->value - fade->step : (dehyst_real)0;
+    const dehyst_real left = value > step ? value - step : (dehyst_real)0; /* never grows, whatever the signs */
+    fade->value = fade->value < 0 ? -left : left;
 }
 
 dehyst_real dehyst_fade_part(const dehyst_joint *joint)

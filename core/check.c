@@ -3,17 +3,19 @@
 /* States follow from differences of rounded numbers: as far as that they may be off. */
 #ifdef DEHYST_FLOAT
 #define SLACK 1e-4f
+#define LEAST_FADE 1e-6f /* of less a switching would never end: 1 - fade must not be 1 */
 #else
 #define SLACK 1e-9
+#define LEAST_FADE 1e-12
 #endif
 
 static dehyst_real size(dehyst_real x) { return x < 0 ? -x : x; }
 
-int dehyst_admissible(const dehyst_pi *pi, const dehyst_real *z)
+int dehyst_admissible(int32_t n, const dehyst_real *threshold, const dehyst_real *z)
 {
-    const dehyst_real *r = pi->threshold;
+    const dehyst_real *r = threshold;
     int good = dehyst_accept(z[0]);
-    for (int32_t i = 1; good && i < pi->n; ++i) {
+    for (int32_t i = 1; good && i < n; ++i) {
         good = dehyst_accept(z[i]) && size(z[i] - z[i - 1]) <= r[i] - r[i - 1] + SLACK * (size(z[i]) + r[i]);
     }
     return good;
@@ -92,13 +94,13 @@ int32_t dehyst_block_check(const dehyst_block *block)
     const int operators = pi->n >= 1 && increases(pi->threshold, pi->n) && pi->threshold[0] >= 0 &&
                           numbers(pi->slope, pi->n) && numbers(pi->loading, pi->n) && loading_is_good(pi) &&
                           dehyst_accept(pi->center) && dehyst_accept(pi->offset) &&
-                          dehyst_admissible(pi, block->start);
+                          dehyst_admissible(pi->n, pi->threshold, block->start);
     const int maps = map_is_good(&block->model.before) && map_is_good(&block->model.after);
     const int ranges = range_is_good(block->input_low, block->input_high) &&
                        range_is_good(block->output_low, block->output_high) &&
                        range_is_good(block->reach_low, block->reach_high);
     const int switching = dehyst_accept(block->line_slope) && dehyst_accept(block->line_offset) &&
-                          dehyst_accept(block->fade) && block->fade > 0 && block->fade <= 1;
+                          dehyst_accept(block->fade) && block->fade >= LEAST_FADE && block->fade <= 1;
     const int good = operators && maps && ranges && switching && arguments_are_good(block);
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }

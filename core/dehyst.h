@@ -130,7 +130,7 @@ typedef struct dehyst_block {
     dehyst_real output_low, output_high; /* no output lies beyond, [output] */
     dehyst_real reach_low, reach_high;   /* the same in front of the last map: where the input is held back, [its argument] */
     dehyst_real line_slope, line_offset; /* answer while off: line_offset + line_slope x, [output/input], [output] */
-    dehyst_real fade;                    /* share of a switching that one sample makes, 0 < fade <= 1 */
+    dehyst_real fade;                    /* share of a switching that one sample makes, 1e-12 (float: 1e-6) .. 1 */
     uint32_t fingerprint;                /* of the model: images of another one are refused */
 } dehyst_block;
 
@@ -146,7 +146,9 @@ typedef struct dehyst_block_state {
 void dehyst_block_reset(const dehyst_block *block, dehyst_block_state *state);
 
 /* One sample; `on` may change at any time: the output fades between the model's and the line's over 1/fade samples,
- * but for the first sample after a reset, which begins where it is told to. The states follow in either case.
+ * but for the first sample after a reset, which begins where it is told to. The states follow in either case. A rejected
+ * sample holds all of it: switching goes on with the next good one, so a machine whose reference died is to be stopped
+ * elsewhere.
  * output_low <= output <= output_high for every x, whatever its bits. While it is on and nothing is limited the output
  * is that of dehyst_model_step, to the bit. */
 dehyst_real dehyst_block_step(const dehyst_block *block, dehyst_block_state *state, dehyst_real x, int on);
@@ -192,7 +194,7 @@ int32_t dehyst_block_load(const uint32_t *image, int32_t words, dehyst_real *mem
 int32_t dehyst_block_check(const dehyst_block *block);
 
 /* 1 if an input can leave play states z: |z_i - z_{i+1}| <= r_{i+1} - r_i, to rounding. */
-int dehyst_admissible(const dehyst_pi *pi, const dehyst_real *z);
+int dehyst_admissible(int32_t n, const dehyst_real *threshold, const dehyst_real *z);
 
 /* CRC-32 (IEEE 802.3) of words, low byte first; write n reals, read n reals. The last two return where to go on;
  * reading returns a null pointer if some number is not one that dehyst_accept takes. */

@@ -115,6 +115,23 @@ static int reals_are_good(const dehyst_joint *joint, const uint32_t *at)
     return good;
 }
 
+/* A term that fades gets smaller and is gone some day. */
+static int fades_are_good(const uint32_t *at)
+{
+    int good = 1;
+    for (int32_t i = 0; i + 1 < REALS; ++i) {
+        dehyst_real pair[2];
+        if (where[i] == AT(integrator.value) || where[i] == AT(difference.value) || where[i] == AT(mean.value) ||
+            where[i] == AT(exchanged.value)) {
+            good = dehyst_image_get(at + i * DEHYST_REAL_WORDS, pair, 2) != 0 && good;
+            const dehyst_real size = pair[0] < 0 ? -pair[0] : pair[0];
+            const dehyst_real step = pair[1] < 0 ? -pair[1] : pair[1];
+            good = good && (size > step ? size - step < size : 1);
+        }
+    }
+    return good;
+}
+
 /* The plays of the image are admissible; looked at two at a time, because there is no memory for all of them. */
 static int plays_are_good(const dehyst_joint *joint, const uint32_t *at)
 {
@@ -124,11 +141,8 @@ static int plays_are_good(const dehyst_joint *joint, const uint32_t *at)
         if (!dehyst_image_get(at + i * DEHYST_REAL_WORDS, &pair[1], 1)) {
             return 0;
         }
-        if (i > 0) {
-            const dehyst_pi neighbours = {2, joint->compensator->hysteresis.threshold + (i - 1), 0, 0, 0, 0};
-            if (!dehyst_admissible(&neighbours, pair)) {
-                return 0;
-            }
+        if (i > 0 && !dehyst_admissible(2, joint->compensator->hysteresis.threshold + (i - 1), pair)) {
+            return 0;
         }
     }
     return 1;
@@ -144,7 +158,7 @@ int32_t dehyst_joint_restore(const dehyst_joint *joint, dehyst_joint_state *stat
     }
     const uint32_t *reals = image + 3 + COUNTS;
     const uint32_t *plays = reals + REALS * DEHYST_REAL_WORDS;
-    if (!reals_are_good(joint, reals) || !plays_are_good(joint, plays)) {
+    if (!reals_are_good(joint, reals) || !fades_are_good(reals) || !plays_are_good(joint, plays)) {
         return DEHYST_IMAGE_INVALID;
     }
     for (int32_t i = 0; i < REALS; ++i) {

@@ -138,7 +138,7 @@ static const char *fault(const dehyst_block *block)
     for (int k = 0; k < STEPS; ++k) {
         const dehyst_real y = dehyst_block_step(block, &state, input(block), !one_in(3));
         if (!(y >= block->output_low && y <= block->output_high)) return "an output leaves its range";
-        if (!dehyst_admissible(&block->model.hysteresis, z)) return "a state is one that no input leaves";
+        if (!dehyst_admissible(block->model.hysteresis.n, block->model.hysteresis.threshold, z)) return "a state is one that no input leaves";
         if (!goes_on(block, &state)) return "a restored block does not go on";
     }
     return 0;

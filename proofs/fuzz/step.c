@@ -23,6 +23,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         }
         CLAIM(within(dehyst_block_step(&block, &state, take_real(&from), what & 1), OUTPUT_LOW, OUTPUT_HIGH));
     }
-    CLAIM(dehyst_admissible(&block.model.hysteresis, z));
+    CLAIM(dehyst_admissible(block.model.hysteresis.n, block.model.hysteresis.threshold, z));
     return 0;
 }

@@ -61,7 +61,7 @@ class Stepper : public SampleCall<Stepper> {
             require(dehyst_accept(image.data()[i]) != 0, "saved state is not finite");
         const double *z = image.data(), output = z[z_.size()], flags = z[z_.size() + 1];
         require(flags == 0.0 || flags == 2.0 || flags == 3.0, "saved state carries unknown flags");
-        require(dehyst_admissible(&parameters_.view.hysteresis, z) != 0,
+        require(dehyst_admissible(static_cast<int32_t>(z_.size()), parameters_.threshold.data(), z) != 0,
                 "saved state is not admissible: no input leaves it");
         require(belongs(output, z), "saved state belongs to another model");
         z_.assign(z, z + z_.size());
