@@ -55,7 +55,8 @@ class BlockParameters:
     input_low, input_high, output_low, output_high
         Limits. [input], [output]
     reach_low, reach_high
-        Limits of the output in front of the last map. [output of H]
+        Limits of the output in front of the last map, where the input is held back; those of a forward block, which
+        never does that, are the largest numbers that are taken. [output of H]
     line_slope, line_offset
         Of the straight line that answers while the block is off. [output/input], [output]
     fade
@@ -96,10 +97,10 @@ class Block:
     Gamma is the model or its inverse, s the share of it (1 on, 0 off), a + b x a straight line.
 
     **Limits.** An inverse block asks for inputs of the actuator within `range` and for no other; a forward block takes
-    them and answers what the model reaches from there. A wanted output beyond what the actuator can do is where a plain
-    inverse goes wrong: it asks for too much, believes that it was given, and its memory is not that of the actuator any
-    more, so that it errs long after the limit was left. The block holds its own input back at the point where its
-    output meets the limit: its memory stays that of an actuator that got what the block answered.
+    them, answers what the model reaches from there, and never holds back. A wanted output beyond what the actuator can
+    do is where a plain inverse goes wrong: it asks for too much, believes that it was given, and its memory is not that
+    of the actuator any more, so that it errs long after the limit was left. An inverse block holds its own input back
+    at the point where its output meets the limit: its memory stays that of an actuator that got what it answered.
 
     **Switching.** `on` may change at any sample: s runs from 0 to 1 or back in `ramp` samples, so that no output jumps
     by more than the model or the line moved and 1/`ramp` of the distance between both. The states follow the input in
@@ -351,11 +352,9 @@ def _image(model: HysteresisModel, stepped: HysteresisModel, low: float, high: f
     reached = plant.after(bottom, top)
     slope, offset = _secant(model, low, high)
     if stepped is model:
-        # Reached in exact arithmetic; what rounding adds must be neither cut off nor held back.
-        more = plant.rounding(low, high)
-        wide = plant.after(bottom - more, top + more)
-        last = max(abs(x) for x in wide) * 8 * float(np.finfo(float).eps) if plant.after_u.size else 0.0
-        limits = [low, high, wide[0] - last, wide[1] + last, bottom - 2 * more, top + 2 * more]
+        # Reached in exact arithmetic; what rounding adds must not be cut off. A forward block never holds its input
+        # back: the actuator did get it, and on a branch that is nearly flat the point to stop at would be anywhere.
+        limits = [low, high, *plant.widened(low, high, bottom, top), -_native.INPUT_LIMIT, _native.INPUT_LIMIT]
     else:
         limits = [*reached, low, high, *operator.in_front_of_after(low, high)]
     o = operator

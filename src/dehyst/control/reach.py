@@ -12,6 +12,8 @@ from dehyst import _native
 Array = npt.NDArray[np.float64]
 
 _NO_MAP = np.zeros(0)
+EPS = float(np.finfo(np.float64).eps)
+EPS_FLOAT = float(np.finfo(np.float32).eps)
 
 
 @dataclass(frozen=True)
@@ -81,13 +83,20 @@ class Operator:
         low, high = max(by_states[0], last[0] - cells), min(by_states[1], last[1] + cells)
         return self.offset + float(low), self.offset + float(high)
 
-    def rounding(self, low: float, high: float) -> float:
-        """Bound of the rounding of H by a step while the input stays within low..high."""
+    def widened(self, low: float, high: float, bottom: float, top: float, eps: float = EPS) -> tuple[float, float]:
+        """Range of the output for H within bottom .. top and inputs within low..high, and what rounding may add."""
+        more = self.rounding(low, high, eps)
+        wide = self.after(bottom - more, top + more)
+        last = max(abs(y) for y in wide) * 8 * eps if self.after_u.size else 0.0
+        return wide[0] - last, wide[1] + last
+
+    def rounding(self, low: float, high: float, eps: float = EPS) -> float:
+        """Bound of the rounding of H by a step while the input stays within low..high, eps that of the precision."""
         r, slopes = self.thresholds, np.cumsum(self.weights)
         states = max(abs(x - self.center) for x in self.before(low, high)) + float(r[-1] + np.max(np.abs(self.start)))
         size = abs(self.offset) + float(np.abs(slopes[:-1]) @ np.diff(r)) + abs(float(slopes[-1])) * states
         size += float(np.max(np.abs(slopes))) * states  # the edge cell is a difference of states
-        return 4 * (r.size + 4) * float(np.finfo(float).eps) * size
+        return 4 * (r.size + 4) * eps * size
 
 
 def _between(a: float, b: float, bends: Array) -> Array:

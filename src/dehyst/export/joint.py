@@ -12,9 +12,10 @@ from dehyst import _native
 from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
+from dehyst.export.float_rules import check_model, check_values
 from dehyst.export.numbers import JointNumbers, ModelNumbers, model_in, rounded
 from dehyst.export.signal import Array, Signal
-from dehyst.export.subject import REALS, Subject, check_choice, check_name, check_rounding, model_numbers
+from dehyst.export.subject import REALS, Subject, check_choice, check_name, model_numbers
 from dehyst.models import HysteresisModel
 from dehyst.models.storage import model_to_dict
 
@@ -58,7 +59,8 @@ def joint_subject(
     exact = compensator_numbers(inverse)
     single = model_in(exact, real)
     if real == "float":
-        check_rounding(exact, single)
+        check_model(exact, single)
+        check_values(parameters.as_dict())
     content = model_to_dict(model)
     fingerprint = zlib.crc32(f"{controller_checksum(parameters)} {content['sha256']} {real}".encode("ascii"))
     return Subject(

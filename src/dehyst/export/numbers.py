@@ -10,8 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.control.reach import EPS_FLOAT, Operator
+
 Floats = tuple[float, ...]
 Map = tuple[Floats, Floats]
+
+FLOAT_LIMIT = float(np.float32(1e15))  # DEHYST_INPUT_LIMIT of the core in float
+_LIMITS = ("input", "output", "reach")
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,11 @@ class BlockNumbers:
     fade: float
     fingerprint: int
 
+    @property
+    def holds_back(self) -> bool:
+        """Whether there is an output in front of the last map at which the input is held back: not so forward."""
+        return self.reach_high < FLOAT_LIMIT
+
 
 @dataclass(frozen=True)
 class JointNumbers:
@@ -76,7 +86,10 @@ class JointNumbers:
 
 def rounded(value: float, real: str) -> float:
     """Return the nearest number of the precision, as a double."""
-    return float(np.float32(value)) if real == "float" else float(value)
+    if real == "double":
+        return float(value)
+    with np.errstate(over="ignore"):  # infinity is refused where all of a unit is looked at
+        return float(np.float32(value))
 
 
 def inward(low: float, high: float, real: str) -> tuple[float, float]:
@@ -89,16 +102,40 @@ def inward(low: float, high: float, real: str) -> tuple[float, float]:
     return below, above
 
 
+def outward(low: float, high: float, real: str) -> tuple[float, float]:
+    """Return a range of numbers of the precision that holds low .. high."""
+    below, above = rounded(low, real), rounded(high, real)
+    if below > low:
+        below = float(np.nextafter(np.float32(below), np.float32(-math.inf)))
+    if above < high:
+        above = float(np.nextafter(np.float32(above), np.float32(math.inf)))
+    return below, above
+
+
 def block_in(numbers: BlockNumbers, real: str) -> BlockNumbers:
     """Return the block in that precision; its values stay doubles."""
     if real == "double":
         return numbers
     single = {name: rounded(getattr(numbers, name), real) for name in ("line_slope", "line_offset", "fade")}
-    limits: dict[str, float] = {}
-    for name in ("input", "output", "reach"):
-        pair = getattr(numbers, f"{name}_low"), getattr(numbers, f"{name}_high")
-        limits[f"{name}_low"], limits[f"{name}_high"] = inward(*pair, real)
-    return BlockNumbers(model_in(numbers.model, real), **limits, **single, fingerprint=numbers.fingerprint)
+    pairs = {name: (getattr(numbers, f"{name}_low"), getattr(numbers, f"{name}_high")) for name in _LIMITS}
+    limits = {name: inward(*pair, real) for name, pair in pairs.items()}
+    if not numbers.holds_back:
+        # What a model reaches is no limit of a machine: the answers in float must not be cut off by their rounding.
+        limits["output"] = outward(*_reached_in_float(numbers), real)
+        limits["reach"] = (-FLOAT_LIMIT, FLOAT_LIMIT)
+    ends = {f"{name}_{end}": pair[k] for name, pair in limits.items() for k, end in enumerate(("low", "high"))}
+    return BlockNumbers(model_in(numbers.model, real), **ends, **single, fingerprint=numbers.fingerprint)
+
+
+def _reached_in_float(numbers: BlockNumbers) -> tuple[float, float]:
+    """Range of the output with the rounding of floats."""
+    m = numbers.model
+    nothing: Map = ((), ())
+    (u, v), (p, q) = ([np.array(values) for values in points or nothing] for points in (m.before, m.after))
+    weights = np.diff(np.array(m.slope), prepend=0.0)
+    operator = Operator(np.array(m.threshold), weights, m.center, m.offset, u, v, p, q, np.array(m.start))
+    bottom, top = operator.in_front_of_after(numbers.output_low, numbers.output_high)
+    return operator.widened(numbers.input_low, numbers.input_high, bottom, top, EPS_FLOAT)
 
 
 def model_in(numbers: ModelNumbers, real: str) -> ModelNumbers:

@@ -15,6 +15,7 @@ from dehyst.control.block import Block, Direction
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.core_files import core_files
+from dehyst.export.float_rules import check_block
 from dehyst.export.numbers import BlockNumbers, JointNumbers, ModelNumbers, block_in
 from dehyst.export.signal import Array, Signal, answers, test_input
 from dehyst.models import HysteresisModel, SignalCard
@@ -175,32 +176,6 @@ def block_numbers(block: Block) -> BlockNumbers:
     return BlockNumbers(model_numbers(values), **own, fingerprint=int(values["fingerprint"]))
 
 
-def check_rounding(exact: ModelNumbers, single: ModelNumbers) -> None:
-    """Refuse a model whose neighbouring thresholds or breakpoints become one number in float.
-
-    Raises
-    ------
-    ParameterError
-        If some do.
-    """
-    tables = {"thresholds": (exact.threshold, single.threshold)}
-    for place in ("before", "after"):
-        pairs = getattr(exact, place), getattr(single, place)
-        if pairs[0] is not None:
-            tables[f"breakpoints of the map {place} the hysteresis"] = pairs[0][0], pairs[1][0]
-            tables[f"values of the map {place} the hysteresis"] = pairs[0][1], pairs[1][1]
-    for what, (doubles, values) in tables.items():
-        step = np.diff(values)
-        if not (np.all(step > 0) or np.all(step < 0)):
-            k = int(np.argmin(np.abs(step)))
-            raise ParameterError(
-                f"this model cannot be exported with --real float: of its {what}, number {k + 1} "
-                f"({doubles[k]:.9g}) and number {k + 2} ({doubles[k + 1]:.9g}) become the same number in "
-                f"single precision. Identify with fewer operators (--n 50), or export with --real double.",
-                first=k,
-            )
-
-
 def subject_of(
     model: HysteresisModel,
     what: str = "inverse",
@@ -247,7 +222,7 @@ def subject_of(
     exact = block_numbers(block)
     numbers = block_in(exact, real)
     if real == "float":
-        check_rounding(exact.model, numbers.model)
+        check_block(exact, numbers)
     names = block.input.name or "input", block.output.name or "output"
     content = model_to_dict(model)
     x, on = test_input(numbers, real, ramp)
