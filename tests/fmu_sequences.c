@@ -41,7 +41,6 @@ enum { LIVE = 3, KEPT = 4, CALLS = 60, MOST = 6 };
 typedef struct live {
     instance_t c;
     int mode;     /* what the standard's state machine says, kept apart from the FMU's own */
-    int started;
     double time;
     int has_stop;
     double stop;
@@ -229,9 +228,9 @@ static void do_step(live *one)
     missing = draw(20) == 0;
 #endif
     if (wanted == FMU_OK) {
-        const double apart = fabs(t - one->time);
-        if (missing || !isfinite(t) || !isfinite(h) || !(h > 0) ||
-            (one->started && apart > 0.01 * h + 1e-9 * fabs(t)) || (one->has_stop && t + h > one->stop + 0.5 * h)) {
+        const double apart = fabs(t - one->time), rounding = 4 * DBL_EPSILON * fabs(t);
+        if (missing || !isfinite(t) || !isfinite(h) || !(h > 0) || !isfinite(t + h) ||
+            rounding > 0.25 * h || apart > 1e-6 * h + rounding || (one->has_stop && t + h > one->stop + 0.5 * h)) {
             wanted = FMU_ERROR;
         } else if (FMU_PERIOD > 0 && (h / period > 1e6 || round(h / period) < 1 ||
                                       fabs(h / period - round(h / period)) > 1e-6 * round(h / period))) {
@@ -258,7 +257,6 @@ static void do_step(live *one)
     }
     if (answer == FMU_OK) {
         one->time = t + h;
-        one->started = 1;
         ++steps;
         check_outputs(one);
     }

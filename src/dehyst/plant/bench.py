@@ -39,13 +39,6 @@ class JointBench:
     seed
         Of the sensors' noise and the muscles' tolerances.
 
-    Attributes
-    ----------
-    period
-        Of the simulation and of the control. [s]
-    start
-        What the sensors showed at the start: a controller is to be reset to it.
-
     Raises
     ------
     ParameterError
@@ -69,14 +62,14 @@ class JointBench:
             raise ParameterError(
                 f"joint {number} is electric: it has no valves. Joints with muscles: {robot.pneumatic}.", joint=number
             )
-        self.period = robot.simulation.period
+        self._period = robot.simulation.period
         self._mean = robot.controller.mean_pressure
         self._seed = noise_seed(seed, number)
         self._model = arm_model(robot, moving=(number,), fused=True)
         self._data = new_data(self._model)
         self._plant: _native.PneumaticJoint = built_plant(robot, number, seed)
         self._advance = mujoco().mj_step
-        self.start = self.reset()
+        self._start = self.reset()
 
     def reset(self) -> Reading:
         """At rest in the zero pose, both muscles at the mean pressure, nothing remembered; return `start`."""
@@ -84,8 +77,8 @@ class JointBench:
         self._data.qvel[:] = 0
         self._data.qfrc_applied[:] = 0
         self._plant.reset(0.0, self._mean, self._mean, self._seed)
-        self.start = self.sense()
-        return self.start
+        self._start = self.sense()
+        return self._start
 
     def sense(self) -> Reading:
         """Read the sensors, once a period: each reading has noise of its own."""
@@ -104,6 +97,16 @@ class JointBench:
         drive = self._plant.step(self.angle, self.velocity, valve_1, valve_2, self.period)
         self._data.qfrc_applied[0] = hung + drive
         self._advance(self._model, self._data)
+
+    @property
+    def period(self) -> float:
+        """Of the simulation and of the control. [s]"""
+        return self._period
+
+    @property
+    def start(self) -> Reading:
+        """What the sensors showed at the start: a controller is to be reset to it."""
+        return self._start
 
     @property
     def angle(self) -> float:

@@ -42,15 +42,6 @@ class Instance:
     path
         Of the .fmu file.
 
-    Attributes
-    ----------
-    name, token
-        Model identifier; GUID or instantiation token.
-    variables
-        Name -> (kind, value reference, length).
-    messages
-        What the FMU said.
-
     Raises
     ------
     OutputError
@@ -58,7 +49,7 @@ class Instance:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.messages: list[str] = []
+        self._messages: list[str] = []
         self._folder = tempfile.TemporaryDirectory()
         root = Path(self._folder.name)
         try:
@@ -68,29 +59,49 @@ class Instance:
         except (OSError, zipfile.BadZipFile, Xml.ParseError) as fault:
             raise OutputError(f"'{path}' is no FMU: {fault}. Export it again.", path=str(path)) from None
         self._version: Literal[2, 3] = 2 if xml.get("fmiVersion", "").startswith("2") else 3
-        self.name = xml.find("CoSimulation").get("modelIdentifier", "")  # type: ignore[union-attr]
-        self.token = xml.get("guid") or xml.get("instantiationToken") or ""
-        self.variables = dict(_variables(xml))
+        self._name = xml.find("CoSimulation").get("modelIdentifier", "")  # type: ignore[union-attr]
+        self._token = xml.get("guid") or xml.get("instantiationToken") or ""
+        self._variables = dict(_variables(xml))
         self._library = c.CDLL(str(self._binary(root)))
         self._component = self._instantiate()
         self._time = 0.0
 
+    @property
+    def name(self) -> str:
+        """Model identifier."""
+        return self._name
+
+    @property
+    def token(self) -> str:
+        """GUID or instantiation token."""
+        return self._token
+
+    @property
+    def variables(self) -> dict[str, tuple[str, int, int]]:
+        """Name -> (kind, value reference, length)."""
+        return dict(self._variables)
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What the FMU said."""
+        return tuple(self._messages)
+
     def _binary(self, root: Path) -> Path:
         target = WINDOWS if platform.system() == "Windows" else LINUX
-        file = root / "binaries" / target.folders[self._version - 2] / f"{self.name}{target.suffix}"
+        file = root / "binaries" / target.folders[self._version - 2] / f"{self._name}{target.suffix}"
         if not file.exists():
             raise OutputError(
                 f"the FMU has no binary for this machine ({file.parent.name}). Export it on a machine with a compiler "
-                f"for it, or type: fmpy compile {self.name}.fmu",
+                f"for it, or type, in a copy: fmpy compile {self._name}.fmu",
                 path=str(file.name),
             )
         return file
 
     def _instantiate(self) -> int:
         def say(*values: Any) -> None:
-            self.messages.append(" ".join(v.decode() for v in values if isinstance(v, bytes)))
+            self._messages.append(" ".join(v.decode() for v in values if isinstance(v, bytes)))
 
-        name, token = b"instance", self.token.encode()
+        name, token = b"instance", self._token.encode()
         if self._version == 2:
             self._keep: Any = _Callbacks2(_LOGGER_2(say), None, None, None, None)
             create = self._library.fmi2Instantiate
@@ -103,7 +114,7 @@ class Instance:
             no = c.c_bool(False)
             made = create(name, token, None, no, no, no, no, None, c.c_size_t(0), None, self._keep, None)
         if not made:
-            raise OutputError(f"the FMU cannot be instantiated: {'; '.join(self.messages)}. Export it again.")
+            raise OutputError(f"the FMU cannot be instantiated: {'; '.join(self._messages)}. Export it again.")
         return int(made)
 
     def _call(self, name: str, *values: Any) -> int:
@@ -111,17 +122,17 @@ class Instance:
 
     def _good(self, name: str, *values: Any) -> None:
         if self._call(name, *values):
-            raise OutputError(f"{name} was refused: {'; '.join(self.messages[-1:])}")
+            raise OutputError(f"{name} was refused: {'; '.join(self._messages[-1:])}")
 
-    def enter(self) -> None:
-        """Enter initialization mode at time 0."""
-        no, zero = c.c_bool(False), c.c_double(0.0)
+    def enter(self, start: float = 0.0) -> None:
+        """Enter initialization mode at a start time. [s]"""
+        no, zero, begin = c.c_bool(False), c.c_double(0.0), c.c_double(start)
         if self._version == 2:
-            self._good("SetupExperiment", 0, zero, zero, 0, zero)
+            self._good("SetupExperiment", 0, zero, begin, 0, zero)
             self._good("EnterInitializationMode")
         else:
-            self._good("EnterInitializationMode", no, zero, zero, no, zero)
-        self._time = 0.0
+            self._good("EnterInitializationMode", no, zero, begin, no, zero)
+        self._time = start
 
     def exit(self) -> None:
         """Leave initialization mode: the state is that of the start."""
@@ -166,11 +177,11 @@ class Instance:
         self._good(f"Set{call}", c.byref(c.c_uint32(reference)), c.c_size_t(1), given, *self._size(length))
 
     def _variable(self, name: str) -> tuple[str, int, int]:
-        if name not in self.variables:
+        if name not in self._variables:
             raise ParameterError(
-                f"the FMU has no variable '{name:.60}'; it has {', '.join(self.variables)}.", name=name
+                f"the FMU has no variable '{name:.60}'; it has {', '.join(self._variables)}.", name=name
             )
-        return self.variables[name]
+        return self._variables[name]
 
     def _size(self, length: int) -> tuple[Any, ...]:
         return (c.c_size_t(length),) if self._version == 3 else ()

@@ -7,6 +7,7 @@
 #ifndef FMU_H
 #define FMU_H
 
+#include <float.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -23,10 +24,8 @@ typedef struct fmu_image {
     uint32_t magic;
     uint32_t content;              /* checksum of what this FMU is: images of another one are refused */
     int32_t mode;
-    int32_t started;               /* 1 after the first step */
     int32_t has_stop;
-    int32_t reserved;
-    double time;                   /* end of the last step, [s] */
+    double time;                   /* where the next step begins, [s] */
     double stop;                   /* if has_stop, [s] */
     double real[FMU_REALS];
     int32_t whole[FMU_WHOLES];
@@ -40,9 +39,8 @@ typedef struct fmu_image {
 typedef struct fmu_instance {
     uint32_t magic;
     int32_t mode;
-    int32_t started;
     int32_t has_stop;
-    double time;
+    double time; /* where the next step begins: start time, then the end of the last step */
     double stop;
     fmu_unit unit;
     unsigned shown; /* messages that are wanted, a bit a status */
@@ -150,7 +148,6 @@ static fmu_instance *fmu_in(void *instance, unsigned modes, const char *call)
 static void fmu_begin(fmu_instance *fmu)
 {
     fmu->mode = FMU_INSTANTIATED;
-    fmu->started = 0;
     fmu->has_stop = 0;
     fmu->time = 0;
     fmu->stop = 0;
@@ -248,19 +245,34 @@ static int32_t fmu_samples(const fmu_instance *fmu, double length)
     return samples;
 }
 
-static int fmu_step(fmu_instance *fmu, double time, double length)
+/* FMU_OK if a step can be made that begins at `time`, as far as times go. What importers' clocks may be off is a few
+ * roundings of the time; where these are not far below the step, the same step could pass for the next one. */
+static int fmu_check_times(const fmu_instance *fmu, double time, double length)
 {
-    if (!fmu_finite(time) || !fmu_finite(length) || !(length > 0)) {
+    const double rounding = 4 * DBL_EPSILON * fmu_size(time);
+    if (!fmu_finite(time) || !fmu_finite(length) || !(length > 0) || !fmu_finite(time + length)) {
         return fmu_say(fmu, FMU_ERROR, "a step of %g s from %g s on is none", length, time);
     }
-    if (fmu->started && fmu_size(time - fmu->time) > 0.01 * length + 1e-9 * fmu_size(time)) {
+    if (rounding > 0.25 * length) {
+        return fmu_say(fmu, FMU_ERROR, "a step of %g s from %.17g s on: so late, double precision cannot tell one "
+                       "step from the next", length, time);
+    }
+    if (fmu_size(time - fmu->time) > 1e-6 * length + rounding) {
         return fmu_say(fmu, FMU_ERROR,
-                       "a step from %.17g s on, but the last one ended at %.17g s: go back with SetFMUState, so that "
-                       "the memory of the hysteresis goes back too",
+                       "a step from %.17g s on, but the last one ended, or the experiment starts, at %.17g s: go back "
+                       "with SetFMUState, so that the memory of the hysteresis goes back too",
                        time, fmu->time);
     }
     if (fmu->has_stop && time + length > fmu->stop + 0.5 * length) {
         return fmu_say(fmu, FMU_ERROR, "a step to %.17g s, beyond the stop time %.17g s", time + length, fmu->stop);
+    }
+    return FMU_OK;
+}
+
+static int fmu_step(fmu_instance *fmu, double time, double length)
+{
+    if (fmu_check_times(fmu, time, length) != FMU_OK) {
+        return FMU_ERROR;
     }
     const int32_t samples = fmu_samples(fmu, length);
     if (!samples) {
@@ -273,7 +285,6 @@ static int fmu_step(fmu_instance *fmu, double time, double length)
         }
     }
     fmu->time = time + length;
-    fmu->started = 1;
     return FMU_OK;
 }
 
@@ -285,7 +296,6 @@ static void fmu_take(const fmu_instance *fmu, fmu_image *image)
     image->magic = FMU_MAGIC;
     image->content = FMU_CONTENT;
     image->mode = fmu->mode;
-    image->started = fmu->started;
     image->has_stop = fmu->has_stop;
     image->time = fmu->time;
     image->stop = fmu->stop;
@@ -313,7 +323,6 @@ static int fmu_restore(fmu_instance *fmu, const fmu_image *image)
         return fmu_say(fmu, FMU_ERROR, "the state is damaged or belongs to another FMU: nothing was restored");
     }
     fmu->mode = image->mode;
-    fmu->started = image->started;
     fmu->has_stop = image->has_stop;
     fmu->time = image->time;
     fmu->stop = image->stop;
