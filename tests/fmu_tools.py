@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -53,6 +54,21 @@ def run_sequences(version, folder, work, *options):
     assert 0.1 * numbers["calls"] < numbers["refused"] < 0.9 * numbers["calls"]
     assert numbers["steps"] > 0.02 * numbers["calls"]
     return numbers
+
+
+def readme_commands(folder, work):
+    """Run the two lines of an exported README, FMPy's and the comparison, on a copy; the differences they print."""
+    copy = shutil.copytree(folder, work / "copy")
+    lines = re.findall(r"`((?:fmpy simulate|python -c) .*)`", (copy / "README.md").read_text())
+    where = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    for line in lines:
+        words = shlex.split(line)
+        command = [sys.executable, *(words[1:] if words[0] == "python" else ["-m", *words])]
+        done = subprocess.run(command, cwd=copy, env=where, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    assert len(lines) == 2
+    assert done.stdout.startswith("largest differences: ")
+    return [float(word) for word in done.stdout.split()[2:]]
 
 
 def readme_simulation(folder, name, outputs):

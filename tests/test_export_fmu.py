@@ -23,7 +23,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst.export import Check, export, subject_of, verify
+from dehyst.control import JointControllerParameters
+from dehyst.export import Check, export, joint_subject, subject_of, verify
 from dehyst.export.fmu import binaries
 from dehyst.export.fmu.binaries import LINUX, WINDOWS
 from dehyst.export.fmu.description import Description, model_description
@@ -35,7 +36,7 @@ from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
 from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
 from dehyst.units import TABLE
-from fmu_tools import CC, NEEDS_COMPILER, fmpy, quickly, readme_simulation, run_sequences
+from fmu_tools import CC, NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences
 
 pytestmark = NEEDS_COMPILER
 CARD = ModelCard(SignalCard("pressure", "bar", -1.0, 1.5), SignalCard("angle [1]", "furlong", -2.0, 2.5))
@@ -167,6 +168,11 @@ def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
     assert expected.size > 1000
 
 
+def test_the_commands_of_the_readme_find_no_difference(fmu, tmp_path):
+    fmpy()
+    assert readme_commands(fmu[1], tmp_path) == [0.0, 0.0]  # time, pressure
+
+
 def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_path):
     fmpy()
     search = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # FMPy brings a cmake
@@ -285,6 +291,83 @@ def test_a_step_back_needs_the_state(fmu):
         instance._time = 0.5
         with pytest.raises(OutputError, match="go back with SetFMUState"):
             instance.step(0.5)
+
+
+@pytest.mark.parametrize("start", [0.0, -3.0, 1e6, 1e9])
+def test_no_step_is_taken_twice_however_late_it_is(start, fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter(start)
+        instance.exit()
+        for k in range(50):
+            instance._time = start + k * STEP  # an importer's clock: off by roundings from the sum of steps
+            instance.step(STEP)
+        for wrong in (start, start + 48 * STEP, start + 49 * STEP, start + 49.9 * STEP, start + 51 * STEP):
+            instance._time = wrong
+            with pytest.raises(OutputError, match="go back with SetFMUState"):
+                instance.step(STEP)
+
+
+@pytest.mark.parametrize("begin", [0.0, 9.999, 10.001, 10.1])
+def test_the_first_step_begins_at_the_start_time(begin, fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter(10.0)
+        instance.exit()
+        instance._time = begin
+        with pytest.raises(OutputError, match="the experiment starts, at 10 s"):
+            instance.step(STEP)
+        instance._time = 10.0
+        instance.step(STEP)
+
+
+@pytest.mark.parametrize(
+    ("begin", "length", "words"),
+    [(1e308, 1e308, "is none"), (1e12, 1e-3, "cannot tell"), (1e300, 1.0, "cannot tell"), (0.0, float("inf"), "none")],
+)
+def test_a_step_that_leads_to_no_time_is_refused(begin, length, words, fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter(begin)
+        instance.exit()
+        with pytest.raises(OutputError, match=words):
+            instance.step(length)
+        assert instance.get("pressure") == (unit().start_output,)
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_what_is_beyond_all_physics_is_rejected_and_the_texts_say_so(real, tmp_path):
+    limit = {"double": 1e100, "float": 1e15}[real]
+    path = written(tmp_path, 2, "pi", "inverse", real)
+    with zipfile.ZipFile(path) as packed:
+        about = packed.read("modelDescription.xml").decode()
+    assert f"infinite or beyond {limit:g}".replace("e+", "e") in about
+    with Instance(path) as instance:
+        instance.enter()
+        instance.exit()
+        for size in (1.1 * limit, 1e39, 1e200, 1.7e308, float("inf"), float("nan")):
+            for x in (size, -size):
+                for given in (0.5, x):
+                    instance.set("input", [given])
+                    instance.step(STEP)
+                assert instance.get("rejected") == (int(not abs(x) <= limit),), x
+        instance.set("input", [0.9 * limit])
+        instance.step(STEP)
+        assert instance.get("rejected") == (0,)
+        assert instance.get("limited") == (1,)
+
+
+def test_no_number_beyond_float_is_converted_to_it(tmp_path):
+    """C leaves that conversion undefined, and compilers' sanitizers do not look for it: the helper of the text does."""
+    for which, version in [(("pi", "inverse", "float"), 2), (("modified", "forward", "float"), 3)]:
+        text = made(version, *which).sources["unit.h"].decode()
+        assert text.count("(dehyst_real)") == 1
+        assert "return x > 3e38 ? 3e38f : x < -3e38 ? -3e38f : (dehyst_real)x;" in text
+    joint = package(joint_subject(models()["pi"], JointControllerParameters(), name="joint_1", real="float"), 2)
+    assert joint.sources["unit.h"].decode().count("(dehyst_real)") == 1
 
 
 def test_a_state_is_kept_serialised_and_refused_when_damaged(fmu):

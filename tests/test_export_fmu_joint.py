@@ -11,7 +11,7 @@ from dehyst.export import export, joint_subject, verify
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.joint import REFERENCE, SENSORS
 from dehyst.models import PrandtlIshlinskii
-from fmu_tools import NEEDS_COMPILER, fmpy, quickly, readme_simulation, run_sequences
+from fmu_tools import NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences
 
 pytestmark = NEEDS_COMPILER
 TOLD = JointControllerParameters()
@@ -66,6 +66,11 @@ def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
         assert np.array_equal(result[name], expected[name]), name
     assert np.ptp(expected["valve_1"]) > 0.1
     assert np.ptp(expected["compensation"]) > 0
+
+
+def test_the_commands_of_the_readme_compare_every_output(fmu, tmp_path):
+    fmpy()
+    assert readme_commands(fmu[1], tmp_path) == [0.0] * 12  # time and eleven outputs
 
 
 def test_the_fmu_in_the_loop_gives_the_run_of_the_controller_inside(fmu):

@@ -12,6 +12,7 @@ import numpy as np
 from dehyst.control.block import Block, Direction
 from dehyst.control.joint import JointController
 from dehyst.export.c import JOINT_WORDS, WORDS, scales
+from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
 from dehyst.export.fmu.variables import Variable
@@ -43,12 +44,14 @@ def companions(package: Package) -> dict[str, str | bytes]:
             "fmu/README.md.j2",
             **values,
             subject=subject,
+            beyond=BEYOND[subject.real],
             token=package.token,
             step=repr(step_of(subject)),
             stop=repr(step_of(subject) * (given.count("\n") - 1)),
             binaries=sorted(package.binaries.files),
             missing=package.binaries.missing,
             inputs=[v for v in package.variables if v.role == "input"],
+            answered=_answered(package),
             outputs=[v for v in package.variables if v.role == "output"],
             constants=sum(v.role == "constant" for v in package.variables),
         ),
@@ -123,12 +126,17 @@ def fmpy_tables(package: Package) -> tuple[str, str]:
     names = [package.variables[k] for k in references(package, "real", "input")]
     switches = [package.variables[k] for k in references(package, "truth", "input")]
     columns = [*inputs.T, *((switch >> bit) & 1 for bit in range(len(switches)))]
-    answered = [package.variables[k] for k in references(package, "real", "output")][: outputs.shape[1]]
     first = [subject.start_output] if subject.block else [0.0] * outputs.shape[1]
     return (
         _table(time[:-1], [*names, *switches], columns),
-        _table(time, answered, list(np.vstack([first, outputs]).T)),
+        _table(time, _answered(package), list(np.vstack([first, outputs]).T)),
     )
+
+
+def _answered(package: Package) -> list[Variable]:
+    """Outputs that the tables hold."""
+    outputs = [package.variables[k] for k in references(package, "real", "output")]
+    return outputs[: package.subject.test.outputs.shape[1]]
 
 
 def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:

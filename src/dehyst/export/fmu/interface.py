@@ -13,11 +13,12 @@ from dehyst.export.numbers import BlockNumbers, ModelNumbers
 from dehyst.export.subject import Subject
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+BEYOND = {"double": "1e100", "float": "1e15"}  # DEHYST_INPUT_LIMIT of core/dehyst.h
 _BLOCK_FLAGS = {
     "limited": "input or output was at its limit in the last step",
-    "rejected": "the last input was no finite number: the last good output is held",
+    "rejected": "the last input was no number, infinite or beyond {beyond}: the last good output is held",
     "limited_ever": "a limit was met in some step since the reset",
-    "rejected_ever": "some input since the reset was no finite number",
+    "rejected_ever": "some input since the reset was no number, infinite or beyond {beyond}",
 }
 _SENSORS = {
     "angle": ("rad", "measured angle"),
@@ -76,12 +77,16 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
     answer = "input of the actuator that gives it" if subject.what == "inverse" else "output of the actuator"
     start, limits = (start_input(numbers),), (numbers.output_low, numbers.output_high)
     said, answer = f"{said}: {subject.input.label}", f"{answer}: {subject.output.label}"
+    beyond = BEYOND[subject.real]
     enabled = "true: compensated; false: straight line, reached without a bump"
     return (
         Variable(source, "real", "input", said, subject.input.unit, start, low, high),
         Variable(result, "real", "output", answer, subject.output.unit, (subject.start_output,), *limits),
         Variable("enable", "truth", "input", enabled, "", (1.0,)),
-        *(Variable(name, "truth", "output", text, "", (0.0,)) for name, text in _BLOCK_FLAGS.items()),
+        *(
+            Variable(name, "truth", "output", text.format(beyond=beyond), "", (0.0,))
+            for name, text in _BLOCK_FLAGS.items()
+        ),
         Variable("flags", "whole", "output", "1 rejected, 2 rejected ever, 4 limited, 8 limited ever", "", (0.0,)),
         *_limits(numbers, subject),
         *_model(numbers.model, "", subject.input.unit if not numbers.model.before else ""),

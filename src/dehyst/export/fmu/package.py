@@ -14,7 +14,7 @@ from dehyst.export.c import unit_files
 from dehyst.export.fmu.archive import archive
 from dehyst.export.fmu.binaries import Binaries, compile_binaries
 from dehyst.export.fmu.description import Description, Version, build_description, model_description
-from dehyst.export.fmu.interface import interface, joint_starts, start_input
+from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input
 from dehyst.export.fmu.sources import Unit, hexadecimal, sources
 from dehyst.export.fmu.variables import Variable, placed
 from dehyst.export.rendering import TEMPLATES
@@ -99,7 +99,7 @@ def _part(subject: Subject) -> tuple[str, dict[str, object]]:
             "start_output": hexadecimal(subject.start_output),
             "start_input": hexadecimal(start_input(subject.block)),
         }
-        return "fmu/unit_block.h.j2", {"words": words, **starts}
+        return "fmu/unit_block.h.j2", {"words": words, "beyond": BEYOND[subject.real], **starts}
     assert subject.parameters is not None  # a joint controller has them
     inputs = [hexadecimal(value) for value in joint_starts(subject.parameters).values()]
     bits = {"switches": list(SWITCHES.values()), "flags": list(FLAGS.values())}
