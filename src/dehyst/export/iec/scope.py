@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from dehyst.export.iec.arithmetic import value_of
 from dehyst.export.iec.tree import ELEMENTARY, INTEGERS, REALS, Literal, TextError, Type, Unit, Variable
 
 
@@ -67,14 +70,16 @@ def _check_initial(variable: Variable) -> None:
     if len(values) != count:
         raise TextError(f"{variable.name}: {len(values)} initial values for {count}", variable.line)
     for value in values:
-        check_literal(value, type_.name)
+        check_literal(value, type_.name, f"{variable.name}: ")
 
 
-def check_literal(value: Literal, type_: str) -> None:
-    """Refuse a constant that is not of this type, or beyond its range."""
+def check_literal(value: Literal, type_: str, of: str = "") -> None:
+    """Refuse a constant, `of` a variable, that is not of this type, or beyond its range."""
     kind = "real" if type_ in REALS else "integer" if type_ in INTEGERS else "bool" if type_ == "BOOL" else "none"
     if value.kind != kind:
-        raise TextError(f"{value.text} is no {type_}", value.line)
+        raise TextError(f"{of}{value.text} is no {type_}", value.line)
     low, high = INTEGERS.get(type_, (0, 0))
     if kind == "integer" and not low <= int(value.text) <= high:
-        raise TextError(f"{value.text} is beyond {type_}", value.line)
+        raise TextError(f"{of}{value.text} is beyond {type_}", value.line)
+    if kind == "real" and not math.isfinite(value_of(value, type_)):
+        raise TextError(f"{of}{value.text} is beyond {type_}", value.line)

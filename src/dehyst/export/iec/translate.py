@@ -88,6 +88,8 @@ class _Writer:
         counter, type_ = self.name(node.variable)
         if type_ != _DINT or self.scope.find(node.variable.name, node.line).section != "VAR":
             raise TextError(f"{node.variable.name} counts a loop: it must be a DINT of VAR", node.line)
+        if node.variable.name.lower() in counting:
+            raise TextError(f"{node.variable.name} counts a loop around this one already", node.line)
         first, last = self.of(node.first, _DINT), self.of(node.last, _DINT)
         values = f"range({first}, {last} + {node.step}, {node.step})"
         self.write(depth, f"for {counter} in budget.count({values}, {node.line}):")
