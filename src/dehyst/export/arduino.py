@@ -56,7 +56,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "check/stand_in/Arduino.h": _plain("Arduino.h"),
         "check/stand_in/sketch.cpp": _plain("sketch.cpp"),
         "Makefile": render("arduino/Makefile.j2", **values),
-        "README.md": render("arduino/README.md.j2", **values),
+        "README.md": c.with_warning(render("arduino/README.md.j2", **values), subject),
     }
 
 

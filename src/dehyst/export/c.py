@@ -11,8 +11,9 @@ from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
-from dehyst.export.rendering import render
+from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
+from dehyst.grades import Grade, grade_of
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
 # pressures of 1e5 Pa over a period; everything else 2e-5.
@@ -41,7 +42,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         **companions(subject),
         "Makefile": render("c/Makefile.j2", **build),
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
-        "README.md": render("c/README.md.j2", single=False, **values),
+        "README.md": with_warning(render("c/README.md.j2", single=False, **values), subject),
     }
 
 
@@ -118,6 +119,20 @@ def provenance_lines(subject: Subject) -> list[str]:
     return [f"{key}: {value}" for key, value in sorted(subject.provenance.items()) if value not in (None, "", [], {})][
         :20
     ]
+
+
+def with_warning(readme: str, subject: Subject) -> str:
+    """Return a README that says under its title what identification thought of the model, unless it was good.
+
+    A forward model drives nothing, and says nothing.
+    """
+    said = subject.provenance.get("verdict")
+    grade = grade_of(said)
+    if grade is None or grade is Grade.GOOD or subject.what == "forward":
+        return readme
+    cure = "Do not let it drive a machine." if grade is Grade.BAD else "Watch the actuator."
+    line = f"**When this model was identified, the verdict was: {comment(said)} {cure}**"
+    return readme.replace("\n\n", f"\n\n{line}\n\n", 1)
 
 
 def _range(low: float | None, high: float | None, unit: str) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.export import core_files
-from dehyst.export.c import companions, template_values, unit_files
+from dehyst.export.c import companions, template_values, unit_files, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import render
@@ -37,7 +37,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         **companions(subject, implementation=True),
         "Makefile": render("c/Makefile.j2", **build),
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
-        "README.md": render("c/README.md.j2", single=True, **template_values(subject)),
+        "README.md": with_warning(render("c/README.md.j2", single=True, **template_values(subject)), subject),
     }
 
 

@@ -70,9 +70,21 @@ def defined(sources: Iterable[str]) -> list[str]:
 
 
 def config(real: str) -> str:
-    """Return the text of `CONFIG` for "double" or "float"."""
-    refuse = '#ifdef DEHYST_FLOAT\n#error "this export is in double precision: export with --real float"\n#endif\n'
-    choose = "#ifndef DEHYST_FLOAT\n#define DEHYST_FLOAT\n#endif\n"
+    """Return the text of `CONFIG` for "double" or "float".
+
+    In float the functions of the core get names of their own, so that units of both precisions link into one program.
+    """
+    refuse = (
+        '#ifdef DEHYST_FLOAT\n#error "this export is in double precision: export with --real float"\n#endif\n\n'
+        "#include <float.h>\n\n#if DBL_MANT_DIG < 53\n"
+        '#error "double has fewer than 53 bits on this processor (AVR): export with --real float"\n#endif\n'
+    )
+    functions = defined(text for name, text in core_files().items() if name.endswith(".c"))
+    own = "".join(f"#define {name} {name}_float\n" for name in functions)
+    choose = (
+        "#ifndef DEHYST_FLOAT\n#define DEHYST_FLOAT\n#endif\n\n"
+        f"/* Names of their own: a unit in double may be in the same program. */\n{own}"
+    )
     choice = refuse if real == "double" else choose
     return (
         "/* SPDX-License-Identifier: 0BSD */\n"

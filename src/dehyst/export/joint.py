@@ -13,6 +13,7 @@ from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
 from dehyst.export.float_rules import check_model, check_values
+from dehyst.export.joint_units import in_radians
 from dehyst.export.numbers import JointNumbers, ModelNumbers, model_in, rounded
 from dehyst.export.signal import Array, Signal
 from dehyst.export.subject import REALS, Subject, check_choice, check_name, model_numbers
@@ -38,7 +39,8 @@ def joint_subject(
     Parameters
     ----------
     model
-        Identified: sheared pressure difference -> angle. Its inverse becomes the compensator.
+        Identified: sheared pressure difference -> angle. Its inverse becomes the compensator. An angle that is not in
+        rad is converted, exactly by its unit.
     parameters
         Of the controller.
     name
@@ -52,10 +54,12 @@ def joint_subject(
         If the name is none, or the model does not survive the rounding to float.
     InvertibilityError
         If the model has no inverse.
+    UnitError
+        If the model is in no units of a joint, or its pressures in another than the controller's.
     """
     check_choice(real, REALS, "--real")
     check_name(name)
-    inverse = model.inverse()
+    inverse = in_radians(model, parameters).inverse()
     exact = compensator_numbers(inverse)
     single = model_in(exact, real)
     if real == "float":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -55,12 +56,13 @@ def comment(text: object) -> str:
 
     Examples
     --------
-    >>> comment("angle */ [deg]\n??/")
-    'angle * / [deg] ? ?/'
+    >>> comment("angle */ [deg]\n???/")
+    'angle * / [deg] ? ? ?/'
     """
     line = " ".join("".join(letter if letter.isprintable() else " " for letter in str(text)).split())
-    line = line.replace("*/", "* /").replace("/*", "/ *").replace("//", "/ /").replace("??", "? ?").rstrip("\\")
-    return line.replace("*/", "* /")[:300]
+    # A character is kept apart from the one before if both together mean something; so no pass makes a new pair.
+    line = re.sub(r"\*(?=/)|/(?=[*/])|\?(?=\?)", r"\g<0> ", line)
+    return line[:300].rstrip("\\ ")
 
 
 def string_literal(text: object) -> str:

@@ -42,7 +42,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "check/stand_in/simstruc.h": (TEMPLATES / "simulink" / "simstruc.h").read_text(encoding="utf-8"),
         "check/stand_in/simulink.c": render("simulink/simulink.c.j2", **values),
         "Makefile": render("simulink/Makefile.j2", **values),
-        "README.md": render("simulink/README.md.j2", **values),
+        "README.md": c.with_warning(render("simulink/README.md.j2", **values), subject),
     }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from dehyst import __version__
 from dehyst.control.block import Block, Direction
-from dehyst.export.c import scales
+from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import INPUT_LIMIT, function_block
@@ -44,7 +44,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     units = (function_block_of(subject, name), call, self_test(name, real, ports, signal))
     values = {"name": name, "real": real, "words": words, "samples": signal.samples, "joint": subject.joint is not None}
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
-    return {**sources(name, units), "README.md": readme}
+    return {**sources(name, units), "README.md": with_warning(readme, subject)}
 
 
 def ports_of(subject: Subject) -> Ports:

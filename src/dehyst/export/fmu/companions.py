@@ -11,7 +11,7 @@ import numpy as np
 
 from dehyst.control.block import Block, Direction
 from dehyst.control.joint import JointController
-from dehyst.export.c import JOINT_WORDS, WORDS, scales
+from dehyst.export.c import JOINT_WORDS, WORDS, scales, with_warning
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
@@ -40,20 +40,23 @@ def companions(package: Package) -> dict[str, str | bytes]:
         "fmpy/expected.csv": answers,
         "Makefile": (TEMPLATES / "fmu" / "Makefile").read_text(encoding="utf-8"),
         "CMakeLists.txt": render("fmu/CMakeLists.txt.j2", **values),
-        "README.md": render(
-            "fmu/README.md.j2",
-            **values,
-            subject=subject,
-            beyond=BEYOND[subject.real],
-            token=package.token,
-            step=repr(step_of(subject)),
-            stop=repr(step_of(subject) * (given.count("\n") - 1)),
-            binaries=sorted(package.binaries.files),
-            missing=package.binaries.missing,
-            inputs=[v for v in package.variables if v.role == "input"],
-            answered=_answered(package),
-            outputs=[v for v in package.variables if v.role == "output"],
-            constants=sum(v.role == "constant" for v in package.variables),
+        "README.md": with_warning(
+            render(
+                "fmu/README.md.j2",
+                **values,
+                subject=subject,
+                beyond=BEYOND[subject.real],
+                token=package.token,
+                step=repr(step_of(subject)),
+                stop=repr(step_of(subject) * (given.count("\n") - 1)),
+                binaries=sorted(package.binaries.files),
+                missing=package.binaries.missing,
+                inputs=[v for v in package.variables if v.role == "input"],
+                answered=_answered(package),
+                outputs=[v for v in package.variables if v.role == "output"],
+                constants=sum(v.role == "constant" for v in package.variables),
+            ),
+            subject,
         ),
     }
 
