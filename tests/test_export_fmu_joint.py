@@ -8,6 +8,7 @@ import pytest
 from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import OutputError
 from dehyst.export import export, joint_subject, verify
+from dehyst.export.c import scales
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.joint import REFERENCE, SENSORS
 from dehyst.models import PrandtlIshlinskii
@@ -52,8 +53,13 @@ def test_an_export_verifies_itself(fmu):
     assert sum("1600 samples, bits" in check.detail for check in checks) == 1
 
 
-def test_single_precision_is_near_enough(tmp_path):
-    export(joint_subject(model(), TOLD, name="joint_1", real="float"), "fmu3", tmp_path / "out")
+@pytest.mark.parametrize("weights", [[0.3, 0.1, 0.1, 0.05], [0.18, 0.1, 0.1], [0.47]], ids=len)
+def test_single_precision_is_near_enough(weights, tmp_path):
+    """Also where it meets a limit a period earlier or later, as it does with the first and the last of these."""
+    thresholds = [0.0, 0.02, 0.05, 0.1][: len(weights)]
+    subject = joint_subject(PrandtlIshlinskii(thresholds, weights), TOLD, name="joint_1", real="float")
+    assert all(np.array(scales(subject))[2:] < 4e-3 * np.abs(subject.test.outputs).max(axis=0)[2:])  # and no looser
+    export(subject, "fmu3", tmp_path / "out")
     checks = verify(tmp_path / "out")
     assert all(check.ok for check in checks), checks
 

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dehyst import __version__
+from dehyst.control.joint import FLAGS
 from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.checks import Check
@@ -16,9 +19,12 @@ from dehyst.export.subject import Subject
 from dehyst.grades import Grade, grade_of
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
-# pressures of 1e5 Pa over a period; everything else 2e-5.
+# pressures of 1e5 Pa over a period; everything else 6e-5, where limits are met in the same periods.
 VALVE_TOLERANCE, JOINT_TOLERANCE = 2e-2, 1e-4
-JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4"}
+_LIMITS = FLAGS["pressure-limit"] | FLAGS["valve-limit"]
+_INPUT_MOST = 1e15  # DEHYST_INPUT_LIMIT of core/dehyst.h in float
+SLIPS = 4  # limits that are met a period earlier or later and not forgotten yet; measured: 1 or 2
+JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4 and limits to a period"}
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
 
 
@@ -108,10 +114,32 @@ def template_values(subject: Subject) -> dict[str, Any]:
 
 
 def scales(subject: Subject) -> list[float]:
-    """Return the largest error of each output in float, a share of its largest size in the test signal."""
+    """Return the largest error of each output in float: a share of its largest size in the test signal.
+
+    On top of it, in what the integrator enters: what it gains when a limit is met a period earlier or later.
+    """
     tolerances = [VALVE_TOLERANCE] * 2 + [JOINT_TOLERANCE] * (subject.test.outputs.shape[1] - 2)
     sizes = [max(abs(float(x)) for x in column) or 1.0 for column in subject.test.outputs.T]
-    return [tolerance * size for tolerance, size in zip(tolerances, sizes, strict=True)]
+    torque, pressure = slip(subject)
+    extra = [0.0, 0.0, pressure, pressure, pressure, torque, torque, 0.0, 0.0, 0.0, 0.0]
+    return [tolerance * size + SLIPS * more for tolerance, size, more in zip(tolerances, sizes, extra, strict=True)]
+
+
+def slip(subject: Subject) -> tuple[float, float]:
+    """Return what one period more or less at a limit makes in torque [Nm] and pressure difference [Pa].
+
+    The last digit decides when a valve or a pressure meets its limit. From then on the integrator loses, in a period T,
+    min(k_w T, 1) B(q) (dp_d - dp) by back-calculation; the largest loss next to a beginning or end of a limit counts.
+    """
+    told, test = subject.parameters, subject.test
+    assert told is not None  # a joint controller has parameters
+    change = np.flatnonzero(np.diff(test.flags & _LIMITS))
+    near = np.union1d(change, change + 1)
+    near = near[(np.abs(test.inputs[near, 1:3]) < _INPUT_MOST).all(axis=1)]
+    b = np.polynomial.Polynomial(told.b)(np.clip(test.outputs[:, 8], told.angle_low, told.angle_high))
+    lost = np.abs(test.outputs[near, 4] - (test.inputs[near, 1] - test.inputs[near, 2])) * b[near]
+    torque = min(told.windup_gain * told.period, 1.0) * float(lost.max(initial=0.0))
+    return torque, torque / float(b.min())
 
 
 def provenance_lines(subject: Subject) -> list[str]:
