@@ -44,3 +44,16 @@ def grade_of(verdict: object) -> Grade | None:
     if not isinstance(verdict, str):
         return None
     return next((grade for grade, words in ENDINGS if words in verdict), None)
+
+
+def doubtful(verdict: object) -> str:
+    """Return a verdict, printable and on one line, if it is less than good; "" otherwise.
+
+    Examples
+    --------
+    >>> doubtful("pi: 9.0 % of range rms: usable with care."), doubtful("pi: 1.0 %: good for compensation.")
+    ('pi: 9.0 % of range rms: usable with care.', '')
+    """
+    if grade_of(verdict) in (None, Grade.GOOD):
+        return ""
+    return "".join(letter for letter in " ".join(str(verdict).split()) if letter.isprintable())[:600]

@@ -62,7 +62,8 @@ def run_export(request: ExportRequest) -> None:
     check_choice(request.what, WHATS, "--what")
     check_choice(real, REALS, "--real")
     _refuse_contradictions(request)
-    refuse_folder(request.out, request.overwrite)
+    inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
+    refuse_folder(request.out, request.overwrite, inputs)
     model = load_model(request.model)
     findings = [*_verdict(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model

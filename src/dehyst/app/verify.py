@@ -6,6 +6,7 @@ import hashlib
 import json
 import platform
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,35 +16,44 @@ from rich.text import Text
 
 from dehyst import __version__
 from dehyst.app.terminal import ask_progress, terminal
-from dehyst.export import Check, read_manifest, verify
-from dehyst.export.compilers import found
+from dehyst.export import Check, compilers, read_manifest
 from dehyst.export.folder import MANIFEST, VERIFIED
+from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
+from dehyst.grades import doubtful
 
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
 def run_verify(folder: Path, as_json: bool) -> None:
-    """Check, print, write `VERIFIED` if all passed; exit status 1 otherwise."""
+    """Check, print, write `VERIFIED` if all passed and its code ran; exit status 1 otherwise."""
     manifest = read_manifest(folder)
     with suppress(FileNotFoundError):  # what an earlier run signed is not what is there now
         (folder / VERIFIED).unlink()
     with ask_progress("compiling and running", as_json):
-        checks = verify(folder)
-    good = all(check.ok for check in checks) and any(check.status == "passed" for check in checks)
-    if good:
-        write_atomically(folder / VERIFIED, signed(folder, manifest, checks))
+        found = verify_folder(folder)
+    if found.good:
+        write_atomically(folder / VERIFIED, signed(folder, manifest, found))
     if as_json:
-        content = {"folder": str(folder), "verified": good, "checks": [check.as_dict() for check in checks]}
-        sys.stdout.write(json.dumps(content, indent=1) + "\n")
+        checks = [check.as_dict() for check in found.checks]
+        content = {"folder": str(folder), "verified": found.good, "why_not": found.why_not, "checks": checks}
+        sys.stdout.write(json.dumps({**content, "doubt": _doubt(found)}, indent=1) + "\n")
     else:
-        _print(folder, checks, good)
-    if not good:
+        _print(folder, found)
+    if not found.good:
         sys.exit(1)
 
 
-def signed(folder: Path, manifest: dict[str, object], checks: list[Check]) -> str:
+def _doubt(found: Verification) -> str:
+    """Return the verdict on the model if it was less than good: right code of a bad model is no good compensator."""
+    verdict = doubtful(found.subject.provenance.get("verdict")) if found.subject else ""
+    return f"the code is the model's; the model's verdict was: {verdict}" if verdict else ""
+
+
+def signed(folder: Path, manifest: dict[str, object], found: Verification) -> str:
     """Return the summary that is written into a folder that holds what it claims."""
+    checks, unit, doubt = found.checks, found.subject, _doubt(found)
+    assert unit is not None  # it is good
     digest = hashlib.sha256((folder / MANIFEST).read_bytes()).hexdigest()
     passed = sum(check.status == "passed" for check in checks)
     lines = [
@@ -52,26 +62,41 @@ def signed(folder: Path, manifest: dict[str, object], checks: list[Check]) -> st
         f"date            {datetime.now(UTC).isoformat(timespec='seconds')}",
         f"dehyst          {__version__}; exported with {manifest['dehyst']} on {manifest['date']}",
         f"machine         {platform.system()} {platform.machine()}",
-        *(f"compiler        {name}: {version}" for name, version in found().items()),
-        f"unit            {manifest['title']}",
-        f"model           sha256 {manifest['model_sha256']}",
+        *(f"compiler        {name}: {version}" for name, version in compilers.found().items()),
+        f"unit            {unit.title}",
+        f"model           sha256 {unit.checksum}",
         f"{MANIFEST}   sha256 {digest}",
         f"checks          {passed} passed, {len(checks) - passed} skipped, 0 failed",
         "",
         *(f"{check.status:8} {check.claim}{': ' + check.detail if check.detail else ''}" for check in checks),
+        *(["", doubt] if doubt else []),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _print(folder: Path, checks: list[Check], good: bool) -> None:
-    out = terminal()
+def _print(folder: Path, found: Verification) -> None:
+    out, checks = terminal(), found.checks
+    for detail, claims in _faults(checks).items():  # full width, and a cause once however many compilers found it
+        out.print(Text.assemble(("failed ", STYLES["failed"]), f"{', '.join(claims)}\n  {detail}"), soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     for name in ("", "claim", "detail"):
         table.add_column(name)
     for check in checks:
-        table.add_row(Text(check.status, style=STYLES[check.status]), Text(check.claim), Text(check.detail))
+        if check.ok:
+            table.add_row(Text(check.status, style=STYLES[check.status]), Text(check.claim), Text(check.detail))
     out.print(table)
     counts = {status: sum(check.status == status for check in checks) for status in STYLES}
     words = f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped"
-    end = f"signed off in {folder / VERIFIED}" if good else "not verified: do not use this export"
-    out.print(Text(f"\n{words}; {end}", style="bold" if good else "bold red"), soft_wrap=True)
+    end = f"signed off in {folder / VERIFIED}" if found.good else f"not verified: {found.why_not}"
+    out.print(Text(f"\n{words}; {end}", style="bold" if found.good else "bold red"), soft_wrap=True)
+    if doubt := _doubt(found):
+        out.print(Text(doubt, style="bold yellow"), soft_wrap=True)
+
+
+def _faults(checks: Iterable[Check]) -> dict[str, list[str]]:
+    """Return what went wrong -> the claims that it broke."""
+    faults: dict[str, list[str]] = {}
+    for check in checks:
+        if not check.ok:
+            faults.setdefault(check.detail, []).append(check.claim)
+    return faults

@@ -20,6 +20,8 @@ class Check:
         "passed", "failed", or "skipped" with the reason in `detail`.
     detail
         Numbers, or why it failed or was skipped.
+    ran
+        Whether code of the export was compiled and run for it.
 
     Examples
     --------
@@ -30,6 +32,7 @@ class Check:
     claim: str
     status: Status
     detail: str = ""
+    ran: bool = False
 
     @property
     def ok(self) -> bool:

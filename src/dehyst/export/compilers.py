@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -52,14 +53,65 @@ def check_folder(folder: Path) -> list[Check]:
 def _one(folder: Path, make: str, compiler: str, version: str, level: str) -> Check:
     claim = f"make check with {compiler} {level}"
     with tempfile.TemporaryDirectory(prefix="dehyst-") as build:
-        command = [make, "-s", "-C", str(folder), "check", f"CC={compiler}", f"CFLAGS={level}", f"BUILD={build}"]
-        plain = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
+        own = ["check", f"CC={compiler}", f"CFLAGS={level}", f"BUILD={build}"]
+        command = [make, "-s", "-C", str(folder), "-f", "Makefile", *own]
         try:
-            run = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False, env=plain)
+            run = subprocess.run(
+                command, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False,
+                env=plain_environment(),
+            )  # fmt: skip
         except subprocess.TimeoutExpired:
             return Check(claim, "failed", f"not finished after {PATIENCE} s")
-    lines = [line for line in run.stdout.splitlines() if line.strip()]
-    if run.returncode == 0:
-        return Check(claim, "passed", f"{sum(line.endswith(' ok') for line in lines)} claims; {version}")
-    wrong = [line for line in lines if "FAILED" in line or "expected" in line] + run.stderr.splitlines()
-    return Check(claim, "failed", "; ".join(line.strip() for line in wrong[:4]) or f"exit status {run.returncode}")
+    lines = [line.strip() for line in run.stdout.splitlines() if line.strip()]
+    fault = first_failure(lines, run.stderr.splitlines())
+    if run.returncode or fault:
+        return Check(claim, "failed", fault or f"exit status {run.returncode}")
+    passed, due = sum(line.endswith(" ok") for line in lines), claims_due(folder)
+    ends = sum("all checks passed" in line for line in lines)
+    if (passed, ends) != due or due[0] == 0:
+        why = f"its programs said ok {passed} times and 'all checks passed' {ends} times, due are {due[0]} and {due[1]}"
+        return Check(claim, "failed", why)
+    return Check(claim, "passed", f"{passed} claims; {version}", ran=True)
+
+
+# What make, compilers and the Makefiles of exports would take from the environment.
+STRANGE = (
+    "BUILD", "CCC_OVERRIDE_OPTIONS", "CFLAGS", "COMPILER_PATH", "CPATH", "CPLUS_INCLUDE_PATH", "CPPFLAGS", "CXXFLAGS",
+    "C_INCLUDE_PATH", "DEPENDENCIES_OUTPUT", "GCC_EXEC_PREFIX", "GNUMAKEFLAGS", "LDFLAGS", "LDLIBS", "LIBRARY_PATH",
+    "MAKEFILES", "MAKEFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "MFLAGS", "OBJC_INCLUDE_PATH", "STD", "STDCXX",
+    "SUNPRO_DEPENDENCIES", "WARNINGS",
+)  # fmt: skip
+
+
+def plain_environment() -> dict[str, str]:
+    """Return the environment without what changes what make and compilers do."""
+    return {key: value for key, value in os.environ.items() if key not in STRANGE}
+
+
+def first_failure(lines: Sequence[str], errors: Sequence[str]) -> str:
+    """Return the first thing that went wrong in one run, "" if nothing: what follows from it is left out."""
+    for k, line in enumerate(lines):
+        if "FAILED" in line:
+            before = lines[k - 1] if k else ""
+            return f"{line} ({before})" if "expected" in before else line
+    faults = [line.strip() for line in errors if "error" in line.lower() or "undefined" in line]
+    return next(iter(faults), "")
+
+
+def claims_due(folder: Path) -> tuple[int, int]:
+    """Return how often the check programs of a folder say ok, and how many end with "all checks passed"."""
+    claims = ends = 0
+    defined = "".join(_text(path) for path in folder.glob("check/*.h"))
+    for path in (*folder.glob("check/**/*.c"), *folder.glob("examples/*/*.ino")):
+        program = _GUARDED.sub(lambda part: part[2] if f"#define {part[1]}" in defined else "", _text(path))
+        claims += len(_CLAIM.findall(program))
+        ends += "all checks passed" in program
+    return claims, ends
+
+
+_GUARDED = re.compile(r"^#ifdef (EXPECTED_\w+)\n(.*?)^#endif", re.MULTILINE | re.DOTALL)
+_CLAIM = re.compile(r"""\b(?:report|run)\("|\bprintf\("[^"%]* %s\\n", \w+ \? "FAILED" : "ok"\);""")
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="replace")

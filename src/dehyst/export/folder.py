@@ -7,7 +7,8 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -62,9 +63,9 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     target
         Name of a target, a key of `TARGETS`.
     folder
-        To write; an export that is there already is replaced, anything else is refused.
+        To write; an export that is there already is replaced, files beside it stay, anything else is refused.
     overwrite
-        Replace whatever is there.
+        Replace an export also if its files were edited.
 
     Raises
     ------
@@ -139,53 +140,104 @@ def _manifest(subject: Subject, target: str, content: Mapping[str, bytes]) -> di
     }
 
 
-def refuse_folder(folder: Path, overwrite: bool) -> None:
+def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) -> None:
     """Refuse a folder that holds anything but an export, and a place that is no folder.
+
+    Parameters
+    ----------
+    folder
+        To be written.
+    overwrite
+        Whether edited files of an export may be replaced.
+    inputs
+        Files that are read for the export; a folder that holds one of them is refused.
 
     Raises
     ------
     OutputError
         If something would be lost, or the folder above does not exist.
     """
+    try:
+        place = folder.absolute().resolve()
+        here = Path.cwd()
+    except OSError as fault:
+        raise OutputError(
+            f"cannot write '{folder}': the folder you are in does not exist any more ({fault.strerror}). Go to one "
+            f"that does: cd ~",
+            path=str(folder),
+        ) from None
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"cannot write '{folder}': it is a file. Name a folder.", path=str(folder))
-    if not folder.absolute().parent.is_dir():
+    if not place.parent.is_dir():
         raise OutputError(
             f"cannot write '{folder}': the folder above it does not exist. Make it first: mkdir -p {folder.parent}",
             path=str(folder),
         )
-    if not folder.exists() or overwrite or not any(folder.iterdir()):
+    if not folder.exists() or not any(folder.iterdir()):
         return
-    strange = foreign_files(folder)
-    if strange is None:
+    known = exported_files(folder)
+    if known is None:
         raise OutputError(
             f"'{folder}' is not empty and holds no export of dehyst; writing there would lose {_some(folder)}. Name "
-            f"another folder, or add --overwrite.",
+            f"another folder; --overwrite replaces exports only.",
             path=str(folder),
         )
-    if strange:
+    held = [path for path in (*inputs, here / "x") if place in path.resolve().parents]
+    held = [path for path in held if path != here / "x" or here.resolve() != place]
+    if held:
+        what = "the folder you are in" if held[0] == here / "x" else f"'{held[0]}', which is read for the export,"
         raise OutputError(
-            f"'{folder}' is an export of dehyst, but {', '.join(strange[:3])}{' and more' if len(strange) > 3 else ''} "
-            f"{'is' if len(strange) == 1 else 'are'} not as it was written; writing there would lose that. Name "
+            f"cannot write '{folder}': {what} lies in it, and its files are going to be replaced. Name another folder.",
+            path=str(folder),
+        )
+    edited = [name for name, checksum in known.items() if _checksum(folder / name) not in (checksum, "")]
+    if edited and not overwrite:
+        raise OutputError(
+            f"'{folder}' is an export of dehyst, but {', '.join(edited[:3])}{' and more' if len(edited) > 3 else ''} "
+            f"{'is' if len(edited) == 1 else 'are'} not as it was written; writing there would lose that. Name "
             f"another folder, or add --overwrite.",
             path=str(folder),
         )
 
 
-def foreign_files(folder: Path) -> list[str] | None:
-    """Return which files of an export were added or edited since; None if it is none of ours."""
+def exported_files(folder: Path) -> dict[str, str] | None:
+    """Return name -> sha256 of the files that belong to an export, there or not; None if it is none of ours."""
     try:
         known = read_manifest(folder)["files"]
     except OutputError:
         return None
-    strange = []
+    top = folder.resolve()
+    inside = all(is_inside(name) and top in (folder / name).parent.resolve().joinpath("x").parents for name in known)
+    return {name: str(checksum) for name, checksum in known.items()} if inside else None
+
+
+def is_inside(name: str) -> bool:
+    """Whether the name of a file in a manifest is relative and stays in its folder.
+
+    Examples
+    --------
+    >>> is_inside("src/pi.c"), is_inside("../x"), is_inside("/etc/x"), is_inside("")
+    (True, False, False, False)
+    """
+    parts = name.split("/")
+    return not any(part in ("", ".", "..") for part in parts) and not any(sign in name for sign in "\\:\0")
+
+
+def files_below(folder: Path) -> list[str]:
+    """Return the relative paths of all files of a folder, but for those that file managers and git leave there."""
+    found = []
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        if path.is_dir() or name in (MANIFEST, VERIFIED) or name.startswith(f"{BUILD}/"):
-            continue
-        if hashlib.sha256(path.read_bytes()).hexdigest() != known.get(name):
-            strange.append(name)
-    return strange
+        if (path.is_symlink() or not path.is_dir()) and path.name not in HIDDEN and not name.startswith(".git/"):
+            found.append(name)
+    return found
+
+
+HIDDEN = (".DS_Store", "Thumbs.db", "desktop.ini", ".gitignore", ".gitattributes")
+
+
+def _checksum(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def _some(folder: Path) -> str:
@@ -194,36 +246,64 @@ def _some(folder: Path) -> str:
 
 
 def _write(folder: Path, content: Mapping[str, bytes]) -> None:
-    """Write a sibling, then let it take the folder's place."""
-    aside = None
+    """Write into a temporary folder; then it becomes the folder, or its files take the place of those there."""
+    there = folder.exists()
     try:
-        temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
+        temporary = Path(tempfile.mkdtemp(prefix=".dehyst-", dir=folder if there else folder.absolute().parent))
         try:
             for name, data in content.items():
-                path = temporary / name
+                path = temporary / "new" / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(data)
-            mask = os.umask(0)
-            os.umask(mask)
-            temporary.chmod(0o777 & ~mask)
-            if folder.exists():
-                aside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
-                folder.replace(aside / "old")
-            temporary.replace(folder)
-        except OSError:
+            if there:
+                _exchange(folder, temporary, sorted(content))
+            else:
+                (temporary / "new").replace(folder)
+        finally:
             shutil.rmtree(temporary, ignore_errors=True)
-            if aside is not None and (aside / "old").exists() and not folder.exists():
-                (aside / "old").replace(folder)
-            raise
     except OSError as fault:
         raise OutputError(
             f"cannot write '{folder}': {fault.strerror or fault}. What was there is untouched. Free some space or name "
             f"another folder.",
             path=str(folder),
         ) from None
-    finally:
-        if aside is not None:
-            shutil.rmtree(aside, ignore_errors=True)
+
+
+def _exchange(folder: Path, temporary: Path, names: Sequence[str]) -> None:
+    """Move an export out of a folder and a new one in; files of the user stay. A fault moves all of it back.
+
+    Raises
+    ------
+    OutputError
+        If a file of the user has a name that the new export needs.
+    OSError
+        If a file cannot be moved.
+    """
+    old = {*(exported_files(folder) or {}), MANIFEST, VERIFIED}
+    mine = [name for name in names if name not in old and (folder / name).exists()]
+    if mine:
+        raise OutputError(
+            f"cannot write '{folder}': {', '.join(mine[:3])} there {'is' if len(mine) == 1 else 'are'} not of the "
+            f"export, and the new one has {'a file' if len(mine) == 1 else 'files'} of that name. Move "
+            f"{'it' if len(mine) == 1 else 'them'} away, or name another folder.",
+            path=str(folder),
+        )
+    moves = [(folder / name, temporary / "old" / name) for name in sorted(old) if (folder / name).is_file()]
+    moves += [(temporary / "new" / name, folder / name) for name in names]
+    done: list[tuple[Path, Path]] = []
+    try:
+        for source, goal in moves:
+            goal.parent.mkdir(parents=True, exist_ok=True)
+            source.replace(goal)
+            done.append((source, goal))
+    except OSError:
+        for source, goal in reversed(done):
+            source.parent.mkdir(parents=True, exist_ok=True)
+            goal.replace(source)
+        raise
+    for place in sorted({(folder / name).parent for name in old} - {folder}, key=lambda p: -len(p.parts)):
+        with suppress(OSError):  # not empty: it holds files of the new export, or the user's
+            place.rmdir()
 
 
 def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
@@ -275,4 +355,4 @@ def verify(folder: str | os.PathLike[str]) -> list[Check]:
     """
     from dehyst.export.verification import verify_folder
 
-    return verify_folder(Path(folder))
+    return list(verify_folder(Path(folder)).checks)
