@@ -388,5 +388,6 @@ def test_only_lines_about_binaries_of_a_readme_may_differ():
     fresh = b"a, with its sources and binaries:\n\n- `binaries/linux64/u.so`\n\nsteps\n"
     other = b"a, with its sources.\nNo binary for linux64: no cc or gcc for it on this machine. Make it there: `fmpy "
     other += b"compile u.fmu`, or import the sources.\n\nsteps\n"
-    assert regeneration._same(other, fresh)
-    assert not regeneration._same(other.replace(b"steps", b"stop"), fresh)
+    assert regeneration._same("README.md", other, fresh)
+    assert not regeneration._same("README.md", other.replace(b"steps", b"stop"), fresh)
+    assert not regeneration._same("check/check.c", other, fresh)
