@@ -43,12 +43,13 @@ def regeneration_checks(subject: Subject, manifest: Mapping[str, Any], content: 
     if not same_version:
         why = f"exported with dehyst {written_by!s:.20}, this is {__version__}: export again to compare every file"
         return [*checks, Check(claim, "skipped", why)]
+    both = fresh.keys() & content.keys()
     words = [
         f"{what}: {', '.join(names[:5])}{' and more' if len(names) > 5 else ''}"
         for what, names in (
             (
                 "not as exported",
-                [name for name in fresh if name in content and not _same(name, content[name], fresh[name])],
+                sorted(name for name in both if not _same(name, content[name], fresh[name])),
             ),
             ("missing", sorted(fresh.keys() - content.keys())),
             ("of no such export", sorted(content.keys() - fresh.keys())),
