@@ -25,7 +25,6 @@ from hypothesis import strategies as st
 
 from dehyst.control import JointControllerParameters
 from dehyst.export import Check, export, joint_subject, subject_of, verify
-from dehyst.export import Check, export, subject_of, verify
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu import binaries
 from dehyst.export.fmu.binaries import LINUX, WINDOWS
