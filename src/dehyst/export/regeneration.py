@@ -21,7 +21,8 @@ OF_THE_MODEL = ("model_sha256", "provenance", "operators", "input", "output", "p
 BINARY = re.compile(r"binaries/[\w-]+/\w+\.(so|dll|dylib)")
 # Lines of an FMU's README.md that hang on the compilers of the machine that exported it.
 _COMPILED = re.compile(
-    rf"- `{BINARY.pattern}`|No binary for \w+: no [\w ./-]+ for it on this machine\.[\w .,:`-]*|`cp \w+\.fmu [\w .,:`-]*"
+    rf"- `{BINARY.pattern}`|No binary for \w+: no [\w ./-]+ for it on this machine\.[\w .,:`-]*"
+    r"|`cp \w+\.fmu [\w .,:`-]*"
 )
 
 
