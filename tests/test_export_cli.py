@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -203,3 +204,73 @@ def test_a_pruned_export_has_fewer_operators_and_the_same_answers(run, place):
     manifest = json.loads((place / "w" / "manifest.json").read_text())
     assert manifest["operators"] == 2
     assert full != ""
+
+
+# ---- What a new user met.
+
+
+def test_a_range_beyond_what_was_identified_is_a_finding(run, place):
+    _, out, _ = run("export", "rig.json", "--target", "c", "--out", "a", "--range", "-1.5", "2", "--json")
+    assert "outside-range" in [one["code"] for one in json.loads(out)["warnings"]]
+    _, out, _ = run("export", "rig.json", "--target", "c", "--out", "b", "--range", "-1.01", "2", "--json")
+    assert "outside-range" not in [one["code"] for one in json.loads(out)["warnings"]]
+
+
+def test_an_excerpt_says_how_much_of_it_counts(run, place):
+    write_csv("small.csv", {"time [s]": np.arange(50) / 10, "angle [deg]": 0.01 * np.sin(np.arange(50))})
+    _, out, _ = run("export", "rig.json", "--target", "c", "--out", "a", "--log", "small.csv", "--column", "angle")
+    assert "0 of them limited, 0.3" in out
+    assert "excerpt-says-little" in out
+    _, out, _ = run("export", "rig.json", "--target", "c", "--out", "b", "--log", "log.csv", "--column", "#2")
+    assert "of them limited" in out
+    assert "excerpt-says-little" not in out
+
+
+def test_a_part_of_a_log_is_chosen_as_for_other_commands(run, place):
+    t = np.arange(60) / 10
+    write_csv(
+        "runs.csv", {"run": np.repeat([1.0, 2.0], 60), "time_s": np.tile(t, 2), "angle_deg": np.tile(np.sin(t), 2)}
+    )
+    chosen = (
+        "--log",
+        "runs.csv",
+        "--column",
+        "angle_deg",
+        "--run",
+        "2",
+        "--from",
+        "1",
+        "--to",
+        "3",
+        "--time",
+        "time_s",
+    )
+    status, out, err = run("export", "rig.json", "--target", "c", "--out", "a", *chosen)
+    assert (status, err) == (0, "")
+    assert " 20 samples of runs.csv" in out
+    status, _, err = run("export", "rig.json", "--target", "c", "--out", "b", "--run", "2")
+    assert status == 2
+    assert "choose a part of --log" in err
+
+
+def test_a_joint_controller_prints_its_interface_and_takes_no_ramp(run, place):
+    joint = ("export", "rig.json", "--target", "c", "--what", "joint-controller", "--controller", "controller.json")
+    status, out, _ = run(*joint, "--out", "a")
+    assert status == 0
+    assert "sensors: angle [rad], pressure_1 [Pa], pressure_2 [Pa]" in out
+    assert "velocity_d [rad/s]" in out
+    assert "none of your log" not in out
+    status, _, err = run(*joint, "--out", "b", "--ramp", "100")
+    assert status == 2
+    assert "in seconds" in err
+
+
+def test_a_model_without_a_range_and_a_name_that_is_taken_say_what_to_type(run, place):
+    play_model(ModelCard(replace(CARD.input, low=None, high=None), CARD.output, {})).save("hand.json")
+    status, _, err = run("export", "hand.json", "--target", "c", "--out", "a")
+    assert status == 2
+    assert "--range LO HI" in err
+    assert run("export", "hand.json", "--target", "c", "--out", "a", "--range", "-1", "2")[0] == 0
+    play_model().save("stdio.json")
+    _, out, _ = run("export", "stdio.json", "--target", "c", "--out", "b")
+    assert "names begin with unit_stdio_ ('stdio' is a word of C" in out

@@ -317,6 +317,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "refused (UnitError).",
             "None.",
         ),
+        "excerpt-says-little": (
+            "More than half of the log's excerpt that `dehyst export --log` puts into the check is limited, or it uses "
+            "less than a tenth of the unit's input range: agreement there proves little.",
+            "Name the column that is the input of what is exported; choose a part with `--run`, `--from`, `--to`.",
+        ),
         "outside-range": (
             "The signal, or the computed input, leaves the range that was identified by more than "
             "{BEYOND:%} of it. The model extrapolates there; the actuator may not be able to follow.",

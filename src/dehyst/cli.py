@@ -254,10 +254,16 @@ def export(
         tuple[float, float] | None,
         typer.Option("--range", metavar="LO HI", help="What the actuator can be given; else the identified range."),
     ] = None,
-    ramp: Annotated[int, typer.Option("--ramp", help="Samples over which switching on and off fades.")] = 500,
+    ramp: Annotated[
+        int | None, typer.Option("--ramp", help="Samples over which switching on and off fades; 500 without it.")
+    ] = None,
     log: Annotated[
         Path | None, typer.Option("--log", help="Your log: an excerpt of it becomes part of the check.")
     ] = None,
+    run: Run = None,
+    start: Start = None,
+    stop: Stop = None,
+    time: Time = None,
     column: Annotated[
         str | None, typer.Option("--column", help="Its column that is the input of what is exported.")
     ] = None,
@@ -273,12 +279,14 @@ def export(
 ) -> None:
     """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
     from dehyst.app.export import ExportRequest, run_export
+    from dehyst.export.excerpt import Part
 
     run_export(
         ExportRequest(
-            model, target, out, real, what, range, ramp, log, column, controller, name, prune, overwrite, json
+            model, target, out, real, what, range, ramp, log, column, controller, name, prune, overwrite, json,
+            Part(run, start, stop, time),
         )
-    )
+    )  # fmt: skip
 
 
 @app.command()

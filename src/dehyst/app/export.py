@@ -17,9 +17,11 @@ from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.control import load_controller
 from dehyst.errors import ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
-from dehyst.export.excerpt import read_excerpt
+from dehyst.export.excerpt import ALL, Part, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
-from dehyst.export.subject import REALS, WHATS, Subject, check_choice, check_name, identifier
+from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
+from dehyst.export.joint_units import unit_findings
+from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice, check_name, identifier, why_prefixed
 from dehyst.export.targets import target
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -32,6 +34,7 @@ from dehyst.models import (
 )
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
+EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
 MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
 
 
@@ -45,7 +48,7 @@ class ExportRequest:
     real: str | None = None
     what: str = "inverse"
     range: tuple[float, float] | None = None
-    ramp: int = 500
+    ramp: int | None = None
     log: Path | None = None
     column: str | None = None
     controller: Path | None = None
@@ -53,6 +56,7 @@ class ExportRequest:
     prune: bool = False
     overwrite: bool = False
     json: bool = False
+    part: Part = ALL
 
 
 def run_export(request: ExportRequest) -> None:
@@ -65,11 +69,11 @@ def run_export(request: ExportRequest) -> None:
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
     model = load_model(request.model)
-    findings = [*_verdict(model, request), *_cost(model, request)]
+    _refuse_unknown_range(model, request)
+    findings = [*_verdict(model, request), *_outside(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
-        more += _coarse(subject)
         more += _coarse(subject)
         written = export(subject, request.target, request.out, request.overwrite)
     if request.json:
@@ -97,26 +101,44 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         )
     if request.what == "joint-controller" and (request.log is not None or request.range is not None):
         raise ParameterError("--log and --range belong to --what inverse or forward; leave them out here.")
+    if request.what == "joint-controller" and request.ramp is not None:
+        raise ParameterError(
+            f'--ramp {request.ramp} belongs to --what inverse or forward; the ramp of a joint controller is "ramp" in '
+            f"its file, in seconds. Leave --ramp out and set it there."
+        )
+    if request.log is None and request.part != ALL:
+        raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
         check_name(request.name)
 
 
+def _refuse_unknown_range(model: HysteresisModel, request: ExportRequest) -> None:
+    card = model.card.input
+    if request.range is None and request.what != "joint-controller" and (card.low is None or card.high is None):
+        raise ParameterError(
+            f"'{request.model}' does not say from where to where its input {card.label} goes: it was not identified "
+            f"from a log. Without it a unit has no limits; add --range LO HI, what the actuator can be given."
+        )
+
+
 def _subject(model: HysteresisModel, request: ExportRequest, real: str) -> tuple[Subject, list[Finding]]:
     name = request.name or identifier(request.model.stem)
+    ramp = RAMP if request.ramp is None else request.ramp
     if request.what == "joint-controller":
         parameters = load_controller(cast(Path, request.controller))
-        return joint_subject(model, parameters, name=name, real=real), []
+        return joint_subject(model, parameters, name=name, real=real), unit_findings(model)
     subject = subject_of(
-        model, request.what, name=name, real=real, range=request.range, ramp=request.ramp
+        model, request.what, name=name, real=real, range=request.range, ramp=ramp
     )  # fmt: skip
     if request.log is None or request.column is None:
         return subject, []
-    excerpt = read_excerpt(request.log, request.column, subject.input)
+    excerpt = read_excerpt(request.log, request.column, subject.input, request.part)
     subject = subject_of(
-        model, request.what, name=name, real=real, range=request.range, ramp=request.ramp,
+        model, request.what, name=name, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values, excerpt_source=excerpt.source,
     )  # fmt: skip
-    return subject, list(excerpt.findings)
+    used = use_findings(subject.excerpt, subject.input) if subject.excerpt else []
+    return subject, [*excerpt.findings, *used]
 
 
 def pruned(model: HysteresisModel) -> HysteresisModel:
@@ -141,6 +163,21 @@ def _verdict(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding
         f"when '{request.model}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
         f"`dehyst identify` for the reason.",
     )
+
+
+def _outside(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
+    """Say that the unit may work where nothing was identified."""
+    card = model.card.input
+    if request.range is None or card.low is None or card.high is None:
+        return
+    low, high = request.range
+    beyond = max(card.low - low, high - card.high)
+    if beyond > EDGE * (card.high - card.low):
+        yield Finding(
+            "outside-range",
+            f"--range goes from {low:.4g} to {high:.4g}, the model's {card.label} was identified from {card.low:.4g} "
+            f"to {card.high:.4g}; beyond, the model guesses. Narrow --range, or identify from a log that goes so far.",
+        )
 
 
 def _cost(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
@@ -196,8 +233,8 @@ def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
     out = terminal()
     lines = [
         f"{subject.title}",
-        f"{subject.real} precision, names begin with {subject.name}_",
-        f"input {subject.input!s}; output {subject.output!s}",
+        f"{subject.real} precision, names begin with {subject.name}_{_why(request)}",
+        *_interface(subject),
         *written.budget.lines(),
         _check_line(subject),
         f"wrote {len(written.files)} files, {written.size} bytes: {written.folder}",
@@ -206,10 +243,33 @@ def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
         out.print(Text(line), soft_wrap=True)
 
 
+def _why(request: ExportRequest) -> str:
+    """Say why the name is not that of the model's file."""
+    why = "" if request.name else why_prefixed(request.model.stem)
+    return f" ({why}; --name NAME chooses another)" if why else ""
+
+
+def _interface(subject: Subject) -> list[str]:
+    if subject.joint is None:
+        return [f"input {subject.input!s}; output {subject.output!s}"]
+    shown = (("sensors", SENSORS), ("references", REFERENCE), ("outputs", OUTPUTS))
+    return [f"{what}: " + ", ".join(f"{name} [{_unit(name)}]" for name in names) for what, names in shown]
+
+
+def _unit(name: str) -> str:
+    """Unit of a signal of a joint controller."""
+    words = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "valve": "-1 .. 1"}
+    torques = ("load", "torque", "integrator")
+    first = name.split("_")[0]
+    return words.get(first, "Nm" if first in torques else "Pa")
+
+
 def _check_line(subject: Subject) -> str:
     if subject.joint is not None:
         return f"check: recorded run of {subject.test.samples} periods with switching and faults"
     signal = f"check: test signal of {subject.test.samples} samples"
     if subject.excerpt is None:
         return f"{signal}, none of your log (add --log LOG --column COLUMN)"
-    return f"{signal}, {subject.excerpt.samples} samples of {subject.excerpt_source}"
+    limited, share = use_of(subject.excerpt, subject.input)
+    told = f"{limited} of them limited, {100 * share:.3g} % of the range"
+    return f"{signal}, {subject.excerpt.samples} samples of {subject.excerpt_source} ({told})"

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.export.signal import Signal
 from dehyst.export.subject import MOST_EXCERPT
 from dehyst.findings import Finding
 from dehyst.io import read_signal
 from dehyst.models import SignalCard
 from dehyst.units import canonical, convert
+
+LEAST_SHARE = 0.1  # of the range that an excerpt should use
 
 Array = npt.NDArray[np.float64]
 
@@ -36,8 +39,21 @@ class Excerpt:
     findings: tuple[Finding, ...]
 
 
-def read_excerpt(log: Path, column: str, card: SignalCard) -> Excerpt:
-    """Read the first samples of a column, in the unit of a signal.
+@dataclass(frozen=True)
+class Part:
+    """Which part of a log: its run, times from and to [s], and the time column."""
+
+    run: str | None = None
+    start: float | None = None
+    stop: float | None = None
+    time: str | None = None
+
+
+ALL = Part()
+
+
+def read_excerpt(log: Path, column: str, card: SignalCard, part: Part = ALL) -> Excerpt:
+    """Read the first samples of a column, in the unit of a signal, of a part of the log.
 
     Raises
     ------
@@ -46,7 +62,7 @@ def read_excerpt(log: Path, column: str, card: SignalCard) -> Excerpt:
     UnitError
         If the units cannot be converted.
     """
-    signal = read_signal(log, column)
+    signal = read_signal(log, column, time=part.time, run=part.run, start=part.start, stop=part.stop)
     values, findings = signal.values, list(signal.findings)
     same = signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None
     if not same and signal.unit and card.unit:
@@ -64,3 +80,26 @@ def read_excerpt(log: Path, column: str, card: SignalCard) -> Excerpt:
             )
         )
     return Excerpt(np.asarray(values)[:MOST_EXCERPT], f"{log.name}, {signal.name}", tuple(findings))
+
+
+def use_of(signal: Signal, card: SignalCard) -> tuple[int, float]:
+    """Return how many samples of an excerpt are limited, and which share of the input's range it uses."""
+    limited = int(np.count_nonzero(signal.flags & 4))
+    low, high = float(card.low or 0.0), float(card.high or 0.0)
+    inside = np.clip(signal.inputs[np.isfinite(signal.inputs)], low, high)
+    return limited, float((inside.max() - inside.min()) / (high - low)) if inside.size else 0.0
+
+
+def use_findings(signal: Signal, card: SignalCard) -> list[Finding]:
+    """Return a warning if an excerpt says little: most of it at a limit, or a small part of the range."""
+    limited, share = use_of(signal, card)
+    if 2 * limited <= signal.samples and share >= LEAST_SHARE:
+        return []
+    return [
+        Finding(
+            "excerpt-says-little",
+            f"of the excerpt's {signal.samples} samples {limited} are limited, and it uses {100 * share:.2g} % of the "
+            f"range of {card!s}: it proves little. Is --column the input of what is exported, in its unit? Choose "
+            f"another part with --run, --from and --to.",
+        )
+    ]
