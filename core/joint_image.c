@@ -116,17 +116,22 @@ static int reals_are_good(const dehyst_joint *joint, const uint32_t *at)
 }
 
 /* A term that fades gets smaller and is gone some day. */
+static int fade_is_good(const uint32_t *at)
+{
+    dehyst_real pair[2] = {0, 0}; /* value, step */
+    const int numbers = dehyst_image_get(at, pair, 2) != 0;
+    const dehyst_real value = pair[0] < 0 ? -pair[0] : pair[0];
+    const dehyst_real step = pair[1] < 0 ? -pair[1] : pair[1];
+    return numbers && (step >= value || value - step < value);
+}
+
 static int fades_are_good(const uint32_t *at)
 {
+    static const size_t fades[4] = {AT(integrator.value), AT(difference.value), AT(mean.value), AT(exchanged.value)};
     int good = 1;
-    for (int32_t i = 0; i + 1 < REALS; ++i) {
-        dehyst_real pair[2];
-        if (where[i] == AT(integrator.value) || where[i] == AT(difference.value) || where[i] == AT(mean.value) ||
-            where[i] == AT(exchanged.value)) {
-            good = dehyst_image_get(at + i * DEHYST_REAL_WORDS, pair, 2) != 0 && good;
-            const dehyst_real size = pair[0] < 0 ? -pair[0] : pair[0];
-            const dehyst_real step = pair[1] < 0 ? -pair[1] : pair[1];
-            good = good && (size > step ? size - step < size : 1);
+    for (int32_t i = 0; i < REALS; ++i) {
+        for (int32_t k = 0; k < 4; ++k) {
+            good = good && (where[i] != fades[k] || fade_is_good(at + i * DEHYST_REAL_WORDS));
         }
     }
     return good;

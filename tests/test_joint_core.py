@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import FLAGS, JointController, JointControllerParameters
+from dehyst.control import FLAGS, JointController, JointControllerParameters, JointReference
 from dehyst.errors import ParameterError
 from joint_oracles import PERIOD, reference_along
 from test_core_build import CORE, SOURCES, STRICT, run, tool
@@ -256,6 +256,26 @@ def test_images_that_do_not_belong_are_refused_by_name():
                 controller.restore(wrong)
             assert caught.value.facts["fault"] == fault
             assert controller.save() == image
+
+
+@pytest.mark.parametrize("term", [25, 27, 29, 31], ids=["integrator", "difference", "mean", "exchanged"])
+def test_a_restored_term_that_fades_never_grows_and_ends(term):
+    controller = JointController(JOINT, MODEL)
+    controller.reset(0.0, 3e5, 3e5)
+    reference = JointReference(mean_pressure=3e5)
+    controller.step(0.0, 3e5, 3e5, reference, 0)
+    image = controller.save()
+
+    def forged(value, step):
+        at = 4 * (13 + 2 * term)
+        return signed(image[:at] + struct.pack("<2d", value, step) + image[at + 16 :])
+
+    with pytest.raises(ParameterError) as caught:
+        controller.restore(forged(1e3, 0.0))  # would never end
+    assert caught.value.facts["fault"] == "invalid"
+    controller.restore(forged(1e3, -50.0))  # a step of the wrong sign counts by its size
+    outputs = [controller.step(0.0, 3e5, 3e5, reference, 0) for _ in range(2000)]
+    assert abs(outputs[-1].desired_1 - 3e5) < 1.0
 
 
 def test_the_step_makes_no_copies_that_become_library_calls():
