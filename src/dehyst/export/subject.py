@@ -252,8 +252,8 @@ def subject_of(
     check_choice(what, WHATS[:2], "--what")
     check_choice(real, REALS, "--real")
     check_name(name)
-    _refuse_narrow(model, range)
     block = Block(model, cast(Direction, what), range=range, ramp=ramp)
+    _refuse_narrow(model, range)
     exact = block_numbers(block)
     numbers = block_in(exact, real)
     if real == "float":
@@ -283,7 +283,7 @@ def subject_of(
             "what": what,
             "name": name,
             "real": real,
-            "range": None if range is None else list(range),
+            "range": None if range is None else [float(end) for end in range],
             "ramp": ramp,
         },
         test=answers(block, x, on, names),
