@@ -183,13 +183,15 @@ def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_
     search = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # FMPy brings a cmake
     if shutil.which("cmake", path=search) is None:
         pytest.skip("needs cmake")
-    path = Path(shutil.copy(fmu[1] / "joint_1.fmu", tmp_path))
-    with zipfile.ZipFile(path) as packed:
-        before = {name: packed.read(name) for name in packed.namelist() if name.endswith(".so")}
+    path = tmp_path / "joint_1.fmu"
+    with zipfile.ZipFile(fmu[1] / "joint_1.fmu") as packed, zipfile.ZipFile(path, "w") as bare:
+        binaries = [name for name in packed.namelist() if name.endswith(".so")]
+        for name in set(packed.namelist()) - set(binaries):  # CMake does not replace a file that is a second old
+            bare.writestr(name, packed.read(name))
     where = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PATH": search}
     subprocess.run([sys.executable, "-m", "fmpy", "compile", str(path)], check=True, capture_output=True, env=where)
     with zipfile.ZipFile(path) as packed:
-        assert all(packed.read(name) != content for name, content in before.items())
+        assert binaries and set(binaries) <= set(packed.namelist())
     assert same_bits(run(path, subject, subject.test)[0], subject.test.outputs)
 
 
