@@ -1,5 +1,8 @@
-"""Settings of the whole suite."""
+"""Settings of the whole suite, and the command line as a fixture."""
 
+import sys
+
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Two cores, several suites at once: a slow example is not a failure, and a failure must come back tomorrow.
@@ -7,3 +10,24 @@ settings.register_profile(
     "dehyst", deadline=None, derandomize=True, max_examples=120, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("dehyst")
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run one command line in this process; return exit status, stdout, stderr."""
+
+    from dehyst import cli  # not for every test: it has to be quick to begin
+
+    def command(*arguments):
+        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
+        capsys.readouterr()
+        try:
+            cli.main()
+            status = 0
+        except SystemExit as end:
+            status = end.code or 0
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
+
+    return command

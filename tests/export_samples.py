@@ -1,9 +1,24 @@
 """Models for the tests of exports: small, with a card, a map or clockwise."""
 
+import shutil
+import subprocess
+
 import numpy as np
+import pytest
 
 import dehyst
 from dehyst.models import ModelCard, SignalCard
+
+needs_make = pytest.mark.skipif(
+    shutil.which("make") is None or shutil.which("cc") is None, reason="no make or compiler"
+)
+
+
+def make_check(folder, build):
+    """Run the check of an exported folder."""
+    command = ["make", "-s", "-C", str(folder), "check", f"BUILD={build}", "CFLAGS=-O1"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
 
 CARD = ModelCard(
     SignalCard("pressure", "bar", -1.0, 2.0),

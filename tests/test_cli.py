@@ -11,31 +11,11 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst import cli
 from dehyst.experiments import example_recording
 from dehyst.io import write_csv
 
 QUICK = ("--n", "20", "--family", "pi")
 PRESSURE, ANGLE = "pressure_difference_bar", "angle_deg"
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run one command line in this process; return exit status, stdout, stderr."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
-        capsys.readouterr()
-        try:
-            cli.main()
-            status = 0
-        except SystemExit as end:
-            status = end.code or 0
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return status, out, err
-
-    return command
 
 
 @pytest.fixture(scope="module")

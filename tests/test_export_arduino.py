@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 
 import pytest
 
@@ -10,15 +9,12 @@ from dehyst.app.export import ExportRequest, run_export
 from dehyst.errors import ParameterError
 from dehyst.export import export, read_manifest, subject_of
 from dehyst.export.arduino import BOARDS, SHORT, board_check, short_signal, template_values
-from export_samples import large_model, mapped_model
+from export_samples import large_model, make_check, mapped_model, needs_make
 
 SUBJECTS = {
     "inverse": lambda: subject_of(large_model(14), name="joint_1", real="float"),
     "forward with a map": lambda: subject_of(mapped_model(), "forward", name="joint_1", real="float"),
 }
-needs_make = pytest.mark.skipif(
-    shutil.which("make") is None or shutil.which("cc") is None, reason="no make or compiler"
-)
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +29,6 @@ def folders(tmp_path_factory):
         return made[name]
 
     return folder
-
-
-def make_check(folder, build):
-    command = ["make", "-s", "-C", str(folder), "check", f"BUILD={build}", "CFLAGS=-O1"]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @needs_make

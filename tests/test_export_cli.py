@@ -3,14 +3,12 @@
 import hashlib
 import json
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import dehyst
-from dehyst import cli
 from dehyst.control import JointControllerParameters, save_controller
 from dehyst.export import compilers
 from dehyst.io import write_csv
@@ -18,25 +16,6 @@ from dehyst.models import ModelCard
 from export_samples import CARD, large_model, play_model
 
 pytestmark = pytest.mark.skipif(shutil.which("make") is None or shutil.which("cc") is None, reason="no make or cc")
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run one command line in this process; return exit status, stdout, stderr."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
-        capsys.readouterr()
-        try:
-            cli.main()
-            status = 0
-        except SystemExit as end:
-            status = end.code or 0
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return status, out, err
-
-    return command
 
 
 @pytest.fixture

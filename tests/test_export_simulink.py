@@ -10,7 +10,7 @@ import pytest
 from dehyst.control import JointControllerParameters
 from dehyst.export import export, joint_subject, subject_of, verify
 from dehyst.export.simulink import hexadecimal
-from export_samples import large_model, mapped_model
+from export_samples import large_model, make_check, mapped_model, needs_make
 
 SUBJECTS = {
     "inverse in double": lambda: subject_of(large_model(14), name="joint_1"),
@@ -21,9 +21,6 @@ SUBJECTS = {
         large_model(14), JointControllerParameters(), name="joint_1", real="float"
     ),
 }
-needs_make = pytest.mark.skipif(
-    shutil.which("make") is None or shutil.which("cc") is None, reason="no make or compiler"
-)
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +35,6 @@ def folders(tmp_path_factory):
         return made[name]
 
     return folder
-
-
-def make_check(folder, build):
-    command = ["make", "-s", "-C", str(folder), "check", f"BUILD={build}", "CFLAGS=-O1"]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @needs_make

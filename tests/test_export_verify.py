@@ -4,13 +4,11 @@ import hashlib
 import io
 import json
 import shutil
-import sys
 import zipfile
 
 import numpy as np
 import pytest
 
-from dehyst import cli
 from dehyst.control import JointControllerParameters
 from dehyst.errors import OutputError
 from dehyst.export import compilers, export, folder, joint_subject, regeneration, subject_of, verification
@@ -40,25 +38,6 @@ def exports(tmp_path_factory):
         return made[target]
 
     return of
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run one command line in this process; return exit status, stdout, stderr."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["dehyst", *map(str, arguments)])
-        capsys.readouterr()
-        try:
-            cli.main()
-            status = 0
-        except SystemExit as end:
-            status = end.code or 0
-        out, err = capsys.readouterr()
-        assert "Traceback" not in out + err
-        return status, out, err
-
-    return command
 
 
 def renew(place):

@@ -140,7 +140,7 @@ class Symbols:
         if written == member:
             return value
         if member != "bits":
-            raise NotImplementedError("a real made of bits")
+            raise TypeError("a real made of bits has no term: the code to prove does not make one")
         return Bits(self._pattern(self.real(value)))
 
     def _pattern(self, value: Real) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 from rich.text import Text
 
 from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_controller
 from dehyst.errors import ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
@@ -24,7 +25,6 @@ from dehyst.export.joint_units import unit_findings
 from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice, check_name, identifier, why_prefixed
 from dehyst.export.targets import target
 from dehyst.findings import Finding
-from dehyst.grades import Grade, grade_of
 from dehyst.models import (
     HysteresisModel,
     ModifiedPrandtlIshlinskii,
@@ -70,7 +70,9 @@ def run_export(request: ExportRequest) -> None:
     refuse_folder(request.out, request.overwrite, inputs)
     model = load_model(request.model)
     _refuse_unknown_range(model, request)
-    findings = [*_verdict(model, request), *_outside(model, request), *_cost(model, request)]
+    drives = request.what != "forward"  # a forward model drives nothing
+    said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
+    findings = [*said, *_outside(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
@@ -127,16 +129,16 @@ def _subject(model: HysteresisModel, request: ExportRequest, real: str) -> tuple
     if request.what == "joint-controller":
         parameters = load_controller(cast(Path, request.controller))
         return joint_subject(model, parameters, name=name, real=real), unit_findings(model)
-    subject = subject_of(
-        model, request.what, name=name, real=real, range=request.range, ramp=ramp
-    )  # fmt: skip
-    if request.log is None or request.column is None:
-        return subject, []
-    excerpt = read_excerpt(request.log, request.column, subject.input, request.part)
+    excerpt = None
+    if request.log is not None and request.column is not None:
+        into = model.card.output if request.what == "inverse" else model.card.input
+        excerpt = read_excerpt(request.log, request.column, into, request.part)
     subject = subject_of(
         model, request.what, name=name, real=real, range=request.range, ramp=ramp,
-        excerpt=excerpt.values, excerpt_source=excerpt.source,
+        excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",
     )  # fmt: skip
+    if excerpt is None:
+        return subject, []
     used = use_findings(subject.excerpt, subject.input) if subject.excerpt else []
     return subject, [*excerpt.findings, *used]
 
@@ -148,21 +150,6 @@ def pruned(model: HysteresisModel) -> HysteresisModel:
     if isinstance(model, ModifiedPrandtlIshlinskii):
         return replace(model, hysteresis=model.hysteresis.pruned())
     return model.pruned() if isinstance(model, PrandtlIshlinskii) else model
-
-
-def _verdict(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
-    """Repeat what identification said of the model, unless it was good."""
-    said = model.card.provenance.get("verdict")
-    grade = grade_of(said)
-    if grade is None or grade is Grade.GOOD or request.what == "forward":
-        return
-    verdict = "".join(letter for letter in str(said) if letter.isprintable())[:600]
-    cure = "Do not let it drive a machine" if grade is Grade.BAD else "Watch the actuator"
-    yield Finding(
-        "verdict",
-        f"when '{request.model}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
-        f"`dehyst identify` for the reason.",
-    )
 
 
 def _outside(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:

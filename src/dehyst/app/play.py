@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings
+from dehyst.app.verdict import verdict_findings
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
-from dehyst.grades import Grade, grade_of
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import HysteresisModel, SignalCard, load_model
 from dehyst.units import canonical, convert
@@ -56,7 +56,7 @@ def run_simulate(request: PlayRequest) -> None:
 def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request)
-    said = _verdict(model, request)
+    said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = _in_units_of(model.card.output, signal)
     findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
     x = model.inverse().simulate(y)
@@ -79,24 +79,6 @@ def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
         time_unit=request.time_unit,
     )
     return load_model(request.model), signal
-
-
-def _verdict(model: HysteresisModel, request: PlayRequest) -> list[Finding]:
-    """Repeat what identification said of the model, unless it was good."""
-    said = model.card.provenance.get("verdict")
-    grade = grade_of(said)
-    if grade is None or grade is Grade.GOOD:
-        return []
-    # The file may come from anywhere: no control characters, no novel.
-    verdict = "".join(letter for letter in str(said) if letter.isprintable())[:600]
-    cure = "Do not apply this input to a machine" if grade is Grade.BAD else "Watch the actuator"
-    return [
-        Finding(
-            "verdict",
-            f"when '{request.model}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
-            f"`dehyst identify` for the reason.",
-        )
-    ]
 
 
 def _column(card: SignalCard, prefix: str = "") -> str:

@@ -14,6 +14,7 @@ from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
+from dehyst.export.numbers import FLOAT_LIMIT
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.grades import Grade, grade_of
@@ -22,7 +23,6 @@ from dehyst.grades import Grade, grade_of
 # pressures of 1e5 Pa over a period; everything else 6e-5, where limits are met in the same periods.
 VALVE_TOLERANCE, JOINT_TOLERANCE = 2e-2, 1e-4
 _LIMITS = FLAGS["pressure-limit"] | FLAGS["valve-limit"]
-_INPUT_MOST = 1e15  # DEHYST_INPUT_LIMIT of core/dehyst.h in float
 SLIPS = 4  # limits that are met a period earlier or later and not forgotten yet; measured: 1 or 2
 JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4 and limits to a period"}
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
@@ -135,7 +135,7 @@ def slip(subject: Subject) -> tuple[float, float]:
     assert told is not None  # a joint controller has parameters
     change = np.flatnonzero(np.diff(test.flags & _LIMITS))
     near = np.union1d(change, change + 1)
-    near = near[(np.abs(test.inputs[near, 1:3]) < _INPUT_MOST).all(axis=1)]
+    near = near[(np.abs(test.inputs[near, 1:3]) < FLOAT_LIMIT).all(axis=1)]
     b = np.polynomial.Polynomial(told.b)(np.clip(test.outputs[:, 8], told.angle_low, told.angle_high))
     lost = np.abs(test.outputs[near, 4] - (test.inputs[near, 1] - test.inputs[near, 2])) * b[near]
     torque = min(told.windup_gain * told.period, 1.0) * float(lost.max(initial=0.0))

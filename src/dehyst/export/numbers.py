@@ -15,7 +15,8 @@ from dehyst.control.reach import EPS_FLOAT, Operator
 Floats = tuple[float, ...]
 Map = tuple[Floats, Floats]
 
-FLOAT_LIMIT = float(np.float32(1e15))  # DEHYST_INPUT_LIMIT of the core in float
+INPUT_LIMIT = {"double": 1e100, "float": 1e15}  # DEHYST_INPUT_LIMIT of core/dehyst.h
+FLOAT_LIMIT = float(np.float32(INPUT_LIMIT["float"]))
 _LIMITS = ("input", "output", "reach")
 
 

@@ -66,6 +66,10 @@ class Subject:
         Which log and column, "" for none.
     parameters
         Of the joint controller, None for a block.
+    start_output
+        Of a block after a reset. [output]
+    extra
+        Files that go along for this subject: path -> text.
     """
 
     what: str
@@ -86,7 +90,7 @@ class Subject:
     excerpt_source: str = ""
     parameters: JointControllerParameters | None = None
     start_output: float = 0.0
-    extra: Mapping[str, Any] = field(default_factory=dict)
+    extra: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def operators(self) -> int:

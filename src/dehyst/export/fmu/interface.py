@@ -9,11 +9,11 @@ from dataclasses import fields
 from dehyst.control.joint import FLAGS, SWITCHES, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.export.fmu.variables import Variable
-from dehyst.export.numbers import BlockNumbers, ModelNumbers
+from dehyst.export.numbers import INPUT_LIMIT, BlockNumbers, ModelNumbers
 from dehyst.export.subject import Subject
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-BEYOND = {"double": "1e100", "float": "1e15"}  # DEHYST_INPUT_LIMIT of core/dehyst.h
+BEYOND = {real: f"{limit:g}".replace("+", "") for real, limit in INPUT_LIMIT.items()}
 _BLOCK_FLAGS = {
     "limited": "input or output was at its limit in the last step",
     "rejected": "the last input was no number, infinite or beyond {beyond}: the last good output is held",

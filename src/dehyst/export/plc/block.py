@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dehyst.export import numbers as of_core
 from dehyst.export.numbers import BlockNumbers, ModelNumbers
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
 
-INPUT_LIMIT = {"LREAL": 1e100, "REAL": 1e15}  # DEHYST_INPUT_LIMIT of core/dehyst.h
+INPUT_LIMIT = {"LREAL": of_core.INPUT_LIMIT["double"], "REAL": of_core.INPUT_LIMIT["float"]}
 
 
 def shape(model: ModelNumbers) -> dict[str, object]:
