@@ -282,6 +282,118 @@ void dehyst_stack_begin(const dehyst_stack_model *model, dehyst_stack_state *sta
 void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *state, int32_t below, int32_t end,
                        int32_t rising, dehyst_real turn);
 
+/* ---- Direct inverse: the input that an actuator needs, identified as a function of its output. Not rate independent.
+ *
+ *   u = sum_c h_c [ P_c(y - center) + sum_i s_ci E_i + sum_k p_ck R_k + sum_j k_cj (y - L_j) + d_c v ]
+ *
+ *   E   stop operator of radius r: E = y - z, z the play of threshold r
+ *   R   lag along the path of length x (element of Dahl, 1968): dR = dy - R |dy|/x
+ *   L   lag of time constant tau (creep): L += (1 - exp(-T/tau)) (y - L)
+ *   v   rate of y
+ *   h   without schedule one set of weights, h = 1. Schedule number v adds two: xi = (sigma_v - low_v)/(high_v - low_v)
+ *       within 0 .. 1, set 2v is taken times 1 - xi and set 2v + 1 times xi, all of them summed.
+ * With weights >= 0 every term but P opposes motion. Terms of one group have a common scale that may be learned.
+ *
+ * Unknown memory: a stop keeps the lowest and the highest play state that some past can have left; it answers in the
+ * middle, which is 0 as long as nothing is known, so that a compensator comes in with what it knows. Lags of unknown
+ * past start from y at rest. `doubt` of the state bounds what all that can be wrong. */
+
+#define DEHYST_DEGREE 8    /* most coefficients of a polynomial, lowest power first */
+#define DEHYST_SCHEDULES 3 /* most schedules */
+#define DEHYST_GROUPS 8    /* most groups of terms */
+#define DEHYST_GIVEN 2     /* scheduling variables that come from outside */
+
+enum { /* what a schedule follows */
+    DEHYST_BY_OUTPUT = -1 /* y itself; 0 or 1: the variable from outside of that number */
+};
+
+typedef struct dehyst_direct {
+    int32_t coefficients;             /* of P_c, 1 .. DEHYST_DEGREE */
+    int32_t stops, paths, creeps;     /* number of E, R and L */
+    int32_t schedules;                /* 0 .. DEHYST_SCHEDULES */
+    int32_t groups;                   /* 1 .. DEHYST_GROUPS */
+    const dehyst_real *radius;        /* (stops,) r > 0, [y] */
+    const dehyst_real *length;        /* (paths,) x > 0, [y] */
+    const dehyst_real *gain;          /* (creeps,) 1 - exp(-T/tau) */
+    const dehyst_real *weight;        /* (sets, terms): P, E, R, L, v in this order, [u], [u/y] */
+    const int32_t *group;             /* (terms - coefficients,) group of each term, 0 .. groups - 1 */
+    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows */
+    dehyst_real low[DEHYST_SCHEDULES], high[DEHYST_SCHEDULES]; /* its range, [sigma] */
+    dehyst_real center;                  /* [y] */
+    dehyst_real input_low, input_high;   /* identified range: beyond it P and schedules of y are held, [y] */
+    dehyst_real output_low, output_high; /* no u lies beyond, [u] */
+} dehyst_direct;
+
+/* Terms of a set; reals of memory that a state needs. */
+#define DEHYST_DIRECT_TERMS(coefficients, stops, paths, creeps) ((coefficients) + (stops) + (paths) + (creeps) + 1)
+#define DEHYST_DIRECT_REALS(stops, paths, creeps) (2 * ((stops) + (paths) + (creeps)))
+
+typedef struct dehyst_direct_state {
+    dehyst_real *memory;             /* lowest plays, highest plays (stops,), R, doubt (paths,), L, doubt (creeps,) */
+    dehyst_real last;                /* last y, [y] */
+    dehyst_real curve;               /* sum of the P_c, [u] */
+    dehyst_real part[DEHYST_GROUPS]; /* what each group adds, [u] */
+    dehyst_real doubt[DEHYST_GROUPS]; /* what each group can be wrong by for the unknown start, [u] */
+    uint32_t flags;                  /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
+} dehyst_direct_state;
+
+/* Begin at rest at y, which must be acceptable. `known`: after a homing, nothing remembered; else anything may be. */
+void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y, int known);
+
+/* One sample: moves memory and writes curve, part and doubt. A sample with a number that is not finite or beyond
+ * DEHYST_INPUT_LIMIT changes nothing but flags. */
+void dehyst_direct_step(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y, dehyst_real rate,
+                        const dehyst_real given[DEHYST_GIVEN]);
+
+/* curve + sum of scale (groups,) times part within the limits of the output; a null pointer: scales of 1. */
+dehyst_real dehyst_direct_output(const dehyst_direct *direct, const dehyst_direct_state *state,
+                                 const dehyst_real *scale);
+
+/* Sum of the doubts times scales: the guaranteed half width of u. */
+dehyst_real dehyst_direct_doubt(const dehyst_direct *direct, const dehyst_direct_state *state,
+                                const dehyst_real *scale);
+
+/* exp(-x) for x >= 0 without a library: within 1e-7 up to x = 0.5, 1e-3 of its value up to 4, in (0, 1] for any. */
+dehyst_real dehyst_decay(dehyst_real x);
+
+/* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.
+ *
+ *   e = measured - (curve + offset + sum_g scale_g part_g)
+ *   scale_g += mu e part_g/(noise^2 + unit^2 + sum part^2),  offset likewise with `unit` for its part,  mu = rate T <= 1
+ * and back into lowest .. highest and +-offset_limit: scales stay >= 0, so that whatever is learned opposes motion as the
+ * model does and is invertible with it. What was learned is used while its squared error, remembered over `memory`, is
+ * below that of scales 1 and offset 0; else these are. Normalised and projected: nothing that is measured can make it
+ * leave its bounds. */
+
+typedef struct dehyst_adaptation {
+    dehyst_real rate;            /* share of the error that a second of full excitation takes away, [1/s]; 0: never */
+    dehyst_real memory;          /* over which errors are compared, and learned values faded in, [s] */
+    dehyst_real noise;           /* size of a signal that teaches nothing, > 0, [u] */
+    dehyst_real dead_zone;       /* errors below teach nothing, [u] */
+    dehyst_real most_error;      /* errors beyond are something else: nothing is learned, [u] */
+    dehyst_real lowest, highest; /* of a scale, 0 <= lowest <= 1 <= highest */
+    dehyst_real offset_limit;    /* [u]; 0: no offset */
+    dehyst_real unit;            /* size that the offset has as a signal, [u] */
+} dehyst_adaptation;
+
+typedef struct dehyst_learning {
+    dehyst_real scale[DEHYST_GROUPS];   /* learned */
+    dehyst_real offset;
+    dehyst_real applied[DEHYST_GROUPS]; /* in use */
+    dehyst_real applied_offset;
+    dehyst_real error;                  /* mean square error of what was learned, [u^2] */
+    dehyst_real error_before;           /* of the model as it was identified */
+} dehyst_learning;
+
+/* As identified. */
+void dehyst_learning_reset(dehyst_learning *learning);
+
+/* One sample at a period [s]: what the actuator needed, `measured`, beside the model's answer at the measured output. While
+ * `frozen` nothing is learned. Returns 1 if something was. */
+int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups,
+                         dehyst_real period, dehyst_real curve, const dehyst_real *part, dehyst_real measured,
+                         int frozen);
+
 /* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
  *
  *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I' = M L^3 (q_d - q)
@@ -289,8 +401,6 @@ void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *stat
  *   p_1,2 = p_m +- dp/2
  *   mdot_d = V/(n R T) (dp_d/dt + k_p (p_d - p)) + p Vdot/(R T)         flatness-based pressure loop, one a muscle
  * SI units. Nothing here allocates, calls a library or loops without a bound. */
-
-#define DEHYST_DEGREE 8 /* most coefficients of a polynomial of the angle, lowest power first */
 
 /* Nominal valve and air as the controller believes them (ISO 6358); the true ones differ. */
 typedef struct dehyst_pneumatics {

@@ -19,6 +19,46 @@ def pi_invert(thresholds: _Array, weights: _Array, state: _Array) -> tuple[int, 
 def stop_to_play(slope: float, stop_weights: _Array) -> _Array: ...
 def map_values(u: _Array, v: _Array, x: _Array) -> _Array: ...
 
+DIRECT_GROUPS: int
+DIRECT_SCHEDULES: int
+DIRECT_COEFFICIENTS: int
+_Direct = tuple[
+    _Array, _Array, _Array, _Array, npt.NDArray[np.int64], npt.NDArray[np.int64], _Array, _Array, _Array, int, int, bool
+]
+
+def decay(x: float) -> float: ...
+def direct_bank(
+    y: _Array,
+    time: _Array,
+    restart: npt.NDArray[np.int64],
+    radius: _Array,
+    length: _Array,
+    time_constant: _Array,
+    known: bool,
+) -> _Array: ...
+
+class DirectStepper:
+    def __init__(self, parameters: _Direct) -> None: ...
+    def __call__(self, y: float, rate: float = 0.0, first: float = 0.0, second: float = 0.0) -> float: ...
+    def reset(self, y: float = 0.0) -> None: ...
+    def simulate(
+        self,
+        y: _Array,
+        rate: _Array,
+        time: _Array,
+        given: _Array,
+        restart: npt.NDArray[np.int64],
+        time_constant: _Array,
+    ) -> _Array: ...
+    @property
+    def doubt(self) -> float: ...
+    @property
+    def rejected(self) -> bool: ...
+    @property
+    def limited(self) -> bool: ...
+    @property
+    def memory(self) -> _Array: ...
+
 class Stepper:
     def __init__(
         self,

@@ -80,6 +80,7 @@ inline void require(bool holds, const char *message)
 void bind_models(nb::module_ &m);
 void bind_block(nb::module_ &m);
 void bind_joint(nb::module_ &m);
+void bind_direct(nb::module_ &m);
 void bind_plant(nb::module_ &m);
 void bind_robot(nb::module_ &m);
 void bind_gram(nb::module_ &m);

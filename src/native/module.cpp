@@ -8,6 +8,7 @@ NB_MODULE(_native, m)
     bind_stack(m);
     bind_block(m);
     bind_joint(m);
+    bind_direct(m);
     bind_plant(m);
     bind_robot(m);
     bind_gram(m);

@@ -2,20 +2,26 @@
 
 from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, StackStepper, Stepper
 from dehyst.models.card import ModelCard, SignalCard
+from dehyst.models.direct import GROUPS, DirectInverse, DirectRun
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.schedule import Schedule
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 from dehyst.models.storage import load_model, model_from_dict, model_to_dict
 
 __all__ = [
+    "GROUPS",
+    "DirectInverse",
+    "DirectRun",
     "HysteresisModel",
     "ModelCard",
     "ModifiedPrandtlIshlinskii",
     "MonotoneMap",
     "PrandtlIshlinskii",
     "RejectedSamplesWarning",
+    "Schedule",
     "SignalCard",
     "StackStepper",
     "StaticCurve",

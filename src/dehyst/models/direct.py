@@ -1,0 +1,362 @@
+"""The direct inverse: what an actuator needs at its input, as a function of its output and of its past."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst._native import DirectStepper
+from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
+from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.schedule import Schedule
+
+NONE = np.zeros(0)
+SHORT = 0.25  # of the largest radius: stops and paths up to there are one group, longer ones another
+GROUPS = ("short", "long", "creep", "viscous")
+
+
+def _none() -> Array:
+    return NONE
+
+
+class DirectRun(NamedTuple):
+    """Answer of a direct inverse along a signal.
+
+    Attributes
+    ----------
+    u
+        (T,) [input of the actuator]
+    doubt
+        (T,) guaranteed half width of u: however the actuator was moved before, the model's answer with its true past
+        lies within u - doubt .. u + doubt. Zero for a known past. [input of the actuator]
+    parts
+        (T, groups) what each group of `GROUPS` adds. [input of the actuator]
+    """
+
+    u: Array
+    doubt: Array
+    parts: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DirectInverse:
+    r"""What an actuator needs at its input u for an output y, identified in that direction.
+
+    .. math::
+
+        u = \sum_c h_c(\sigma) \Bigl[ P_c(y - c_0) + \sum_i s_{ci} E_{r_i}[y] + \sum_k p_{ck} R_{x_k}[y]
+            + \sum_j k_{cj} (y - L_{\tau_j}[y]) + d_c \dot y \Bigr]
+
+    E is the stop operator (identity less play), R a lag along the path, :math:`dR = dy - R\,|dy|/x`, an element of
+    Dahl (1968), and L a first-order lag in time (creep). Weights but for those of P are >= 0: every term opposes
+    motion, so that u rises with y whatever the past, if P does. Without schedule there is one set of weights,
+    h = 1; schedule v has two, blended by its variable from ``low`` (set 2v) to ``high`` (set 2v + 1); all sets are
+    summed.
+
+    Parameters
+    ----------
+    radii
+        r of the stops, (n,), increasing, > 0. [y]
+    stop_weights
+        s, (sets, n) or (n,). [u/y]
+    path_lengths
+        x, (k,), increasing, > 0. [y]
+    path_weights
+        p, (sets, k) or (k,). [u/y]
+    time_constants
+        tau, (m,), increasing, > 0. [s]
+    creep_weights
+        k, (sets, m) or (m,). [u/y]
+    polynomial
+        Coefficients of P, lowest power of y - center first, (sets, d) or (d,), d = 1 to 8. [u/y^j]
+    viscous
+        d, (sets,) or a number. [u s/y]
+    center
+        c_0. [y]
+    schedules
+        At most three, two of them from outside.
+    known
+        Whether the actuator is at rest after a homing at the first sample: nothing is remembered then. Else any past is
+        possible: a stop answers in the middle of what it may be, 0 at first.
+    card
+        Signals: ``card.input`` is u, ``card.output`` is y, as the actuator has them.
+
+    Raises
+    ------
+    ParameterError
+        If shapes do not fit, a weight is negative, or a number is not finite.
+
+    Examples
+    --------
+    >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0])
+    >>> model.simulate([0.0, 1.0, 0.0], [0.0, 1.0, 2.0]).u.tolist()
+    [0.0, 2.0, -1.0]
+    """
+
+    radii: Array = field(default_factory=_none)
+    stop_weights: Array = field(default_factory=_none)
+    path_lengths: Array = field(default_factory=_none)
+    path_weights: Array = field(default_factory=_none)
+    time_constants: Array = field(default_factory=_none)
+    creep_weights: Array = field(default_factory=_none)
+    polynomial: Array = field(default_factory=_none)
+    viscous: Array = field(default_factory=_none)
+    center: float = 0.0
+    schedules: tuple[Schedule, ...] = ()
+    known: bool = True
+    card: ModelCard = NO_CARD
+    family: ClassVar[str] = "direct-inverse"
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "schedules", tuple(self.schedules))
+        _check_schedules(self.schedules)
+        for name in ("radii", "path_lengths", "time_constants"):
+            put(self, name, _scale(getattr(self, name), name))
+        put(self, "center", parameter_number(self.center, "center"))
+        for name, columns in (
+            ("stop_weights", self.radii.size),
+            ("path_weights", self.path_lengths.size),
+            ("creep_weights", self.time_constants.size),
+        ):
+            put(self, name, _not_negative(_table(getattr(self, name), self.sets, columns, name), name))
+        viscous = np.zeros(self.sets) if np.size(self.viscous) == 0 else np.atleast_1d(self.viscous)
+        put(self, "viscous", _not_negative(_table(viscous, self.sets, 1, "viscous"), "viscous")[:, 0])
+        curve = np.zeros((self.sets, 1)) if np.size(self.polynomial) == 0 else self.polynomial
+        degrees = np.shape(curve)[-1] if np.ndim(curve) else 1
+        put(self, "polynomial", _table(curve, self.sets, degrees, "polynomial"))
+        if not 1 <= degrees <= _native.DIRECT_COEFFICIENTS:
+            raise ParameterError(
+                f"the polynomial has {degrees} coefficients; the core takes 1 to {_native.DIRECT_COEFFICIENTS}."
+            )
+
+    @property
+    def sets(self) -> int:
+        """Number of sets of weights."""
+        return max(1, 2 * len(self.schedules))
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of terms that carry weight in some set, the polynomial left out."""
+        tables = (self.stop_weights, self.path_weights, self.creep_weights, self.viscous[:, None])
+        return int(sum(np.count_nonzero(table.max(axis=0)) for table in tables if table.size))
+
+    @property
+    def outside(self) -> tuple[Schedule, ...]:
+        """Schedules whose variables come from outside, in the order in which they are given."""
+        return tuple(schedule for schedule in self.schedules if schedule.outside)
+
+    def __repr__(self) -> str:
+        """One line: family, terms, signals and their identified ranges; parameters are attributes."""
+        terms = f"{self.radii.size} stops, {self.path_lengths.size} path lags, {self.time_constants.size} creep lags"
+        return f"<DirectInverse: {terms}, {self.card.output!s} -> {self.card.input!s}>"
+
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same model with another description of its signals."""
+        return replace(self, card=card)
+
+    def with_known(self, known: bool) -> Self:
+        """Return the same model that begins after a homing, or with any past."""
+        return replace(self, known=known)
+
+    def pruned(self) -> Self:
+        """Return the same function without terms of zero weight."""
+        changes: dict[str, Any] = {}
+        for scale, weights in (
+            ("radii", "stop_weights"),
+            ("path_lengths", "path_weights"),
+            ("time_constants", "creep_weights"),
+        ):
+            table = getattr(self, weights)
+            kept = np.flatnonzero(table.max(axis=0) > 0) if table.size else np.zeros(0, np.int64)
+            changes |= {scale: getattr(self, scale)[kept], weights: table[:, kept]}
+        return replace(self, **changes)
+
+    def scaled(self, scales: npt.ArrayLike, offset: float = 0.0) -> Self:
+        """Return the model with groups multiplied by scales (groups,) >= 0 and an offset added: what was learned."""
+        short, long, creep, viscous = parameter_array(scales, "scales")
+        curve = np.array(self.polynomial)
+        curve[:2, 0] += parameter_number(offset, "offset")  # the factors of two sets of a schedule add up to 1
+        far = {0: short, 1: long}
+        return replace(
+            self,
+            stop_weights=self.stop_weights * np.array([far[g] for g in self.groups[: self.radii.size]]),
+            path_weights=self.path_weights
+            * np.array([far[g] for g in self.groups[self.radii.size : self.radii.size + self.path_lengths.size]]),
+            creep_weights=self.creep_weights * creep,
+            viscous=self.viscous * viscous,
+            polynomial=curve,
+        )
+
+    @property
+    def groups(self) -> npt.NDArray[np.int64]:
+        """Group of `GROUPS` of every term: stops, path lags, creep lags, viscous, (n + k + m + 1,)."""
+        far = SHORT * max(self.radii.max(initial=0.0), self.path_lengths.max(initial=0.0))
+        sizes = np.concatenate([self.radii, self.path_lengths])
+        return np.concatenate([(sizes > far).astype(np.int64), np.full(self.time_constants.size, 2), [3]])
+
+    def parameters(self, period: float) -> tuple[Any, ...]:
+        """Return what the core takes, for samples `period` apart. [s]"""
+        period = parameter_number(period, "period")
+        if not period > 0:
+            raise ParameterError(f"period = {period:g} s is no time from sample to sample; pass a positive one.")
+        rows = [self.polynomial, self.stop_weights, self.path_weights, self.creep_weights, self.viscous[:, None]]
+        sources = np.cumsum([schedule.outside for schedule in self.schedules]) - 1
+        source = [int(k) if s.outside else -1 for k, s in zip(sources, self.schedules, strict=True)]
+        gain = -np.expm1(-period / self.time_constants)
+        return (
+            np.array(self.radii),
+            np.array(self.path_lengths),
+            gain,
+            np.ascontiguousarray(np.concatenate(rows, axis=1)).ravel(),
+            self.groups,
+            np.array(source, np.int64),
+            np.array([schedule.low for schedule in self.schedules], float),
+            np.array([schedule.high for schedule in self.schedules], float),
+            np.array([self.center, *_range(self.card.output.low, self.card.output.high, 0.0),
+                      *_range(self.card.input.low, self.card.input.high, 1.0)]),
+            self.polynomial.shape[1],
+            len(GROUPS),
+            bool(self.known),
+        )  # fmt: skip
+
+    def stepper(self, period: float) -> DirectStepper:
+        """Return the model as a function of one sample, for samples `period` apart: ``step(y, rate, first, second)``.
+
+        `first` and `second` are the scheduling variables from outside in the order of `outside`. The arithmetic is that
+        of exported code.
+
+        Examples
+        --------
+        >>> step = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).stepper(1e-3)
+        >>> step(1.0), step(0.0)
+        (2.0, -1.0)
+        """
+        return DirectStepper(self.parameters(period))
+
+    def simulate(
+        self,
+        y: npt.ArrayLike,
+        time: npt.ArrayLike,
+        rate: npt.ArrayLike | None = None,
+        given: Mapping[str, npt.ArrayLike] | None = None,
+        restart: npt.ArrayLike | None = None,
+    ) -> DirectRun:
+        """Return u along an output signal, beginning at rest at its first sample.
+
+        Parameters
+        ----------
+        y
+            Output samples, (T,). [y]
+        time
+            Their times, (T,), not decreasing. [s]
+        rate
+            dy/dt, (T,); None: from y, by central differences within each segment. [y/s]
+        given
+            Scheduling variables from outside by name, (T,) or a number each.
+        restart
+            (T,) true where a new segment begins, after a gap: memory begins anew there. None: nowhere.
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ, time runs backwards, or a scheduling variable is missing.
+        """
+        q = signal_array(y, "y")
+        t = signal_array(time, "time")
+        if t.size != q.size:
+            raise ParameterError(f"{q.size} samples of y but {t.size} times; pass one of each a sample.")
+        begins = np.zeros(q.size, np.int64) if restart is None else np.asarray(restart).astype(np.int64)
+        if q.size == 0:
+            return DirectRun(NONE, NONE, np.zeros((0, len(GROUPS))))
+        back = np.flatnonzero((np.diff(t) < 0) & (begins[1:] == 0))
+        if back.size:
+            raise ParameterError(
+                f"time runs backwards at sample {back[0] + 1}: {t[back[0]]:g} s, {t[back[0] + 1]:g} s."
+            )
+        v = slopes(q, t, begins) if rate is None else signal_array(rate, "rate")
+        step = DirectStepper(self.parameters(1.0))
+        table = step.simulate(q, v, t, self._given(given or {}, q.size), begins, np.array(self.time_constants))
+        return DirectRun(table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy())
+
+    def _given(self, given: Mapping[str, npt.ArrayLike], size: int) -> Array:
+        table = np.zeros((size, 2))
+        for column, schedule in enumerate(self.outside):
+            if schedule.name not in given:
+                raise ParameterError(
+                    f"the model depends on '{schedule.name}', which was not given. Pass given={{'{schedule.name}': "
+                    f"values}}, within {schedule.low:g} to {schedule.high:g} {schedule.unit}."
+                )
+            table[:, column] = np.broadcast_to(np.asarray(given[schedule.name], float), size)
+        return table
+
+
+def slopes(y: Array, time: Array, restart: npt.NDArray[np.int64]) -> Array:
+    """Return dy/dt (T,) by central differences within each segment, 0 where times repeat. [y/s]"""
+    out = np.zeros(y.size)
+    edges = [0, *np.flatnonzero(restart[1:]) + 1, y.size]
+    for a, b in itertools.pairwise(edges):
+        if b - a > 1:
+            k = np.arange(a, b)
+            before, after = np.maximum(k - 1, a), np.minimum(k + 1, b - 1)
+            span = time[after] - time[before]
+            out[a:b] = np.divide(y[after] - y[before], span, out=np.zeros(b - a), where=span > 0)
+    return out
+
+
+def _range(low: float | None, high: float | None, more: float) -> tuple[float, float]:
+    """A card's range, wider by `more` of its width on both sides; far beyond everything if there is none."""
+    if low is None or high is None or not low < high:
+        return -1e6, 1e6
+    return low - more * (high - low), high + more * (high - low)
+
+
+def _scale(values: npt.ArrayLike, name: str) -> Array:
+    if np.size(values) == 0:
+        return NONE
+    array = parameter_array(values, name)
+    strictly_increasing(array, name)
+    if not array[0] > 0:
+        raise ParameterError(f"{name}[0] = {array[0]:g} must be positive; leave that term out.")
+    return array
+
+
+def _table(values: npt.ArrayLike, sets: int, columns: int, name: str) -> Array:
+    """Values as a read-only (sets, columns), or say what is wrong with them."""
+    if columns == 0 and np.size(values) == 0:
+        return np.zeros((sets, 0))
+    array = np.array(parameter_array(np.ravel(np.asarray(values)), name))
+    if array.size != sets * columns:
+        raise ParameterError(
+            f"{name} has shape {np.shape(values)}; with {sets} set{'s' if sets > 1 else ''} of weights pass "
+            f"({sets}, {columns}).",
+            shape=np.shape(values),
+        )
+    table = array.reshape(sets, columns)
+    table.flags.writeable = False
+    return table
+
+
+def _not_negative(table: Array, name: str) -> Array:
+    if (table < 0).any():
+        raise ParameterError(
+            f"{name} has a negative weight, {table.min():g}: such a term would drive the motion that it should oppose, "
+            f"and u might not rise with y. Pass weights >= 0."
+        )
+    return table
+
+
+def _check_schedules(schedules: tuple[Schedule, ...]) -> None:
+    outside = [schedule.name for schedule in schedules if schedule.outside]
+    names = [schedule.name for schedule in schedules]
+    if len(outside) > 2 or len(schedules) > _native.DIRECT_SCHEDULES or len(set(names)) < len(names):
+        raise ParameterError(
+            f"schedules {names}: at most {_native.DIRECT_SCHEDULES} with different names, two of them from outside."
+        )
