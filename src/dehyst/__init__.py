@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from dehyst.identification import CrossValidation as CrossValidation
     from dehyst.identification import Fit as Fit
     from dehyst.identification import Refit as Refit
+    from dehyst.identification import choose_shear as choose_shear
     from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify as identify
     from dehyst.identification import identify_paper as identify_paper
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from dehyst.models import ModifiedPrandtlIshlinskii as ModifiedPrandtlIshlinskii
     from dehyst.models import MonotoneMap as MonotoneMap
     from dehyst.models import PrandtlIshlinskii as PrandtlIshlinskii
+    from dehyst.models import ShearedPrandtlIshlinskii as ShearedPrandtlIshlinskii
     from dehyst.models import StaticCurve as StaticCurve
     from dehyst.models import StopOperatorModel as StopOperatorModel
     from dehyst.models import load_model as load_model
@@ -80,8 +82,10 @@ _HOME = {
     "Reproduction": "dehyst.experiments.results",
     "Request": "dehyst.experiments.reproduce",
     "Robot": "dehyst.plant",
+    "ShearedPrandtlIshlinskii": "dehyst.models",
     "StaticCurve": "dehyst.models",
     "StopOperatorModel": "dehyst.models",
+    "choose_shear": "dehyst.identification",
     "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
     "equip": "dehyst.experiments.compensators",

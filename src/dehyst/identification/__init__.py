@@ -3,6 +3,7 @@
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
+from dehyst.identification.shear import ShearChoice, choose_shear
 
 __all__ = [
     "Candidate",
@@ -12,7 +13,9 @@ __all__ = [
     "LoopFacts",
     "Refit",
     "Score",
+    "ShearChoice",
     "Trial",
+    "choose_shear",
     "cross_validate",
     "identify",
     "identify_paper",

@@ -61,6 +61,8 @@ class Trial:
         Operators with weight in the fit to all blocks but the last.
     seconds
         Time that this row took.
+    inverse_gain
+        Largest slope of the inverse in the fit to all blocks but the last, of the sheared loop. [input/output]
     """
 
     family: str
@@ -73,6 +75,7 @@ class Trial:
     inverse_errors: tuple[float, ...]
     nonzero_weights: int
     seconds: float
+    inverse_gain: float = float("nan")
 
     @property
     def error(self) -> float:
@@ -300,19 +303,26 @@ def _trial(
     found = [folds.estimates(choice, eps) for choice in choices]
     errors = [np.array([error for _, _, error in fold]) for fold in found]
     best = int(np.argmin([np.mean(np.log(np.maximum(error, 1e-300))) for error in errors]))
-    inverse = [_inverse_error(view, bank, folds, estimate, block) for estimate, block, _ in found[best]]
+    models = [_model(view, bank, folds, estimate) for estimate, _, _ in found[best]]
+    inverse = [
+        _inverse_error(view, bank, model, estimate, block)
+        for model, (estimate, block, _) in zip(models, found[best], strict=True)
+    ]
     scale = view.data.amplitude
     regularisation = choices[best].regularisation
     return Trial(
         family, n, float(power), view.shear, start, None if regularisation is None else regularisation.smoothing,
         tuple((scale * errors[best]).tolist()), tuple(inverse),
-        int(np.count_nonzero(found[best][-1][0].weights)), spent + time.perf_counter() - begin,
+        int(np.count_nonzero(found[best][-1][0].weights)), spent + time.perf_counter() - begin, models[-1].inverse_gain,
     )  # fmt: skip
 
 
-def _inverse_error(view: _Sheared, bank: Bank, folds: Folds, estimate: Estimate, block: slice) -> float:
+def _model(view: _Sheared, bank: Bank, folds: Folds, estimate: Estimate) -> HysteresisModel:
+    return build_model(estimate, view.data, bank, folds.knots if estimate.slopes is not None else None, ModelCard())
+
+
+def _inverse_error(view: _Sheared, bank: Bank, model: HysteresisModel, estimate: Estimate, block: slice) -> float:
     """RMS of x - (H^-1[y] - k y) on one block, in units of the input."""
-    model = build_model(estimate, view.data, bank, folds.knots if estimate.slopes is not None else None, ModelCard())
     asked = np.concatenate(list(_asked(view, bank, model, estimate)))[block]
     miss = view.applied[block] - (asked - view.shear * view.reached[block])
     weight = view.short.weight

@@ -7,6 +7,7 @@ from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 from dehyst.models.schedule import Schedule
+from dehyst.models.sheared import ShearedPrandtlIshlinskii
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 from dehyst.models.storage import load_model, model_from_dict, model_to_dict
@@ -22,6 +23,7 @@ __all__ = [
     "PrandtlIshlinskii",
     "RejectedSamplesWarning",
     "Schedule",
+    "ShearedPrandtlIshlinskii",
     "SignalCard",
     "StackStepper",
     "StaticCurve",

@@ -11,6 +11,7 @@ from dehyst.models.base import HysteresisModel
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.sheared import ShearedPrandtlIshlinskii
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 
@@ -50,6 +51,8 @@ def parameters_of(model: HysteresisModel) -> Json:
             "center": model.center,
             "state": None if model.state is None else model.state.tolist(),
         }
+    if isinstance(model, ShearedPrandtlIshlinskii):
+        return {"hysteresis": _play_parameters(model.hysteresis), "shear": model.shear}
     if isinstance(model, StaticCurve):
         return {"curve": _map_parameters(model.curve)}
     raise ParameterError(f"no file format for models of type {type(model).__name__}.")
@@ -101,9 +104,11 @@ def model_of(family: Any, p: Json) -> HysteresisModel:
             None if p["state"] is None else np.array(_numbers(p["state"], "state"), dtype=np.float64),
             number(p["center"], "center"),
         )
+    if family == "sheared-pi":
+        return ShearedPrandtlIshlinskii(_read_play(p["hysteresis"]), number(p["shear"], "shear"))
     if family == "static":
         curve = _read_map(p["curve"])
         if curve is None:
             raise ParameterError("curve is missing.")
         return StaticCurve(curve)
-    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, static.")
+    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, sheared-pi, static.")

@@ -1,0 +1,132 @@
+"""The sheared loop: identified around the diagonal, used as what is added to the input."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import InvertibilityError, ParameterError
+from dehyst.models.arrays import parameter_number
+from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
+from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShearedPrandtlIshlinskii(HysteresisModel):
+    r"""Prandtl-Ishlinskii operator of the sheared loop, in the coordinates of the log.
+
+    .. math:: y = H[u + k y], \qquad u = G[y] = H^{-1}[y] - k y
+
+    The compensator G subtracts what the shear added, and is itself a sum of plays, exactly: H^-1 with its first weight
+    reduced by k. `inverse` returns it, so whatever takes a model's inverse (simulation, blocks, exported code) is
+    right without knowing about k. Its slopes 1/S_i - k fall from one partial sum S_i of H to the next. While all are
+    positive, the input alone decides the output and the model can be simulated; where the last ones are not, as on a
+    joint whose backbone was taken off, only the compensator exists.
+
+    Parameters
+    ----------
+    hysteresis
+        H, from u + k y to y, with offset, centre and state; weights w >= 0, or positive partial sums.
+    shear
+        k, with the sign of the weights. [input/output]
+    card
+        Names and units of u and y; by default those of the operator, which speaks of u + k y.
+
+    Raises
+    ------
+    ParameterError
+        If a parameter is no number.
+    InvertibilityError
+        If H has no inverse.
+
+    Examples
+    --------
+    >>> loop = PrandtlIshlinskii([0.0, 0.1], [0.05, 0.04])
+    >>> model = ShearedPrandtlIshlinskii(loop, shear=10.0)
+    >>> compensator = model.inverse()
+    >>> compensator.simulate([0.0, 0.01, 0.0]).round(9).tolist()
+    [0.0, 0.055555556, -0.044444444]
+    >>> (loop.inverse().simulate([0.0, 0.01, 0.0]) - 10.0 * np.array([0.0, 0.01, 0.0])).round(9).tolist()
+    [0.0, 0.055555556, -0.044444444]
+    """
+
+    hysteresis: PrandtlIshlinskii
+    shear: float
+    card: ModelCard = NO_CARD
+    family: ClassVar[str] = "sheared-pi"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.hysteresis, PrandtlIshlinskii):
+            raise ParameterError(
+                f"hysteresis is a {type(self.hysteresis).__name__}; a sheared model is made of a PrandtlIshlinskii, "
+                f"whose inverse less k y is a sum of plays again."
+            )
+        object.__setattr__(self, "shear", parameter_number(self.shear, "shear"))
+        if self.card is NO_CARD:
+            object.__setattr__(self, "card", self.hysteresis.card)
+        object.__setattr__(self, "hysteresis", self.hysteresis.with_card(NO_CARD))
+        self.inverse()  # refuses an operator without one
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of play operators that carry weight."""
+        return self.hysteresis.nonzero_weights
+
+    @property
+    def inverse_gain(self) -> float:
+        """Largest slope of the compensator, max_i |1/S_i - k|; after a reversal it is 1/w_1 - k. [input/output]"""
+        return float(np.max(np.abs(self.inverse().partial_sums)))
+
+    @property
+    def has_forward(self) -> bool:
+        """Whether the input alone decides the output: all slopes 1/S_i - k have the sign of the first weight."""
+        slopes = self.inverse().partial_sums * np.sign(self.hysteresis.weights[0])
+        return bool(np.all(slopes > 0.0))
+
+    def as_play(self) -> PrandtlIshlinskii:
+        """Return the model as a plain operator from u to y.
+
+        Raises
+        ------
+        InvertibilityError
+            If there is none.
+        """
+        if not self.has_forward:
+            lowest = float(np.min(self.inverse().partial_sums * np.sign(self.hysteresis.weights[0])))
+            raise InvertibilityError(
+                f"this model only runs as a compensator: once its loop is open, {self.card.input.name} changes by "
+                f"{lowest:.3g} for each unit of {self.card.output.name}, so that the input alone does not decide the "
+                f"output (its backbone was taken off before the fit, or k = {self.shear:g} hides it). Use "
+                f"model.inverse(), `dehyst compensate` or `dehyst export --what inverse`; or simulate the sheared "
+                f"loop, model.hysteresis.simulate(u + k y).",
+                slope=lowest,
+                shear=self.shear,
+            )
+        return self.inverse().inverse()
+
+    def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
+        return self.as_play().stepper(method)
+
+    def inverse(self) -> PrandtlIshlinskii:
+        """Return the compensator u = H^-1[y] - k y, a plain operator from y to u."""
+        whole = self.hysteresis.inverse()
+        weights = whole.weights.copy()
+        weights[0] -= self.shear
+        # H^-1 takes y - offset, so k y leaves k times the offset behind.
+        offset = whole.offset - self.shear * whole.center
+        return replace(whole, weights=weights, offset=offset, card=self.card.swapped())
+
+    def with_state(self, state: npt.ArrayLike | None) -> Self:
+        """Return the same model starting from another state (n,) of H."""
+        return replace(self, hysteresis=self.hysteresis.with_state(state))
+
+    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
+        return replace(self, card=card)
+
+    def pruned(self) -> ShearedPrandtlIshlinskii:
+        """Return the same model without operators of weight zero, which is exact."""
+        return replace(self, hysteresis=self.hysteresis.pruned())
