@@ -170,11 +170,13 @@ enum { /* answers */
 };
 
 /* Words of an image of n operators: the state of a block; the parameters of one with maps of `before` and `after`
- * points; the state of a joint controller with n operators, 0 without compensator. */
+ * points; the state of a joint controller with n operators, 0 without compensator, and a direct inverse with `memory`
+ * reals, -1 without one. */
 #define DEHYST_REAL_WORDS ((int32_t)(sizeof(dehyst_real) / sizeof(uint32_t)))
 #define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
 #define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
-#define DEHYST_JOINT_WORDS(n) (14 + DEHYST_REAL_WORDS * ((n) + 40))
+#define DEHYST_JOINT_WORDS(n, memory)                                                                                 \
+    (16 + DEHYST_REAL_WORDS * ((n) + 40 + ((memory) < 0 ? 0 : 15 + 9 * DEHYST_GROUPS + 2 * (memory))))
 
 /* Reals of memory that the parameters of an image need. */
 #define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
@@ -312,6 +314,7 @@ typedef struct dehyst_direct {
     int32_t stops, paths, creeps;     /* number of E, R and L */
     int32_t schedules;                /* 0 .. DEHYST_SCHEDULES */
     int32_t groups;                   /* 1 .. DEHYST_GROUPS */
+    int32_t known;                    /* 1: at a reset nothing is remembered, as after a homing; 0: anything may be */
     const dehyst_real *radius;        /* (stops,) r > 0, [y] */
     const dehyst_real *length;        /* (paths,) x > 0, [y] */
     const dehyst_real *gain;          /* (creeps,) 1 - exp(-T/tau) */
@@ -337,8 +340,11 @@ typedef struct dehyst_direct_state {
     uint32_t flags;                  /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
 } dehyst_direct_state;
 
-/* Begin at rest at y, which must be acceptable. `known`: after a homing, nothing remembered; else anything may be. */
-void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y, int known);
+/* Begin at rest at y, which must be acceptable. */
+void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y);
+
+/* Take over all that another state of the same parameters remembers; each keeps memory of its own. */
+void dehyst_direct_follow(const dehyst_direct *direct, dehyst_direct_state *state, const dehyst_direct_state *other);
 
 /* One sample: moves memory and writes curve, part and doubt. A sample with a number that is not finite or beyond
  * DEHYST_INPUT_LIMIT changes nothing but flags. */
@@ -397,9 +403,10 @@ int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *l
 /* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
  *
  *   Q_d = M (qdd_d + 3 L (qd_d - qd) + 3 L^2 (q_d - q)) + I + Q_load    poles of the error at -L, I' = M L^3 (q_d - q)
- *   dp_d = (Q_d - A(q) p_m - C(q))/B(q) + compensator(q_d)              inverse of Q = A p_m + B dp + C
+ *   dp_d = (Q_d + direct(q_d) - A(q) p_m - C(q))/B(q) + compensator(q_d)    inverse of Q = A p_m + B dp + C
  *   p_1,2 = p_m +- dp/2
  *   mdot_d = V/(n R T) (dp_d/dt + k_p (p_d - p)) + p Vdot/(R T)         flatness-based pressure loop, one a muscle
+ * A second memory of the direct inverse follows the measured angle: what the observer sees beyond direct(q) is contact.
  * SI units. Nothing here allocates, calls a library or loops without a bound. */
 
 /* Nominal valve and air as the controller believes them (ISO 6358); the true ones differ. */
@@ -432,6 +439,10 @@ typedef struct dehyst_joint {
     dehyst_real shear;                    /* k of the sheared loop x = dp - dp_nom + k q, [Pa/rad] */
     dehyst_real compensator_unit;         /* [Pa] of one unit of the compensator's output */
     const dehyst_model *compensator;      /* H^-1: q_d -> x, or a null pointer: no compensator, no shear term */
+    const dehyst_direct *direct;          /* q_d -> torque, [Nm]; given: p_m [Pa], Q_load [Nm]; or a null pointer */
+    dehyst_adaptation adaptation;         /* of `direct`, [Nm] */
+    dehyst_real most_acceleration;        /* of the reference; beyond, inertia would be learned as hysteresis, [rad/s^2] */
+    dehyst_real disturbance_pole;         /* of the feedback of the contact torque, [1/s] */
     dehyst_pneumatics pneumatics;
     dehyst_real angle_jump;               /* largest credible distance of the angle from its prediction, [rad]; 0: any */
     dehyst_real pressure_jump;            /* largest credible change of a pressure in a period, [Pa]; 0: any */
@@ -443,7 +454,9 @@ typedef struct dehyst_joint {
 enum { /* what is switched on */
     DEHYST_POSITION = 1u,    /* position control; otherwise the reference's pressure difference is applied */
     DEHYST_INTEGRATOR = 2u,  /* integrator of the position loop */
-    DEHYST_COMPENSATOR = 4u  /* hysteresis compensator and the reference's `extra`; its state follows q_d in either case */
+    DEHYST_COMPENSATOR = 4u, /* hysteresis compensator and the reference's `extra`; its state follows q_d in either case */
+    DEHYST_ADAPT = 8u,       /* the scales of `direct` are learned */
+    DEHYST_DISTURBANCE = 16u /* the contact torque is fed back: what `direct` gives already is not in it */
 };
 
 enum { /* flags of the output */
@@ -454,7 +467,8 @@ enum { /* flags of the output */
     DEHYST_PRESSURE_LIMIT = 16u,   /* desired pressures were limited */
     DEHYST_VALVE_LIMIT = 32u,      /* a valve was limited */
     DEHYST_REFERENCE_FAULT = 64u,  /* reference not finite: the last good one is held */
-    DEHYST_FAULT_EVER = 128u       /* some sensor or reference fault since the reset (sticky) */
+    DEHYST_FAULT_EVER = 128u,      /* some sensor or reference fault since the reset (sticky) */
+    DEHYST_LEARNED = 256u          /* this period taught the adaptation something */
 };
 
 typedef struct dehyst_joint_reference {
@@ -478,9 +492,11 @@ typedef struct dehyst_joint_output {
     dehyst_real pressure_difference; /* dp_d before limits, at most 4 (pressure_high - pressure_low), [Pa] */
     dehyst_real torque;              /* Q_d of the position law; without DEHYST_POSITION A p_m + B dp_d + C, [Nm] */
     dehyst_real integrator;          /* I, [Nm] */
-    dehyst_real compensation;        /* compensator's part of dp_d, [Pa] */
+    dehyst_real compensation;        /* compensators' part of dp_d, [Pa] */
     dehyst_real angle, velocity;     /* observed q, qd */
     dehyst_real load;                /* observed torque beyond Q_load (same sign), not used by the controller, [Nm] */
+    dehyst_real contact;             /* what of it `direct` does not explain either, [Nm]; 0 without `direct` */
+    dehyst_real doubt;               /* what the torque of `direct` can be wrong by for an unknown past, [Nm] */
     uint32_t flags;
 } dehyst_joint_output;
 
@@ -507,9 +523,24 @@ typedef struct dehyst_characteristic {
     dehyst_real a, b, c; /* A [Nm/Pa], B [Nm/Pa], C [Nm] at one angle */
 } dehyst_characteristic;
 
-/* The caller owns it, and `compensator.z` (n,), which must point to memory before the reset. */
+/* Curve and groups of `direct` at the measured angle, as late as the observer sees their sum: three lags in a row. */
+typedef struct dehyst_delayed {
+    dehyst_real curve[3];
+    dehyst_real part[DEHYST_GROUPS][3];
+} dehyst_delayed;
+
+/* The caller owns it, and `compensator.z` (n,), `wanted.memory` and `seen.memory`, which must point to memory before the
+ * reset where there is a compensator or a `direct`. */
 typedef struct dehyst_joint_state {
     dehyst_state compensator;
+    dehyst_direct_state wanted;       /* memory of `direct` along q_d; along the measured q without position control */
+    dehyst_direct_state seen;         /* along the measured q */
+    dehyst_delayed delayed;
+    dehyst_learning learning;
+    dehyst_real torque_direct;        /* of `direct` at q_d, [Nm] */
+    dehyst_real contact;              /* [Nm] */
+    dehyst_real disturbance;          /* what of it is fed back, [Nm] */
+    dehyst_real disturbance_share;    /* 0 off .. 1 on */
     dehyst_observer observer;
     dehyst_sensor angle;
     dehyst_sensor muscle[2];
@@ -592,6 +623,16 @@ uint32_t dehyst_joint_sense(const dehyst_joint *joint, dehyst_joint_state *state
 
 /* unit H^-1[q_d] - shear q_d of the last reference, 0 without compensator, [Pa] */
 dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state);
+
+/* Move the memory of `direct` along the measured angle, learn from it if that is switched on, and write the contact torque.
+ * Returns flags of the output. */
+uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches, uint32_t flags);
+
+/* Move the memory of `direct` along q_d, or along the measured angle without position control, and write its torque. */
+void dehyst_joint_direct(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches);
+
+/* `share` a `part` nearer to 0 or 1. */
+dehyst_real dehyst_share_step(dehyst_real share, int on, dehyst_real part);
 
 /* Count a sample that was good or faulty; 1 if the faulty ones can be bridged no longer. */
 int dehyst_sensor_failed(dehyst_sensor *sensor, int faulty, int32_t hold_samples);

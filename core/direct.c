@@ -38,7 +38,7 @@ static dehyst_real followed(const dehyst_direct *direct, dehyst_real y)
     return dehyst_within(y, direct->input_low - width, direct->input_high + width);
 }
 
-void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y, int known)
+void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y)
 {
     const dehyst_real start = followed(direct, y);
     const dehyst_real above = direct->input_high - start;
@@ -50,21 +50,36 @@ void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state
     dehyst_real *path = path_values(direct, state);
     dehyst_real *lag = creep_values(direct, state);
     for (int32_t i = 0; i < direct->stops; ++i) {
-        const dehyst_real r = known ? (dehyst_real)0 : direct->radius[i];
+        const dehyst_real r = direct->known ? (dehyst_real)0 : direct->radius[i];
         low[i] = start - r;
         high[i] = start + r;
     }
     for (int32_t k = 0; k < direct->paths; ++k) {
         path[k] = 0;
-        path[direct->paths + k] = known ? (dehyst_real)0 : direct->length[k];
+        path[direct->paths + k] = direct->known ? (dehyst_real)0 : direct->length[k];
     }
     for (int32_t j = 0; j < direct->creeps; ++j) {
         lag[j] = start;
-        lag[direct->creeps + j] = known ? (dehyst_real)0 : farthest;
+        lag[direct->creeps + j] = direct->known ? (dehyst_real)0 : farthest;
     }
     state->last = start;
     state->flags = 0;
     clear(state);
+}
+
+void dehyst_direct_follow(const dehyst_direct *direct, dehyst_direct_state *state, const dehyst_direct_state *other)
+{
+    const int32_t reals = DEHYST_DIRECT_REALS(direct->stops, direct->paths, direct->creeps);
+    for (int32_t i = 0; i < reals; ++i) {
+        state->memory[i] = other->memory[i];
+    }
+    for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
+        state->part[g] = other->part[g];
+        state->doubt[g] = other->doubt[g];
+    }
+    state->last = other->last;
+    state->curve = other->curve;
+    state->flags = other->flags;
 }
 
 /* Factors of the sets at the present scheduling variables; returns how many sets there are. */

@@ -25,6 +25,12 @@ static uint32_t take_reference(dehyst_joint_state *state, const dehyst_joint_ref
     return 0;
 }
 
+/* Torque that is added to Q_d: of the direct inverse, and what else disturbs. */
+static dehyst_real known_torque(const dehyst_joint_state *state)
+{
+    return state->compensator_share * state->torque_direct + state->disturbance_share * state->disturbance;
+}
+
 /* Compensator's term of dp_d; its plays move with q_d whether it is on or not. */
 static inline dehyst_real compensation(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches)
 {
@@ -33,11 +39,10 @@ static inline dehyst_real compensation(const dehyst_joint *joint, dehyst_joint_s
     }
     const dehyst_real term = dehyst_compensator_term(joint, state) + state->exchanged.value + state->reference.extra;
     const dehyst_real share = state->compensator_share;
-    const dehyst_real target = (switches & (uint32_t)DEHYST_COMPENSATOR) ? (dehyst_real)1 : (dehyst_real)0;
-    const dehyst_real part = dehyst_fade_part(joint);
     state->compensator_share =
-        share + part < target ? share + part : (share - part > target ? share - part : target);
+        dehyst_share_step(share, (switches & (uint32_t)DEHYST_COMPENSATOR) != 0, dehyst_fade_part(joint));
     dehyst_fade_step(&state->exchanged);
+    dehyst_joint_direct(joint, state, switches);
     return dehyst_bounded(share * term, MARGIN * dehyst_pressure_range(joint));
 }
 
@@ -93,7 +98,8 @@ static void feed_forward(const dehyst_joint *joint, dehyst_joint_state *state, d
     if (position) {
         dehyst_characteristic at;
         dehyst_characteristic_at(joint, desired->angle, &at);
-        const dehyst_real torque = joint->inertia * desired->acceleration + desired->load;
+        const dehyst_real torque =
+            joint->inertia * desired->acceleration + desired->load + state->compensator_share * state->torque_direct;
         difference = dehyst_bounded(dehyst_characteristic_difference(&at, mean, torque) + compensated,
                                     MARGIN * dehyst_pressure_range(joint));
     }
@@ -132,7 +138,7 @@ static void decide(const dehyst_joint *joint, dehyst_joint_state *state, uint32_
                               3 * l * l * (desired->angle - state->observer.angle)) +
             state->integrator.value + desired->load;
         output->torque = dehyst_bounded(torque, DEHYST_INPUT_LIMIT);
-        wanted = dehyst_characteristic_difference(&state->at, mean, torque) + compensated;
+        wanted = dehyst_characteristic_difference(&state->at, mean, torque + known_torque(state)) + compensated;
         wanted = dehyst_bounded(wanted, MARGIN * range);
     }
     if (jumped) { /* go on from the pressures that were last desired */
@@ -144,7 +150,8 @@ static void decide(const dehyst_joint *joint, dehyst_joint_state *state, uint32_
         output->torque = dehyst_bounded(
             dehyst_characteristic_torque(&state->at, mean, state->pressure_difference), DEHYST_INPUT_LIMIT);
     }
-    output->compensation = position ? compensated : (dehyst_real)0;
+    output->compensation =
+        position ? compensated + state->compensator_share * state->torque_direct / state->at.b : (dehyst_real)0;
     feed_forward(joint, state, mean, direct, compensated, position, jumped);
     if (dehyst_pressures(joint, mean, state->pressure_difference, state->desired)) {
         output->flags |= (uint32_t)DEHYST_PRESSURE_LIMIT;
@@ -158,6 +165,7 @@ void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, con
 {
     output->flags = take_reference(state, reference);
     output->flags |= dehyst_joint_sense(joint, state, sensors);
+    output->flags |= dehyst_joint_estimate(joint, state, switches, output->flags);
     state->flags |= output->flags & (uint32_t)DEHYST_FAILED;
     state->flags |= (output->flags & FAULTS) ? (uint32_t)DEHYST_FAULT_EVER : 0u;
     output->valve[0] = 0;
@@ -180,5 +188,7 @@ void dehyst_joint_step(const dehyst_joint *joint, dehyst_joint_state *state, con
     output->angle = state->observer.angle;
     output->velocity = state->observer.velocity;
     output->load = state->observer.load;
+    output->contact = joint->direct ? state->contact : (dehyst_real)0;
+    output->doubt = joint->direct ? dehyst_direct_doubt(joint->direct, &state->wanted, state->learning.applied) : (dehyst_real)0;
     output->flags |= state->flags;
 }

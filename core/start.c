@@ -40,6 +40,25 @@ static void reset_pressures(const dehyst_joint *joint, dehyst_joint_state *state
     }
 }
 
+static void reset_direct(const dehyst_joint *joint, dehyst_joint_state *state)
+{
+    dehyst_learning_reset(&state->learning);
+    state->torque_direct = 0;
+    state->contact = 0;
+    state->disturbance = 0;
+    state->disturbance_share = 0;
+    for (int32_t i = 0; i < 3; ++i) {
+        state->delayed.curve[i] = 0;
+        for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
+            state->delayed.part[g][i] = 0;
+        }
+    }
+    if (joint->direct) {
+        dehyst_direct_reset(joint->direct, &state->wanted, state->observer.angle);
+        dehyst_direct_reset(joint->direct, &state->seen, state->observer.angle);
+    }
+}
+
 /* Until the first good reference: stay. */
 static void reset_reference(dehyst_joint_state *state)
 {
@@ -64,6 +83,7 @@ void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, co
     reset_pressures(joint, state, good ? sensors->pressure[0] : (dehyst_real)0,
                     good ? sensors->pressure[1] : (dehyst_real)0);
     reset_reference(state);
+    reset_direct(joint, state);
     dehyst_fade_start(&state->integrator, 0, 1);
     dehyst_fade_start(&state->difference, 0, 1);
     dehyst_fade_start(&state->mean, 0, 1);

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from dehyst import _native
-from dehyst.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference, Pneumatics
+from dehyst.control import (
+    FLAGS,
+    SWITCHES,
+    Adaptation,
+    JointController,
+    JointControllerParameters,
+    JointReference,
+    Pneumatics,
+)
 from dehyst.errors import ParameterError
 
 JOINT = JointControllerParameters()
@@ -59,16 +67,16 @@ def test_parameters_are_frozen_and_become_the_cores_fields():
     with pytest.raises(FrozenInstanceError):
         JOINT.pole = 3.0
     fields = JOINT.as_dict()
-    _native.JointController(fields)
+    _native.JointController(fields, None, None, Adaptation().as_dict())
     for name in fields:
         lacking = {k: v for k, v in fields.items() if k != name}
         with pytest.raises(ValueError, match=f"lacks '{name}'"):
-            _native.JointController(lacking)
+            _native.JointController(lacking, None, None, Adaptation().as_dict())
     with pytest.raises(ValueError, match="unknown entries"):
-        _native.JointController({**fields, "gain": 1.0})
+        _native.JointController({**fields, "gain": 1.0}, None, None, Adaptation().as_dict())
 
 
-@pytest.mark.parametrize("switches", [-1, 8, 255])
+@pytest.mark.parametrize("switches", [-1, 32, 255])
 def test_unknown_switches_are_refused(switches):
     controller = JointController(JOINT)
     with pytest.raises(ParameterError, match="position = 1, integrator = 2, compensator = 4"):

@@ -246,7 +246,7 @@ def test_images_that_do_not_belong_are_refused_by_name():
         "invalid": [
             with_word(image, 10, 1),  # a flag that no controller keeps
             with_word(image, 3, 2**31),  # a negative count
-            with_word(image, 14, 0x7FF00000),  # infinity
+            with_word(image, 16, 0x7FF00000),  # infinity
             with_word(image, len(image) // 4 - 2, 0x40590000),  # a play at 100, far from its neighbour
         ],
     }
@@ -267,7 +267,7 @@ def test_a_restored_term_that_fades_never_grows_and_ends(term):
     image = controller.save()
 
     def forged(value, step):
-        at = 4 * (13 + 2 * term)
+        at = 4 * (15 + 2 * term)
         return signed(image[:at] + struct.pack("<2d", value, step) + image[at + 16 :])
 
     with pytest.raises(ParameterError) as caught:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, _native
-from dehyst.control import JointControllerParameters
+from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.models import StackStepper, Stepper
 from dehyst.models.base import DENSE_UP_TO
@@ -204,7 +204,10 @@ def test_a_stepper_takes_over_from_the_other_kind():
 def test_a_compensator_of_the_joint_controller_may_come_from_either():
     model = PrandtlIshlinskii([0.0, 0.3, 0.8], [0.6, 0.2, 0.1]).inverse()
     parameters = JointControllerParameters(frozen_samples=0).as_dict()
-    controllers = [_native.JointController(parameters, model.stepper(m).parameters) for m in ("dense", "logarithmic")]
+    controllers = [
+        _native.JointController(parameters, model.stepper(m).parameters, None, Adaptation().as_dict())
+        for m in ("dense", "logarithmic")
+    ]
     runs = []
     for controller in controllers:
         controller.reset(0.0, 3e5, 3e5)

@@ -10,16 +10,16 @@
 struct Direct {
     std::vector<double> radius, length, gain, weight, memory;
     std::vector<int32_t> group;
-    bool known;
     dehyst_direct view{};
     dehyst_direct_state state{};
 
     explicit Direct(const nb::tuple &t)
         : radius(copy(array(t, 0))), length(copy(array(t, 1))), gain(copy(array(t, 2))), weight(copy(array(t, 3))),
-          group(counts(t, 4)), known(nb::cast<bool>(t[11]))
+          group(counts(t, 4))
     {
         view.coefficients = nb::cast<int32_t>(t[9]);
         view.groups = nb::cast<int32_t>(t[10]);
+        view.known = nb::cast<bool>(t[11]) ? 1 : 0;
         view.stops = static_cast<int32_t>(radius.size());
         view.paths = static_cast<int32_t>(length.size());
         view.creeps = static_cast<int32_t>(gain.size());
@@ -44,7 +44,7 @@ struct Direct {
     Direct(const Direct &) = delete;
     Direct &operator=(const Direct &) = delete;
 
-    void reset(double y) { dehyst_direct_reset(&view, &state, y, known ? 1 : 0); }
+    void reset(double y) { dehyst_direct_reset(&view, &state, y); }
 
   private:
     static In array(const nb::tuple &t, std::size_t i)

@@ -3,7 +3,7 @@
 
 namespace {
 
-constexpr std::size_t kReference = 7, kOutput = 12;
+constexpr std::size_t kReference = 7, kOutput = 14;
 using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 dehyst_joint_output stepped(JointController &self, double angle, double p_1, double p_2, const double *reference,
@@ -24,7 +24,7 @@ nb::tuple step(JointController &self, double angle, double p_1, double p_2, cons
     for (std::size_t i = 0; i < kReference; ++i) values[i] = nb::cast<double>(reference[i]);
     const dehyst_joint_output o = stepped(self, angle, p_1, p_2, values, switches);
     return nb::make_tuple(o.valve[0], o.valve[1], o.desired[0], o.desired[1], o.pressure_difference, o.torque,
-                          o.integrator, o.compensation, o.angle, o.velocity, o.load, o.flags);
+                          o.integrator, o.compensation, o.angle, o.velocity, o.load, o.contact, o.doubt, o.flags);
 }
 
 Matrix run(JointController &self, const In &angle, const In &p_1, const In &p_2, const Table &reference,
@@ -42,7 +42,8 @@ Matrix run(JointController &self, const In &angle, const In &p_1, const In &p_2,
                                               reference.data() + k * kReference, switches.data()[k]);
         const double row[kOutput] = {o.valve[0],     o.valve[1],     o.desired[0], o.desired[1],
                                      o.pressure_difference, o.torque, o.integrator, o.compensation,
-                                     o.angle,        o.velocity,     o.load,       static_cast<double>(o.flags)};
+                                     o.angle,        o.velocity,     o.load,       o.contact,
+                                     o.doubt,        static_cast<double>(o.flags)};
         std::memcpy(rows->data() + k * kOutput, row, sizeof row);
     }
     return Matrix(rows->data(), {samples, kOutput}, owner);
@@ -59,6 +60,7 @@ nb::dict flags()
     names["valve-limit"] = static_cast<uint32_t>(DEHYST_VALVE_LIMIT);
     names["reference-fault"] = static_cast<uint32_t>(DEHYST_REFERENCE_FAULT);
     names["fault-ever"] = static_cast<uint32_t>(DEHYST_FAULT_EVER);
+    names["learned"] = static_cast<uint32_t>(DEHYST_LEARNED);
     return names;
 }
 
@@ -69,6 +71,8 @@ void bind_joint(nb::module_ &m)
     m.attr("POSITION") = static_cast<uint32_t>(DEHYST_POSITION);
     m.attr("INTEGRATOR") = static_cast<uint32_t>(DEHYST_INTEGRATOR);
     m.attr("COMPENSATOR") = static_cast<uint32_t>(DEHYST_COMPENSATOR);
+    m.attr("ADAPT") = static_cast<uint32_t>(DEHYST_ADAPT);
+    m.attr("DISTURBANCE") = static_cast<uint32_t>(DEHYST_DISTURBANCE);
     m.attr("JOINT_FLAGS") = flags();
     m.def("root", &dehyst_root, "x"_a, "Square root as the core takes it.");
     m.def("flow_function", &dehyst_flow_function, "ratio"_a, "critical"_a, "psi of ISO 6358.");
@@ -94,12 +98,29 @@ void bind_joint(nb::module_ &m)
         },
         "pneumatics"_a, "volume"_a, "volume_rate"_a, "pressure"_a, "rate"_a, "Mass flow [kg/s] of the pressure law.");
     nb::class_<JointController>(m, "JointController", "Controller of one joint with its state.")
-        .def(nb::init<const nb::dict &, const nb::object &>(), "parameters"_a, "compensator"_a = nb::none())
+        .def(nb::init<const nb::dict &, const nb::object &, const nb::object &, const nb::dict &>(), "parameters"_a,
+             "compensator"_a.none(), "direct"_a.none(), "adaptation"_a)
         .def("reset", &JointController::reset, "angle"_a, "p_1"_a, "p_2"_a, "Start at these readings.")
         .def("step", &step, "angle"_a, "p_1"_a, "p_2"_a, "reference"_a, "switches"_a,
-             "One period: (valve 1, 2, desired 1, 2, dp, torque, integrator, compensation, angle, velocity, load, flags).")
+             "One period: (valve 1, 2, desired 1, 2, dp, torque, integrator, compensation, angle, velocity, load,"
+             " contact, doubt, flags).")
         .def("run", &run, "angle"_a, "p_1"_a, "p_2"_a, "reference"_a, "switches"_a,
-             "Many periods: reference (T, 7) -> outputs (T, 12) in the order of `step`.")
+             "Many periods: reference (T, 7) -> outputs (T, 14) in the order of `step`.")
+        .def("restart", &JointController::restart, "angle"_a, "p_1"_a, "p_2"_a, "known"_a,
+             "Start at these readings, with the past known or not.")
+        .def_prop_ro("scales", [](const JointController &self) {
+            const dehyst_learning &l = self.state.learning;
+            const int32_t groups = self.joint.direct ? self.joint.direct->groups : 0;
+            return own(std::vector<double>(l.scale, l.scale + groups));
+        }, nb::rv_policy::move)
+        .def_prop_ro("applied", [](const JointController &self) {
+            const dehyst_learning &l = self.state.learning;
+            const int32_t groups = self.joint.direct ? self.joint.direct->groups : 0;
+            return own(std::vector<double>(l.applied, l.applied + groups));
+        }, nb::rv_policy::move)
+        .def_prop_ro("offsets", [](const JointController &self) {
+            return nb::make_tuple(self.state.learning.offset, self.state.learning.applied_offset);
+        })
         .def("exchange", &JointController::exchange, "compensator"_a.none(), "unit"_a, "shear"_a,
              "Fade to another compensator.")
         .def("save", &JointController::save, "Image of the state.")

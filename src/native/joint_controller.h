@@ -7,6 +7,7 @@
 
 #include "arrays.h"
 #include "dehyst.h"
+#include "direct_parameters.h"
 #include "model_parameters.h"
 
 // Values of a dict of parameters, each taken once; a missing, foreign or non-finite one is refused by name.
@@ -136,14 +137,49 @@ struct Compensator {
     static double number(const nb::tuple &t, std::size_t i) { return nb::cast<double>(t[i]); }
 };
 
+// A direct inverse in a joint: two memories, one along the desired and one along the measured angle.
+struct TwoMemories {
+    Direct direct;
+    std::vector<double> seen;
+
+    explicit TwoMemories(const nb::tuple &parameters) : direct(parameters), seen(direct.memory) {}
+};
+
+inline void learn_by(const nb::dict &values, dehyst_joint &joint)
+{
+    Fields from(values, "adaptation");
+    dehyst_adaptation &a = joint.adaptation;
+    a.rate = from.real("rate");
+    a.memory = from.real("memory");
+    a.noise = from.real("noise");
+    a.dead_zone = from.real("dead_zone");
+    a.most_error = from.real("most_error");
+    a.lowest = from.real("lowest");
+    a.highest = from.real("highest");
+    a.offset_limit = from.real("offset_limit");
+    a.unit = from.real("unit");
+    joint.most_acceleration = from.real("most_acceleration");
+    joint.disturbance_pole = from.real("disturbance_pole");
+    from.done();
+    require(a.noise > 0 && a.lowest >= 0 && a.lowest <= 1 && a.highest >= 1 && a.offset_limit >= 0 && a.rate >= 0,
+            "an adaptation that could diverge");
+}
+
 struct JointController {
     dehyst_joint joint;
     dehyst_joint_state state{};
     std::unique_ptr<Compensator> compensator;
+    std::unique_ptr<TwoMemories> direct;
 
-    JointController(const nb::dict &parameters, const nb::object &compensator_tuple)
-        : joint(joint_of(parameters)), compensator(made(compensator_tuple))
+    JointController(const nb::dict &parameters, const nb::object &compensator_tuple, const nb::object &direct_tuple,
+                    const nb::dict &adaptation)
+        : joint(joint_of(parameters)), compensator(made(compensator_tuple)),
+          direct(direct_tuple.is_none() ? nullptr : std::make_unique<TwoMemories>(nb::cast<nb::tuple>(direct_tuple)))
     {
+        learn_by(adaptation, joint);
+        joint.direct = direct ? &direct->direct.view : nullptr;
+        state.wanted.memory = direct ? direct->direct.memory.data() : nullptr;
+        state.seen.memory = direct ? direct->seen.data() : nullptr;
         joint.compensator = compensator ? &compensator->model.view : nullptr;
         state.compensator.z = compensator ? compensator->z.data() : nullptr;
         reset(0.0, joint.pressure_low, joint.pressure_low);
@@ -164,6 +200,16 @@ struct JointController {
         dehyst_joint_exchange(&joint, &state, next ? &next->model.view : nullptr, unit, shear,
                               next ? next->z.data() : nullptr, next ? next->start.data() : nullptr);
         compensator = std::move(next);
+    }
+
+    // Start again with or without knowledge of the past, whatever the parameters say.
+    void restart(double angle, double p_1, double p_2, bool known)
+    {
+        if (!direct) return reset(angle, p_1, p_2);
+        const int32_t said = direct->direct.view.known;
+        direct->direct.view.known = known ? 1 : 0;
+        reset(angle, p_1, p_2);
+        direct->direct.view.known = said;
     }
 
     // Image of the state, the core's words low byte first, with a fingerprint of all parameters.
@@ -209,7 +255,9 @@ struct JointController {
 
     std::size_t words() const
     {
-        return static_cast<std::size_t>(DEHYST_JOINT_WORDS(compensator ? compensator->model.view.hysteresis.n : 0));
+        const int32_t operators = compensator ? compensator->model.view.hysteresis.n : 0;
+        const int32_t memory = direct ? static_cast<int32_t>(direct->seen.size()) : -1;
+        return static_cast<std::size_t>(DEHYST_JOINT_WORDS(operators, memory));
     }
 
     uint32_t fingerprint() const
@@ -217,6 +265,7 @@ struct JointController {
         dehyst_joint plain;
         std::memcpy(&plain, &joint, sizeof plain);
         plain.compensator = nullptr;
+        plain.direct = nullptr;
         uint64_t hash = sum(kSeed, &plain, sizeof plain);
         if (compensator) {
             const ModelParameters &model = compensator->model;
@@ -225,6 +274,16 @@ struct JointController {
                 hash = sum(hash, *values);
             const double rest[2] = {model.view.hysteresis.center, model.view.hysteresis.offset};
             hash = sum(hash, rest, sizeof rest);
+        }
+        if (direct) {
+            const Direct &from = direct->direct;
+            for (const auto *values : {&from.radius, &from.length, &from.gain, &from.weight}) hash = sum(hash, *values);
+            hash = sum(hash, from.group.data(), from.group.size() * sizeof(int32_t));
+            dehyst_direct view;
+            std::memcpy(&view, &from.view, sizeof view);
+            view.radius = view.length = view.gain = view.weight = nullptr;
+            view.group = nullptr;
+            hash = sum(hash, &view, sizeof view);
         }
         return static_cast<uint32_t>(hash ^ (hash >> 32));
     }

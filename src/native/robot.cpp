@@ -18,7 +18,7 @@ using Log = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 
 // angle, velocity, acceleration, load, mean pressure, pressure difference, extra, torque hung on the joint
 constexpr std::size_t kReference = 8;
-constexpr std::size_t kColumns = 12;
+constexpr std::size_t kColumns = 14;
 
 // Servo of an electric module: it knows its own angle and is far stiffer than any muscle.
 struct Electric {
@@ -76,15 +76,20 @@ class ClosedLoop {
         axes_.push_back(std::move(axis));
     }
 
-    // Sensors of every pneumatic joint see the present pose; controllers start from what they see.
-    void reset_controllers()
+    // Sensors of every pneumatic joint see the present pose; controllers start from what they see, `blind`: without any
+    // knowledge of the past.
+    void reset_controllers(bool blind)
     {
         for (std::size_t j = 0; j < axes_.size(); ++j) {
             Axis &axis = axes_[j];
             if (axis.plant == nullptr) continue;
             plant_reading reading{};
             plant_joint_sense(&axis.plant->joint, &axis.plant->state, position_.data()[j], period_, &reading);
-            axis.control->reset(reading.angle, reading.pressure[0], reading.pressure[1]);
+            if (blind) {
+                axis.control->restart(reading.angle, reading.pressure[0], reading.pressure[1], false);
+            } else {
+                axis.control->reset(reading.angle, reading.pressure[0], reading.pressure[1]);
+            }
         }
     }
 
@@ -171,12 +176,12 @@ class ClosedLoop {
         if (first) {
             row[0] = reference.angle, row[1] = q, row[3] = torque;
             row[6] = out.pressure_difference, row[7] = out.compensation, row[8] = out.integrator;
-            row[9] = out.torque, row[10] = out.load;
+            row[9] = out.torque, row[10] = out.load, row[11] = out.contact, row[12] = out.doubt;
         }
         row[2] += share * reading.angle;
         row[4] += share * reading.pressure[0];
         row[5] += share * reading.pressure[1];
-        row[11] = static_cast<double>(static_cast<uint32_t>(row[11]) | out.flags);
+        row[13] = static_cast<double>(static_cast<uint32_t>(row[13]) | out.flags);
         return torque;
     }
 
@@ -214,7 +219,7 @@ void bind_robot(nb::module_ &m)
              "step"_a, "model"_a, "data"_a, "position"_a, "velocity"_a, "force"_a, "period"_a)
         .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a)
         .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
-        .def("reset_controllers", &ClosedLoop::reset_controllers)
+        .def("reset_controllers", &ClosedLoop::reset_controllers, "blind"_a)
         .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "ticks"_a, "every"_a,
-             "Log (rows, n, 12) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
+             "Log (rows, n, 14) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
 }

@@ -1,5 +1,6 @@
 """Control of a joint: compensators, and the host side of the core's joint controller."""
 
+from dehyst.control.adaptation import Adaptation
 from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
 from dehyst.control.compensator import Compensator, InverseCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
@@ -10,6 +11,7 @@ __all__ = [
     "BLOCK_FLAGS",
     "FLAGS",
     "SWITCHES",
+    "Adaptation",
     "Block",
     "BlockParameters",
     "Compensator",

@@ -12,15 +12,23 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.control.adaptation import Adaptation
+from dehyst.control.direct import direct_parameters
 from dehyst.control.images import refuse
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.models import HysteresisModel
+from dehyst.models import DirectInverse, HysteresisModel
 
 Array = npt.NDArray[np.float64]
 
 SWITCHES: Mapping[str, int] = MappingProxyType(
-    {"position": _native.POSITION, "integrator": _native.INTEGRATOR, "compensator": _native.COMPENSATOR}
+    {
+        "position": _native.POSITION,
+        "integrator": _native.INTEGRATOR,
+        "compensator": _native.COMPENSATOR,
+        "adapt": _native.ADAPT,
+        "disturbance": _native.DISTURBANCE,
+    }
 )
 """What can be switched: add the values, ``SWITCHES["position"] | SWITCHES["integrator"]``."""
 
@@ -89,6 +97,10 @@ class JointOutput:
         Observed q and its derivative. [rad], [rad/s]
     load
         Observed torque that neither the characteristic nor Q_load knows, with the sign of Q_load. [Nm]
+    contact
+        What of it a direct inverse as compensator does not explain either; 0 without one. [Nm]
+    doubt
+        What the direct inverse's torque can be wrong by because the joint's past is unknown. [Nm]
     flags
         Sum of the bits in `FLAGS`.
     """
@@ -104,6 +116,8 @@ class JointOutput:
     angle: Any
     velocity: Any
     load: Any
+    contact: Any
+    doubt: Any
     flags: Any
 
     def raised(self, flag: str) -> Any:
@@ -122,8 +136,11 @@ class JointController:
     parameters
         Of joint, pneumatics and loops.
     compensator
-        H^-1: desired angle -> sheared pressure difference, for instance ``fit.model.inverse()``; None for none. Its
-        start state is the model's. The unit of its output is ``parameters.compensator_unit``.
+        H^-1: desired angle -> sheared pressure difference, for instance ``fit.model.inverse()``, in units of
+        ``parameters.compensator_unit``, beginning in the model's start state; or a `DirectInverse`: desired angle ->
+        torque, which also tells contact from hysteresis; None for none.
+    adaptation
+        How a `DirectInverse` learns while ``SWITCHES["adapt"]`` is on; None: with the defaults of `Adaptation`.
 
     Raises
     ------
@@ -139,9 +156,29 @@ class JointController:
     (0, 0.0)
     """
 
-    def __init__(self, parameters: JointControllerParameters, compensator: HysteresisModel | None = None) -> None:
+    def __init__(
+        self,
+        parameters: JointControllerParameters,
+        compensator: HysteresisModel | DirectInverse | None = None,
+        adaptation: Adaptation | None = None,
+    ) -> None:
         self.parameters = parameters
-        self._native = _native.JointController(parameters.as_dict(), _parameters_of(compensator))
+        self._native = native_controller(parameters, compensator, adaptation)
+
+    @property
+    def scales(self) -> Array:
+        """Learned scales of the direct inverse's groups, (groups,); empty without one."""
+        return np.array(self._native.scales)
+
+    @property
+    def applied(self) -> Array:
+        """Those in use."""
+        return np.array(self._native.applied)
+
+    @property
+    def offset(self) -> float:
+        """Learned offset. [Nm]"""
+        return float(self._native.offsets[0])
 
     def reset(self, angle: float, pressure_1: float, pressure_2: float) -> None:
         """Start at these readings, at rest; the compensator at its model's start state. [rad], [Pa]
@@ -253,6 +290,27 @@ class JointController:
         )
 
 
+def native_controller(
+    parameters: JointControllerParameters,
+    compensator: HysteresisModel | DirectInverse | None,
+    adaptation: Adaptation | None = None,
+) -> _native.JointController:
+    """Return the core's controller.
+
+    Raises
+    ------
+    ParameterError
+        If the compensator is no model.
+    """
+    direct = isinstance(compensator, DirectInverse)
+    return _native.JointController(
+        parameters.as_dict(),
+        None if direct else _parameters_of(compensator),
+        direct_parameters(compensator, parameters.period) if isinstance(compensator, DirectInverse) else None,
+        (adaptation or Adaptation()).as_dict(),
+    )
+
+
 def _known(switches: int) -> None:
     if not 0 <= switches <= sum(SWITCHES.values()):
         raise ParameterError(
@@ -263,7 +321,7 @@ def _known(switches: int) -> None:
         )
 
 
-def _parameters_of(model: HysteresisModel | None) -> Any:
+def _parameters_of(model: object) -> Any:
     if model is None:
         return None
     if not isinstance(model, HysteresisModel):

@@ -202,14 +202,14 @@ class DirectInverse:
         sizes = np.concatenate([self.radii, self.path_lengths])
         return np.concatenate([(sizes > far).astype(np.int64), np.full(self.time_constants.size, 2), [3]])
 
-    def parameters(self, period: float) -> tuple[Any, ...]:
-        """Return what the core takes, for samples `period` apart. [s]"""
+    def parameters(self, period: float, given: tuple[str, ...] | None = None) -> tuple[Any, ...]:
+        """Return what the core takes, for samples `period` apart [s]; `given` names the variables from outside."""
+        order = tuple(schedule.name for schedule in self.outside) if given is None else given
         period = parameter_number(period, "period")
         if not period > 0:
             raise ParameterError(f"period = {period:g} s is no time from sample to sample; pass a positive one.")
         rows = [self.polynomial, self.stop_weights, self.path_weights, self.creep_weights, self.viscous[:, None]]
-        sources = np.cumsum([schedule.outside for schedule in self.schedules]) - 1
-        source = [int(k) if s.outside else -1 for k, s in zip(sources, self.schedules, strict=True)]
+        source = [order.index(schedule.name) if schedule.outside else -1 for schedule in self.schedules]
         gain = -np.expm1(-period / self.time_constants)
         return (
             np.array(self.radii),

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.control import JointControllerParameters
+from dehyst.control import Adaptation, JointControllerParameters
+from dehyst.control.joint import native_controller
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.models import HysteresisModel
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.plant.joints import pneumatic_joint_parameters
 from dehyst.plant.mechanisms import Mechanism, foreign
 from dehyst.plant.parameters import Robot
@@ -147,6 +148,8 @@ class ArmLog:
         Desired dp and the compensator's part of it. [Pa]
     integrator, torque_desired, load
         Integrator's part, desired torque, observed disturbance. [Nm]
+    contact, doubt
+        What of the disturbance a direct inverse does not explain, and what its torque can be wrong by. [Nm]
     flags
         Flags of the controllers, collected since the row before.
     """
@@ -162,15 +165,17 @@ class ArmLog:
     integrator: Array
     torque_desired: Array
     load: Array
+    contact: Array
+    doubt: Array
     flags: npt.NDArray[np.int64]
 
     @classmethod
     def unpack(cls, time: Array, log: Array) -> ArmLog:
-        """From the loop's own order of columns, (T, n, 12)."""
+        """From the loop's own order of columns, (T, n, 14)."""
         column = np.moveaxis(log, 2, 0)
         return cls(
             time, column[0], column[1], column[2], column[3], log[:, :, 4:6], column[6], column[7], column[8],
-            column[9], column[10], column[11].astype(np.int64),
+            column[9], column[10], column[11], column[12], column[13].astype(np.int64),
         )  # fmt: skip
 
     def until(self, end: float) -> ArmLog:
@@ -191,7 +196,10 @@ class Arm:
     controllers
         Joint number -> what its controller knows; one for every moving pneumatic joint.
     compensators
-        Joint number -> inverse model q -> x for the built-in compensator; none where missing.
+        Joint number -> inverse model q -> x, or direct inverse q -> torque, for the built-in compensator; none where
+        missing.
+    adaptations
+        Joint number -> how its direct inverse learns, where that is switched on; defaults where missing.
     mechanisms
         Joint number -> two foreign hysteresis mechanisms, one a muscle, instead of the built-in one.
     seed
@@ -222,7 +230,8 @@ class Arm:
         *,
         moving: tuple[int, ...] = ALL_JOINTS,
         controllers: Mapping[int, JointControllerParameters],
-        compensators: Mapping[int, HysteresisModel] | None = None,
+        compensators: Mapping[int, HysteresisModel | DirectInverse] | None = None,
+        adaptations: Mapping[int, Adaptation] | None = None,
         mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] | None = None,
         seed: int = 0,
     ) -> None:
@@ -233,6 +242,7 @@ class Arm:
         self.model = arm_model(robot, moving=moving, fused=True)
         self.data = new_data(self.model)
         self._plants: dict[int, _native.PneumaticJoint] = {}
+        self._controls: dict[int, _native.JointController] = {}
         self._compensated: dict[int, tuple[_native.JointController, HysteresisModel]] = {}
         self._controllers = dict(controllers)
         self.seed = seed
@@ -256,9 +266,10 @@ class Arm:
                 )
             plant = built_plant(robot, number, seed, (mechanisms or {}).get(number, ()))
             model = (compensators or {}).get(number)
-            control = _native.JointController(controllers[number].as_dict(), _native_model(model))
+            control = native_controller(controllers[number], model, (adaptations or {}).get(number))
             self._loop.add_pneumatic(plant, control)
-            if model is not None:
+            self._controls[number] = control
+            if isinstance(model, HysteresisModel):
                 self._compensated[number] = (control, model)
             self._plants[number] = plant
         self.reset()
@@ -271,18 +282,27 @@ class Arm:
         mean = self.robot.controller.mean_pressure
         for number, plant in self._plants.items():
             plant.reset(0.0, mean, mean, noise_seed(self.seed, number))
-        self._loop.reset_controllers()
+        self._loop.reset_controllers(False)
 
     def forget(self) -> None:
         """Tell the compensators that the joints were homed to where they are: no muscle remembers anything.
 
         While pressures are applied, as in a homing, a compensator hears nothing of where the joint goes. Afterwards its
-        memory is set to what the decaying cycles of a homing leave: every operator is centred on the present angle.
+        memory is set to what the decaying cycles of a homing leave: every operator is centred on the present angle. A
+        direct inverse has followed the measured angle and needs no word.
         """
         for number, (control, model) in self._compensated.items():
             told = self._controllers[number]
             spent = model.with_state(model.final_state(_dying_out(self.angles[self.moving.index(number)])))
             control.exchange(_native_model(spent), told.compensator_unit, told.shear)
+
+    def restart(self) -> None:
+        """Switch the controllers on anew, where the joints are: they know nothing of the past."""
+        self._loop.reset_controllers(True)
+
+    def learned(self, number: int) -> Array:
+        """Scales in use of the groups of a joint's direct inverse, (groups,); empty without one."""
+        return np.array(self._controls[number].applied)
 
     def run(self, reference: Reference, every_s: float) -> ArmLog:
         """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.
