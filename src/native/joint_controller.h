@@ -27,7 +27,7 @@ class Fields {
     int32_t count(const char *name)
     {
         const double value = real(name);
-        if (value != static_cast<double>(static_cast<int32_t>(value < 0 ? 0 : value > 2e9 ? 2e9 : value)))
+        if (value != static_cast<double>(static_cast<int32_t>(value < 0 ? 0 : value > 2147483647.0 ? 2147483647.0 : value)))
             throw std::invalid_argument(std::string("'") + name + "' is not a number of samples");
         return static_cast<int32_t>(value);
     }
