@@ -359,7 +359,7 @@ dehyst_real dehyst_direct_output(const dehyst_direct *direct, const dehyst_direc
 dehyst_real dehyst_direct_doubt(const dehyst_direct *direct, const dehyst_direct_state *state,
                                 const dehyst_real *scale);
 
-/* exp(-x) for x >= 0 without a library: within 1e-7 up to x = 0.5, 1e-3 of its value up to 4, in (0, 1] for any. */
+/* exp(-x) for x >= 0 without a library: within 1e-7 up to x = 0.5, 2e-3 of its value up to 4, in 0 .. 1 for any. */
 dehyst_real dehyst_decay(dehyst_real x);
 
 /* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.

@@ -195,6 +195,56 @@ class DirectInverse:
             polynomial=curve,
         )
 
+    def least_slope(self, low: float | None = None, high: float | None = None, scale: float = 1.0) -> float:
+        """Return a lower bound of du/dy at a moment, over y from low to high and every past: positive means invertible.
+
+        The curve's smallest slope on 401 points, less what weights that change with y can take away: a stop is at most
+        r, a path lag at most x, and a creep term at most the range. Without a schedule of y it is the curve's slope.
+
+        Parameters
+        ----------
+        low, high
+            Range of y; None: that of the card. [y]
+        scale
+            Largest scale that the groups may have been given.
+
+        Raises
+        ------
+        ParameterError
+            If no range is known.
+
+        Examples
+        --------
+        >>> DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).least_slope(-1.0, 1.0)
+        1.0
+        """
+        low = self.card.output.low if low is None else low
+        high = self.card.output.high if high is None else high
+        if low is None or high is None or not low < high:
+            raise ParameterError("the range of y is not known: pass low and high, low < high.")
+        y = np.linspace(low, high, 401)
+        lowest, taken = 0.0, 0.0
+        for v in range(max(1, len(self.schedules))):
+            sets = self.polynomial[2 * v : 2 * v + 2] if self.schedules else self.polynomial
+            slopes_of = [_derivative(row, y - self.center) for row in sets]
+            if not self.schedules:
+                lowest += float(slopes_of[0].min())
+            elif self.schedules[v].outside:
+                lowest += float(min(slope.min() for slope in slopes_of))
+            else:
+                width = self.schedules[v].high - self.schedules[v].low
+                xi = np.clip((y - self.schedules[v].low) / width, 0.0, 1.0)
+                values = [np.polynomial.polynomial.polyval(y - self.center, row) for row in sets]
+                blended = (1 - xi) * slopes_of[0] + xi * slopes_of[1] + (values[1] - values[0]) / width
+                lowest += float(blended.min())
+                for weights, size in (
+                    (self.stop_weights, self.radii),
+                    (self.path_weights, self.path_lengths),
+                    (self.creep_weights, np.full(self.time_constants.size, high - low)),
+                ):
+                    taken += float(np.abs(weights[2 * v + 1] - weights[2 * v]) @ size) / width
+        return lowest - scale * taken
+
     @property
     def groups(self) -> npt.NDArray[np.int64]:
         """Group of `GROUPS` of every term: stops, path lags, creep lags, viscous, (n + k + m + 1,)."""
@@ -296,6 +346,10 @@ class DirectInverse:
                 )
             table[:, column] = np.broadcast_to(np.asarray(given[schedule.name], float), size)
         return table
+
+
+def _derivative(coefficients: Array, x: Array) -> Array:
+    return np.asarray(np.polynomial.polynomial.polyval(x, np.polynomial.polynomial.polyder(coefficients)))
 
 
 def slopes(y: Array, time: Array, restart: npt.NDArray[np.int64]) -> Array:
