@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from dehyst.control import JointController as JointController
     from dehyst.control import JointControllerParameters as JointControllerParameters
     from dehyst.errors import DehystError as DehystError
+    from dehyst.evaluation import ExcitationPlan as ExcitationPlan
+    from dehyst.evaluation import Homing as Homing
+    from dehyst.evaluation import Limits as Limits
+    from dehyst.evaluation import design_excitation as design_excitation
+    from dehyst.evaluation import shortest_homing as shortest_homing
     from dehyst.experiments.calibration import calibrate as calibrate
     from dehyst.experiments.compensators import equip as equip
     from dehyst.experiments.loops_run import identify_joint as identify_joint
@@ -64,6 +69,9 @@ _HOME = {
     "Compensator": "dehyst.control",
     "CrossValidation": "dehyst.identification",
     "DehystError": "dehyst.errors",
+    "ExcitationPlan": "dehyst.evaluation",
+    "Homing": "dehyst.evaluation",
+    "Limits": "dehyst.evaluation",
     "Equipment": "dehyst.experiments.trials",
     "Finding": "dehyst.findings",
     "Fit": "dehyst.identification",
@@ -88,6 +96,8 @@ _HOME = {
     "choose_shear": "dehyst.identification",
     "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
+    "design_excitation": "dehyst.evaluation",
+    "shortest_homing": "dehyst.evaluation",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",

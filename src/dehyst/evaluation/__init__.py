@@ -1,8 +1,10 @@
-"""Evaluation: excitations, ISO 9283 test paths and their timing, and what is measured along them."""
+"""Evaluation: excitations and their design, homing, ISO 9283 test paths, and what is measured along them."""
 
 from dehyst.evaluation.cornering import CorneringFigures, cornering_deviation
 from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
+from dehyst.evaluation.design import ExcitationPlan, Section, design_excitation
 from dehyst.evaluation.excitation import UNSEEN_TIPS, Excitation, decaying_cycles, loops, triangle_sweep
+from dehyst.evaluation.homing import Homing, admissible, shortest_homing
 from dehyst.evaluation.metrics import (
     ErrorSummary,
     VelocityFigures,
@@ -15,7 +17,9 @@ from dehyst.evaluation.metrics import (
 )
 from dehyst.evaluation.paths import TRANSFER, Figure, TestPath
 from dehyst.evaluation.sections import Sections, sections
+from dehyst.evaluation.separability import Separability, separability
 from dehyst.evaluation.slowing import slow_down_to
+from dehyst.evaluation.strokes import Limits
 from dehyst.evaluation.summary import iso9283
 from dehyst.evaluation.timing import Motion, Timed, timed
 
@@ -25,16 +29,23 @@ __all__ = [
     "CorneringFigures",
     "ErrorSummary",
     "Excitation",
+    "ExcitationPlan",
     "Figure",
+    "Homing",
+    "Limits",
     "Motion",
+    "Section",
     "Sections",
+    "Separability",
     "TestCube",
     "TestPath",
     "Timed",
     "VelocityFigures",
+    "admissible",
     "circle",
     "cornering_deviation",
     "decaying_cycles",
+    "design_excitation",
     "error_summary",
     "iso9283",
     "joint_errors",
@@ -45,6 +56,8 @@ __all__ = [
     "path_velocity",
     "rectangle",
     "sections",
+    "separability",
+    "shortest_homing",
     "slow_down_to",
     "test_path",
     "timed",

@@ -78,7 +78,7 @@ def loops(tips: Sequence[float], loop_s: float, hold_s: float, period: float) ->
             f"tips {tips!r}: two in a row are the same, or one at an end is zero; a stroke needs two different ends."
         )
     stroke = _stroke_time(loop_s, hold_s)
-    return _strokes(points, np.full(points.size - 1, stroke), hold_s, period, _smooth_stroke)
+    return _strokes(points, np.full(points.size - 1, stroke), hold_s, period, smooth_stroke)
 
 
 def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) -> Excitation:
@@ -115,7 +115,7 @@ def decaying_cycles(cycles: int, decay: float, cycle_s: float, period: float) ->
     tips = np.concatenate(([0.0], (-1.0) ** k * decay ** (0.5 * k), [0.0]))
     durations = np.full(tips.size - 1, 0.5 * cycle_s)
     durations[[0, -1]] = 0.25 * cycle_s
-    return _strokes(tips, durations, 0.0, period, _smooth_stroke)
+    return _strokes(tips, durations, 0.0, period, smooth_stroke)
 
 
 def triangle_sweep(
@@ -174,7 +174,7 @@ def _stroke_time(loop_s: float, hold_s: float) -> float:
     return stroke
 
 
-def _smooth_stroke(u: Array) -> Array:
+def smooth_stroke(u: Array) -> Array:
     """Return a way from 0 to 1 over u in 0..1 whose speed, acceleration and jerk begin and end at zero.
 
     A joint of compliant muscles is lightly damped: the step of acceleration at the ends of a smooth makes it ring

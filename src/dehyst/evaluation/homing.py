@@ -1,0 +1,367 @@
+"""Shortest homing: the motion after which the memory of a bank of stops is known, or known and spent.
+
+A stop of radius r holds E = x - z, |E| <= r, where z moves with z <- max(x - r, min(x + r, z)). Nobody knows z before
+the first motion: every z in [x - r, x + r] is admissible.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.evaluation.strokes import Limits
+
+Array = npt.NDArray[np.float64]
+
+NODES = 64  # of the grid of amplitudes besides the radii themselves
+BISECTIONS = 24  # of the price of what remains
+
+
+@dataclass(frozen=True, eq=False)
+class Homing:
+    """A motion that homes a bank of stops, and what it guarantees.
+
+    Attributes
+    ----------
+    points
+        (K + 1,) start, tips, end. [unit]
+    stroke_s
+        (K,) shortest smooth strokes within the limits. [s]
+    half_width
+        Guaranteed: half the interval of sum_i s_i E_i afterwards, over all admissible states before. [output]
+    residual
+        Guaranteed: largest sum_i s_i |E_i| afterwards, over all admissible states before. [output]
+    bound_s
+        No motion of its kind over the searched amplitudes that keeps the tolerance takes less time. [s]
+
+    Examples
+    --------
+    >>> homing = shortest_homing([0.1, 0.3, 0.5], -1.0, 1.0, Limits(1.0), tolerance=0.05)
+    >>> homing.residual <= 0.05, homing.bound_s <= homing.duration, round(homing.travel, 1)
+    (True, True, 2.7)
+    """
+
+    points: Array
+    stroke_s: Array
+    half_width: float
+    residual: float
+    bound_s: float
+
+    @property
+    def travel(self) -> float:
+        """Way of all strokes. [unit]"""
+        return float(np.abs(np.diff(self.points)).sum())
+
+    @property
+    def duration(self) -> float:
+        """Time of all strokes. [s]"""
+        return float(self.stroke_s.sum())
+
+
+def admissible(points: npt.ArrayLike, radii: npt.ArrayLike) -> tuple[Array, Array]:
+    """Return lowest and highest E of each stop after a motion through points, over all states before it.
+
+    A play's update is monotone in its state, so the extreme states before stay the extreme ones; and it only depends
+    on where a motion turns. While the span S = max x - min x is less than 2 r, exactly the z in
+    [max x - r, min x + r] are possible: the interval of E is 2 r - S wide. From S = 2 r on it is a point.
+
+    Parameters
+    ----------
+    points
+        Turning points of the motion, (K + 1,), the first one its start. [unit]
+    radii
+        (n,) [unit]
+
+    Returns
+    -------
+    low, high
+        (n,) each. [unit]
+
+    Examples
+    --------
+    >>> low, high = admissible([0.0, 1.5], [0.5, 1.0])
+    >>> low.tolist(), high.tolist()
+    ([0.5, 0.5], [0.5, 1.0])
+    """
+    x, r = np.asarray(points, dtype=np.float64), np.asarray(radii, dtype=np.float64)
+    low, high = x[0] - r, x[0] + r
+    for value in x[1:]:
+        low, high = (np.clip(z, value - r, value + r) for z in (low, high))
+    return x[-1] - high, x[-1] - low
+
+
+def shortest_homing(
+    radii: npt.ArrayLike,
+    low: float,
+    high: float,
+    limits: Limits,
+    *,
+    weights: npt.ArrayLike | None = None,
+    tolerance: float = 0.05,
+    start: float | None = None,
+    end: float | None = None,
+    spent: bool = True,
+) -> Homing:
+    r"""Return the shortest motion after which a bank of stops is known to a tolerance, from any state before.
+
+    Known (``spent=False``). After any motion of span S the interval of the output of the bank is
+
+    .. math:: \sum_i s_i \max(0, 2 r_i - S)
+
+    wide, whatever its path: only the span counts. So the shortest motion is the shortest of the span S* that makes
+    this twice the tolerance: one stroke of length S* <= 2 r_max if there is room for it on one side, else a short one
+    to the other side before. Neither can be beaten: a motion that goes a up and b down, a + b = S*, travels
+    a + b + min(a, b) at least. One full stroke over 2 r_max makes every stop of radius <= r_max known.
+
+    Known and spent (``spent=True``), for a compensator that begins at zero: the motion decays, tips at
+    e +- a_1, a_2, ... around the end e, a_1 > a_2 > ... > 0, so that the last stroke that moved a stop left it at
+    E = +-(a_k - r) with the tip a_k nearest to its radius (or 0, the end). What remains is
+
+    .. math:: \sum_i s_i |E_i| = \sum_i s_i \min_k |r_i - a_k|
+
+    a median problem on a line, with the strokes' time as the price of a tip. It is solved exactly over amplitudes of
+    radii and a grid by dynamic programming, the tolerance as a price (Lagrange) that is bisected; the dual gives
+    ``bound_s``. The first tip only serves to make the memory known, so it is then made as short as the tolerance
+    allows.
+
+    Parameters
+    ----------
+    radii
+        Of the stops r_i > 0, (n,). [unit]
+    low, high
+        Range that the motion may use. [unit]
+    limits
+        Of rate and acceleration. [unit/s, unit/s^2]
+    weights
+        s_i >= 0, (n,). [output/unit] None: equal shares of one, s_i = 1/(n r_i).
+    tolerance
+        Largest ``half_width``, and with ``spent`` largest ``residual``, > 0. [output] With weights of None: the share
+        of all that the bank can hold.
+    start, end
+        Where the motion begins, and with ``spent`` ends; None: the middle. [unit]
+    spent
+        Whether what remains must be small too.
+
+    Returns
+    -------
+    homing : Homing
+
+    Raises
+    ------
+    ParameterError
+        If a value makes no sense, or the range is too small for the tolerance: the message says what it allows.
+
+    Examples
+    --------
+    >>> once = shortest_homing([0.1, 0.5], -1.0, 1.0, Limits(1.0), tolerance=1e-9, spent=False)
+    >>> once.points.round(6).tolist(), once.half_width < 1e-9
+    ([0.0, 1.0], True)
+    >>> spent = shortest_homing([0.1, 0.5], -1.0, 1.0, Limits(1.0), tolerance=0.01)
+    >>> spent.points.round(2).tolist(), round(spent.residual, 3)
+    ([0.0, 0.49, -0.5, 0.1, 0.0], 0.01)
+    """
+    r, s = _bank(radii, weights)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"a range from {low:g} to {high:g} leaves no room to move; pass low < high.")
+    if not tolerance > 0:
+        raise ParameterError(f"tolerance = {tolerance:g}; no motion leaves less than nothing. Pass a positive number.")
+    middle = 0.5 * (low + high)
+    begin, target = (_within(x, low, high, name, middle) for x, name in ((start, "start"), (end, "end")))
+    if not spent:
+        points = _known(r, s, low, high, begin, tolerance)
+        duration = limits.stroke_time(np.abs(np.diff(points)))
+        return _homing(points, duration, r, s, _least_time(r, s, begin, low, high, tolerance, limits))
+    return _spent(r, s, low, high, begin, target, tolerance, limits)
+
+
+def _bank(radii: npt.ArrayLike, weights: npt.ArrayLike | None) -> tuple[Array, Array]:
+    r = np.asarray(radii, dtype=np.float64).ravel()
+    if not r.size or not (np.isfinite(r) & (r > 0)).all():
+        raise ParameterError("radii of stops must be positive numbers, one at least; pass those of the model.")
+    s = 1.0 / (r.size * r) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
+    if s.shape != r.shape or not (np.isfinite(s) & (s >= 0)).all():
+        raise ParameterError(
+            f"{s.size} weights for {r.size} radii, the smallest {s.min(initial=0.0):g}: pass one weight of zero or "
+            f"more for each radius."
+        )
+    order = np.argsort(r)
+    return r[order], s[order]
+
+
+def _within(value: float | None, low: float, high: float, name: str, middle: float) -> float:
+    x = middle if value is None else float(value)
+    if not low <= x <= high:
+        raise ParameterError(f"{name} = {x:g} lies outside the range {low:g} to {high:g}; pass a place inside it.")
+    return x
+
+
+def _width(r: Array, s: Array, span: float) -> float:
+    return float(s @ np.maximum(0.0, 2.0 * r - span))
+
+
+def _least_span(r: Array, s: Array, tolerance: float, largest: float) -> float:
+    """Smallest span after which half the interval of the output is the tolerance; refuse if it is beyond `largest`."""
+    if 0.5 * _width(r, s, largest) > tolerance * (1 + 1e-12):
+        raise ParameterError(
+            f"the range is {largest:g} wide, less than a full stroke 2 r = {2 * r[-1]:g} over the largest stop: the "
+            f"output stays unknown to +-{0.5 * _width(r, s, largest):.3g}, more than the tolerance {tolerance:g}. "
+            f"Allow a wider range, a tolerance of that size, or leave out larger radii.",
+            span=largest,
+            half_width=0.5 * _width(r, s, largest),
+        )
+    lower, upper = 0.0, min(largest, 2.0 * float(r[-1]))
+    if 0.5 * _width(r, s, 0.0) <= tolerance:
+        return 0.0
+    for _ in range(80):
+        span = 0.5 * (lower + upper)
+        lower, upper = (span, upper) if 0.5 * _width(r, s, span) > tolerance else (lower, span)
+    return upper
+
+
+def _known(r: Array, s: Array, low: float, high: float, begin: float, tolerance: float) -> Array:
+    span = _least_span(r, s, tolerance, high - low)
+    sign = 1.0 if high - begin >= begin - low else -1.0
+    room = max(high - begin, begin - low)
+    back = max(0.0, span - room)  # what the wider side lacks is taken on the other one, first
+    points = [begin, begin - sign * back, begin + sign * (span - back)]
+    return np.array(points if back > 0 else points[::2])
+
+
+def _least_time(r: Array, s: Array, begin: float, low: float, high: float, tolerance: float, limits: Limits) -> float:
+    points = _known(r, s, low, high, begin, tolerance)
+    return float(limits.stroke_time(np.abs(np.diff(points))).sum())
+
+
+def _homing(points: Array, stroke_s: Array, r: Array, s: Array, bound: float) -> Homing:
+    lowest, highest = admissible(points, r)
+    half = 0.5 * float(s @ (highest - lowest))
+    residual = float(s @ np.maximum(np.abs(lowest), np.abs(highest)))
+    return Homing(points, stroke_s, half, residual, min(bound, float(stroke_s.sum())))
+
+
+def _spent(
+    r: Array, s: Array, low: float, high: float, begin: float, end: float, tolerance: float, limits: Limits
+) -> Homing:
+    room = min(high - end, end - low)
+    grid = np.linspace(0.0, min(room, float(r[-1])), NODES + 1)
+    nodes = np.unique(np.concatenate([grid, r[r <= room]]))[::-1]  # falling, the last one 0: the end
+    way = nodes[:, None] + nodes[None, :]
+    time = limits.stroke_time(way)
+    left = _left_between(r, s, nodes)
+    above = np.array([float(s @ np.maximum(0.0, r - a)) for a in nodes])
+    whole = limits.stroke_time(nodes) + limits.stroke_time(2 * nodes)  # to the first tip, and over to the second
+    best, bound, price_low, price_high = None, 0.0, 0.0, None
+    price = float(limits.stroke_time(2 * room)) / tolerance
+    for _ in range(BISECTIONS):
+        chain, _, remains = _cheapest(nodes, time, left, whole, above, price)
+        if remains <= tolerance * (1 + 1e-12):
+            best, price_high = chain, price
+        else:
+            price_low = price
+            if price > 1e12 * (1.0 + float(whole.max())):
+                break
+        bound = max(bound, _dual(nodes, time, left, _first_leg(r, s, nodes, limits, price), price, tolerance))
+        price = 2.0 * price if price_high is None else 0.5 * (price_low + price_high)
+    if best is None:
+        least = float(s @ np.min(np.abs(r[:, None] - nodes[None, :]), axis=1))
+        raise ParameterError(
+            f"within {low:g} to {high:g} a homing that ends at {end:g} leaves {least:.3g} of the stops' output "
+            f"(largest radius {r[-1]:g}, room {room:g}), more than the tolerance {tolerance:g}. Allow a wider range, "
+            f"a tolerance of that size, or leave out larger radii.",
+            residual=least,
+        )
+    points = _with_first_tip(best, r, s, begin, end, tolerance, (low, high), limits)
+    stroke = limits.stroke_time(np.abs(np.diff(points)))
+    return _homing(points, stroke, r, s, bound)
+
+
+def _left_between(r: Array, s: Array, nodes: Array) -> Array:
+    """Return (N, N) what remains of stops with radii between two successive amplitudes: distance to the nearer one."""
+    left = np.full((nodes.size, nodes.size), np.inf)
+    for j, a in enumerate(nodes):
+        near = np.minimum(np.abs(r[:, None] - a), np.abs(r[:, None] - nodes[None, j + 1 :]))
+        inside = (r[:, None] <= a) & (r[:, None] >= nodes[None, j + 1 :])
+        left[j, j + 1 :] = s @ np.where(inside, near, 0.0)
+    return left
+
+
+def _cheapest(
+    nodes: Array, time: Array, left: Array, first: Array, above: Array, price: float
+) -> tuple[list[float], float, float]:
+    """Return the chain of amplitudes of least time + price * remains, and both; backwards from the end."""
+    count = nodes.size
+    cost, following = np.zeros(count), np.zeros(count, dtype=np.int64)
+    edge = time + price * left
+    for j in range(count - 2, -1, -1):
+        options = edge[j, j + 1 :] + cost[j + 1 :]
+        following[j] = j + 1 + int(np.argmin(options))
+        cost[j] = options.min()
+    at = int(np.argmin(first + price * above + cost))
+    duration, remains, chain = float(first[at]), float(above[at]), [float(nodes[at])]
+    while at < count - 1:
+        step = int(following[at])
+        duration, remains = duration + float(time[at, step]), remains + float(left[at, step])
+        at = step
+        chain.append(float(nodes[at]))
+    return chain, duration, remains
+
+
+def _first_leg(r: Array, s: Array, nodes: Array, limits: Limits, price: float) -> Array:
+    """Return least time + price * remains of the way to a first tip a_0 and over to each second one, (N,).
+
+    A stop of radius r > a_1 keeps |E| up to r - min(a_0, a_1) if 2 r > a_0 + a_1, else r - a_1. Between two amplitudes
+    of the grid the time of the smaller and the rest of the larger one are taken: no first tip is cheaper.
+    """
+    smaller, larger = np.concatenate([nodes[1:], nodes[-1:]]), nodes  # intervals of a_0, and zero itself
+    second = nodes[None, :]
+    time = limits.stroke_time(smaller)[:, None] + limits.stroke_time(smaller[:, None] + second)
+    kept = np.where(
+        2.0 * r > (larger[:, None] + second)[..., None],
+        np.minimum(larger[:, None], second)[..., None],
+        second[..., None],
+    )
+    remains = np.where(r > second[..., None], r - kept, 0.0) @ s
+    return np.asarray((time + price * remains).min(axis=0))
+
+
+def _dual(nodes: Array, time: Array, left: Array, first: Array, price: float, tolerance: float) -> float:
+    """Return a lower bound of the time: no motion of the kind that keeps the tolerance is shorter."""
+    cost = np.zeros(nodes.size)
+    for j in range(nodes.size - 2, -1, -1):
+        cost[j] = (time[j, j + 1 :] + price * left[j, j + 1 :] + cost[j + 1 :]).min()
+    return float((first + cost).min()) - price * tolerance
+
+
+def _with_first_tip(
+    chain: Sequence[float], r: Array, s: Array, begin: float, end: float, tolerance: float,
+    room: tuple[float, float], limits: Limits,
+) -> Array:  # fmt: skip
+    """Return start, tips and end: both directions tried, the first tip as near as the tolerance allows."""
+    found: list[Array] = []
+    for sign in (1.0, -1.0):
+        tips = end + np.array([sign * (-1.0) ** k * a for k, a in enumerate(chain[:-1], 1)])
+
+        def motion(first: float, sign: float = sign, tips: Array = tips) -> Array:
+            lead = begin + first * (end + sign * chain[0] - begin)
+            return np.concatenate(([begin, lead] if first > 0 else [begin], tips, [end]))
+
+        def remains(points: Array) -> float:
+            lowest, highest = admissible(points, r)
+            return float(s @ np.maximum(np.abs(lowest), np.abs(highest)))
+
+        lower, upper = 0.0, 1.0
+        allowed = max(tolerance, remains(motion(1.0)))
+        if remains(motion(0.0)) <= allowed:
+            upper = 0.0
+        for _ in range(60 if upper else 0):
+            share = 0.5 * (lower + upper)
+            lower, upper = (share, upper) if remains(motion(share)) > allowed else (lower, share)
+        points = motion(upper)
+        if room[0] <= points.min() and points.max() <= room[1]:
+            found.append(points[np.concatenate(([True], np.diff(points) != 0))])
+    return min(found, key=lambda points: float(limits.stroke_time(np.abs(np.diff(points))).sum()))
