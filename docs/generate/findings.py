@@ -291,6 +291,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "{INVERSE_MISSES} % of the input's range (rms).",
             "Use the model for simulation only. See the other warnings for the reason.",
         ),
+        "gain-exceeded": (
+            "The inverse is steeper than `--max-inverse-gain` allows, and no larger eps lowers it: an output map or "
+            "the end of a sheared loop is as flat as that.",
+            "Identify with `--family pi`, or with another `--shear`, or allow more.",
+        ),
+        "inverse-errs": (
+            "The compensator of a sheared loop misses the applied input by more than {POOR_PERCENT} % of its range "
+            "(rms). The errors of the output look better than they are: the loop sees the output in its input.",
+            "Log more loops of different size, with holds; look at creep and rate.",
+        ),
         "recordings-differ": (
             "Recordings fitted together lie more than {LEVELS_APART} of the output's range apart at the same input "
             "(difference of their mean residuals).",
@@ -341,6 +351,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The model's answer to the computed input differs from the reference by more than 1e-9 of its range: the "
             "inverse loses digits.",
             "Raise `--eps` when identifying.",
+        ),
+        "compensator-only": (
+            "The model was sheared and has no forward direction, so its compensator alone is exported: it does not "
+            "hold back at the actuator's limits.",
+            "Limit the sum of what it answers and what it is added to.",
         ),
         "zero-weights": (
             "Operators of weight zero are about to be exported: they cost memory and time on the target and change "

@@ -81,6 +81,14 @@ def identify(
     train_fraction: Annotated[
         float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
     ] = 0.5,
+    shear: Annotated[
+        str | None,
+        typer.Option("--shear", metavar="auto|K", help="Fit the loop around the diagonal, input + K output (pi only)."),
+    ] = None,
+    max_inverse_gain: Annotated[
+        float | None,
+        typer.Option("--max-inverse-gain", metavar="G", help="Largest slope of the inverse [input/output]; sets eps."),
+    ] = None,
     save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
     figures: Annotated[
@@ -108,7 +116,7 @@ def identify(
         runs=tuple(run or ()), start=start, stop=stop,
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
-        stream=stream, spool_dir=spool_dir,
+        stream=stream, spool_dir=spool_dir, shear=shear, max_inverse_gain=max_inverse_gain,
     )  # fmt: skip
     run_identify(request)
 

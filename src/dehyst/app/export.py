@@ -29,6 +29,7 @@ from dehyst.models import (
     HysteresisModel,
     ModifiedPrandtlIshlinskii,
     PrandtlIshlinskii,
+    ShearedPrandtlIshlinskii,
     StopOperatorModel,
     load_model,
 )
@@ -68,11 +69,11 @@ def run_export(request: ExportRequest) -> None:
     _refuse_contradictions(request)
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
-    model = load_model(request.model)
+    model, request, told = _as_unit(load_model(request.model), request)
     _refuse_unknown_range(model, request)
-    drives = request.what != "forward"  # a forward model drives nothing
+    drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
-    findings = [*said, *_outside(model, request), *_cost(model, request)]
+    findings = [*said, *told, *_outside(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
@@ -84,6 +85,27 @@ def run_export(request: ExportRequest) -> None:
     _print(written, subject, request)
     print_findings([*findings, *more])
     terminal().print(Text(f"\nnext: dehyst verify {shlex.quote(str(request.out))}"), soft_wrap=True)
+
+
+def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[HysteresisModel, ExportRequest, list[Finding]]:
+    """Return a sheared model as the sum of plays that it is: from input to output, or else its compensator alone."""
+    if not isinstance(model, ShearedPrandtlIshlinskii) or request.what == "joint-controller":
+        return model, request, []
+    if model.has_forward or request.what == "forward":
+        return model.as_play(), request, []
+    if request.range is not None:
+        raise ParameterError(
+            "--range holds an inverse back where the actuator meets its limits, which needs the model itself, and this "
+            "sheared one only exists as a compensator. Leave --range out, and limit what the unit answers together "
+            "with what it is added to."
+        )
+    told = Finding(
+        "compensator-only",
+        f"the model was sheared by k = {model.shear:.4g} and only exists as a compensator, what is added to "
+        f"{model.card.input.name} (k {model.card.output.name} is subtracted already): the unit runs it forward and "
+        f"does not hold back at the actuator's limits. Limit the sum behind it.",
+    )
+    return model.inverse(), replace(request, what="forward"), [told]
 
 
 def _refuse_contradictions(request: ExportRequest) -> None:
@@ -149,7 +171,7 @@ def pruned(model: HysteresisModel) -> HysteresisModel:
         return model.as_play().pruned()
     if isinstance(model, ModifiedPrandtlIshlinskii):
         return replace(model, hysteresis=model.hysteresis.pruned())
-    return model.pruned() if isinstance(model, PrandtlIshlinskii) else model
+    return model.pruned() if isinstance(model, PrandtlIshlinskii | ShearedPrandtlIshlinskii) else model
 
 
 def _outside(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:

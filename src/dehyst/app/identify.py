@@ -46,6 +46,8 @@ class IdentifyRequest:
     json: bool
     stream: bool | None = None
     spool_dir: Path | None = None
+    shear: str | None = None
+    max_inverse_gain: float | None = None
 
 
 def run_identify(request: IdentifyRequest) -> None:
@@ -72,7 +74,10 @@ def _identify(request: IdentifyRequest) -> Fit:
         "initial_state": request.initial_state,
         "train_fraction": request.train_fraction,
     }
-    streams = open_streams(request)
+    if request.shear is not None or request.max_inverse_gain is not None:
+        settings |= {"shear": _shear(request.shear), "max_inverse_gain": request.max_inverse_gain}
+        _refuse_streaming(request)
+    streams = None if "shear" in settings else open_streams(request)
     if streams is not None:
         with progress_bar(request.json) as show:
             return identify_stream(streams, progress=show, spool_dir=request.spool_dir, **settings)
@@ -125,6 +130,26 @@ def _operators(text: str) -> int | str:
         raise ParameterError(
             f"--n {text!r} is neither a whole number nor auto; write --n 100, or --n auto to choose by held-out error."
         ) from None
+
+
+def _shear(text: str | None) -> float | str | None:
+    if text is None or text == "auto":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise ParameterError(
+            f"--shear {text!r} is neither a number nor auto; it is k of the sheared loop, input + k output."
+        ) from None
+
+
+def _refuse_streaming(request: IdentifyRequest) -> None:
+    """Refuse what needs the log in memory."""
+    if request.stream:
+        raise ParameterError(
+            "--shear and --max-inverse-gain compare several fits and need the log in memory; leave --stream out, or "
+            "take a part of the log with --from and --to."
+        )
 
 
 def _thresholds(text: str | None) -> list[float] | None:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.models import HysteresisModel
+from dehyst.models import HysteresisModel, subtracted_shear
 from dehyst.models.arrays import parameter_number, signal_array
 
 Array = npt.NDArray[np.float64]
@@ -57,14 +57,15 @@ class InverseCompensator:
         H^-1: angle [rad] -> sheared pressure difference, for instance ``fit.model.inverse()``. Its start state is
         that after homing.
     shear
-        k that was added before the fit, x = dp - dp_nom + k q. [Pa/rad]
+        k that was added before the fit, x = dp - dp_nom + k q; 0 for the inverse of a sheared model, which subtracts
+        it itself. [Pa/rad]
     unit
         Size of one unit of the inverse's output, 1e5 for bar. [Pa]
 
     Raises
     ------
     ParameterError
-        If `inverse` is no model, or a number is not finite.
+        If `inverse` is no model, a number is not finite, or k would be subtracted twice.
 
     Examples
     --------
@@ -83,6 +84,7 @@ class InverseCompensator:
             )
         self.inverse = inverse
         self.shear = parameter_number(shear, "shear")
+        refuse_second_shear(inverse, self.shear)
         self.unit = parameter_number(unit, "unit")
         self._step = inverse.stepper()
         self._angle = 0.0
@@ -102,6 +104,23 @@ class InverseCompensator:
     def output(self) -> float:
         """Return the present term. [Pa]"""
         return self.unit * self._step.output - self.shear * self._angle
+
+
+def refuse_second_shear(inverse: HysteresisModel, shear: float) -> None:
+    """Refuse to subtract k q from a compensator that has done it.
+
+    Raises
+    ------
+    ParameterError
+        If `shear` is not 0 and the compensator is the inverse of a sheared model.
+    """
+    k = subtracted_shear(inverse)
+    if k and shear:
+        raise ParameterError(
+            f"k would be subtracted twice: this compensator comes from a loop sheared by {k:g} and subtracts it "
+            f"itself, and shear = {shear:g} would do it again. Set shear = 0, or pass model.hysteresis.inverse().",
+            shear=shear,
+        )
 
 
 def along(compensator: Compensator, angle: npt.ArrayLike, velocity: npt.ArrayLike | None = None) -> Array:

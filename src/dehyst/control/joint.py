@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.control.adaptation import Adaptation
+from dehyst.control.compensator import refuse_second_shear
 from dehyst.control.direct import direct_parameters
 from dehyst.control.images import refuse
 from dehyst.control.parameters import JointControllerParameters
@@ -145,7 +146,7 @@ class JointController:
     Raises
     ------
     ParameterError
-        If `compensator` is no model.
+        If `compensator` is no model, or k would be subtracted twice.
 
     Examples
     --------
@@ -264,10 +265,11 @@ class JointController:
         shear
             k of its loop; None keeps that of the parameters. [Pa/rad]
         """
+        shear = self.parameters.shear if shear is None else shear
         self._native.exchange(
-            _parameters_of(compensator),
+            _parameters_of(compensator, shear),
             self.parameters.compensator_unit if unit is None else unit,
-            self.parameters.shear if shear is None else shear,
+            shear,
         )
 
     def save(self) -> bytes:
@@ -305,7 +307,7 @@ def native_controller(
     direct = isinstance(compensator, DirectInverse)
     return _native.JointController(
         parameters.as_dict(),
-        None if direct else _parameters_of(compensator),
+        None if direct else _parameters_of(compensator, parameters.shear),
         direct_parameters(compensator, parameters.period) if isinstance(compensator, DirectInverse) else None,
         (adaptation or Adaptation()).as_dict(),
     )
@@ -321,7 +323,7 @@ def _known(switches: int) -> None:
         )
 
 
-def _parameters_of(model: object) -> Any:
+def _parameters_of(model: object, shear: float) -> Any:
     if model is None:
         return None
     if not isinstance(model, HysteresisModel):
@@ -329,4 +331,5 @@ def _parameters_of(model: object) -> Any:
             f"the compensator is a {type(model).__name__}, not a hysteresis model; pass model.inverse(), or give the "
             f"term of a compensator of your own as the reference's extra (dehyst.control.along)."
         )
+    refuse_second_shear(model, shear)
     return model.stepper().parameters

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst import _native
+from dehyst.control.compensator import refuse_second_shear
 from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
@@ -60,6 +61,7 @@ def joint_subject(
     check_choice(real, REALS, "--real")
     check_name(name)
     inverse = in_radians(model, parameters).inverse()
+    refuse_second_shear(inverse, parameters.shear)
     exact = compensator_numbers(inverse)
     single = model_in(exact, real)
     if real == "float":

@@ -7,7 +7,14 @@ from dataclasses import replace
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
+from dehyst.models import (
+    HysteresisModel,
+    ModifiedPrandtlIshlinskii,
+    MonotoneMap,
+    PrandtlIshlinskii,
+    ShearedPrandtlIshlinskii,
+    StopOperatorModel,
+)
 from dehyst.units import TABLE, canonical, dimension
 
 _SAME = 1e-9  # of a unit
@@ -79,6 +86,8 @@ def _scaled(model: HysteresisModel, factor: float) -> HysteresisModel:
             after = MonotoneMap(model.after.u, model.after.v * factor)
             return replace(model, after=after, card=named)
         return replace(model, hysteresis=_times(model.hysteresis, factor), card=named)
+    if isinstance(model, ShearedPrandtlIshlinskii):
+        return replace(model, hysteresis=_times(model.hysteresis, factor), shear=model.shear / factor, card=named)
     play = model.as_play() if isinstance(model, StopOperatorModel) else model
     if not isinstance(play, PrandtlIshlinskii):
         raise UnitError(

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
-from dehyst.models import HysteresisModel, ModelCard, StaticCurve
+from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
 from dehyst.recording import Recording
+
+if TYPE_CHECKING:
+    from dehyst.identification.shear import ShearChoice
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -244,6 +247,10 @@ class Fit:
         The judgement in one sentence.
     refitter
         What `refit` calls; None for a fit that was not made by `identify`.
+    shear_choice
+        How k of the sheared loop was chosen; None if it was given, or the loop is not sheared. With a shear,
+        `recordings`, `predictions` and the scores are those of the sheared loop, whose input is u + k y; `model`, the
+        inverse's gain and its miss are those of the log's own input u.
 
     Examples
     --------
@@ -274,6 +281,7 @@ class Fit:
     settings: Mapping[str, Any] = field(default_factory=dict)
     verdict: str = ""
     refitter: _Refitting | None = field(default=None, repr=False, compare=False)
+    shear_choice: ShearChoice | None = None
 
     def refit(
         self,
@@ -325,6 +333,8 @@ class Fit:
         if n is not None and thresholds is not None:
             raise ParameterError(f"n = {n} and thresholds were both given; thresholds are their own number. Pass one.")
         found = self.refitter(n, eps, family, thresholds)
+        if isinstance(self.model, ShearedPrandtlIshlinskii):
+            found = _sheared(found, self.model.shear)
         return replace(found, model=found.model.with_card(self._card_of(found)))
 
     def _card_of(self, found: Refit) -> ModelCard:
@@ -381,6 +391,19 @@ class Fit:
             "initial_state": self.certificate.initial_state,
             "route": self.certificate.route,
             "condition": self.certificate.condition,
+            "shear": self.model.shear if isinstance(self.model, ShearedPrandtlIshlinskii) else None,
+            "shears": [] if self.shear_choice is None else self.shear_choice.as_list(),
             "verdict": self.verdict,
             "warnings": [finding.as_dict() for finding in self.warnings],
         }
+
+
+def _sheared(found: Refit, k: float) -> Refit:
+    """The same refit, with k y subtracted again."""
+    if not isinstance(found.model, PrandtlIshlinskii):
+        raise ParameterError(
+            f"a sheared loop is refitted with the families pi and pi-cumulative, not with '{found.family}': its "
+            f"inverse less k y is no sum of plays."
+        )
+    model = ShearedPrandtlIshlinskii(found.model, k)
+    return replace(found, model=model, inverse_gain=model.inverse_gain)

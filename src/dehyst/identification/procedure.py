@@ -72,6 +72,8 @@ def identify(
     initial_state: str = "auto",
     train_fraction: float = 0.5,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
+    shear: float | str | None = None,
+    max_inverse_gain: float | None = None,
 ) -> Fit:
     r"""Identify a hysteresis model from one recording or several.
 
@@ -112,6 +114,14 @@ def identify(
         How much each sample counts, (T,), 0 or more, or one such array for each recording: squared errors are
         multiplied by it, in the fit and in the scores. 2 is the same as a sample that was logged twice; 0 leaves
         a sample out, except that its input is remembered. By default all count alike.
+    shear
+        k: the loop is fitted around the diagonal, as :math:`y = H[u + k y]`, and the model is the sheared one, whose
+        inverse subtracts k y again; for the families "pi" (which "auto" then stands for) and "pi-cumulative". "auto"
+        chooses k by the held-out error of the inverse (`choose_shear`). None fits the loop as it was logged.
+        [input/output]
+    max_inverse_gain
+        G, largest slope of the inverse right after a reversal, instead of eps: a wanted output that moves by one step
+        of its sensor changes the input asked for by at most G times that step. [input/output]
 
     Returns
     -------
@@ -147,9 +157,22 @@ def identify(
     fraction = parameter_number(train_fraction, "train_fraction")
     sample_weights = check_weights(weights, records)
     call = call_of(family, n, float(eps), given, initial_state, fraction, sample_weights is not None)
+    if shear is None and max_inverse_gain is None:
+        return solve_in_memory(call, records, sample_weights)
+    from dehyst.identification.gain import identify_sheared, identify_within  # they call what is below
+
+    if shear is not None:
+        return identify_sheared(call, records, sample_weights, shear, max_inverse_gain)
+    return identify_within(call, records, sample_weights, 0.0 if max_inverse_gain is None else max_inverse_gain)
+
+
+def solve_in_memory(
+    call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, measure: Measure | None = None
+) -> Fit:
+    """Fit recordings that are in memory, with settings that were checked."""
     with single_blas():
-        data = prepare(records, fraction, sample_weights)
-        return solve(call, records[0], data, facts.branches(data), measure_in_memory(records), records)
+        data = prepare(records, call.train_fraction, weights)
+        return solve(call, records[0], data, facts.branches(data), measure or measure_in_memory(records), records)
 
 
 def call_of(

@@ -56,6 +56,10 @@ class ShearChoice:
     on_bound: bool
     trials: tuple[Trial, ...]
 
+    def as_list(self) -> list[dict[str, float]]:
+        """Return k, what the inverse missed and the gain of the compensator for each candidate, as plain values."""
+        return [{"shear": t.shear, "inverse_error": t.inverse_error, "gain": _gain(t)} for t in self.trials]
+
 
 def choose_shear(
     recordings: Recording | Sequence[Recording],

@@ -7,7 +7,7 @@ from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 from dehyst.models.schedule import Schedule
-from dehyst.models.sheared import ShearedPrandtlIshlinskii
+from dehyst.models.sheared import ShearedPrandtlIshlinskii, subtracted_shear
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 from dehyst.models.storage import load_model, model_from_dict, model_to_dict
@@ -32,4 +32,5 @@ __all__ = [
     "load_model",
     "model_from_dict",
     "model_to_dict",
+    "subtracted_shear",
 ]

@@ -14,6 +14,22 @@ from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Steppe
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
+# Key in the provenance of a compensator that subtracts k y itself: nobody must subtract it a second time.
+SUBTRACTED = "shear_subtracted"
+
+
+def subtracted_shear(model: HysteresisModel) -> float:
+    """Return k if this compensator subtracts k y itself, else 0.
+
+    Examples
+    --------
+    >>> model = ShearedPrandtlIshlinskii(PrandtlIshlinskii([0.0, 0.1], [0.05, 0.04]), shear=10.0)
+    >>> subtracted_shear(model.inverse()), subtracted_shear(model.hysteresis.inverse())
+    (10.0, 0.0)
+    """
+    k = model.card.provenance.get(SUBTRACTED, 0.0)
+    return float(k) if isinstance(k, int | float) else 0.0
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShearedPrandtlIshlinskii(HysteresisModel):
@@ -118,7 +134,15 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
         weights[0] -= self.shear
         # H^-1 takes y - offset, so k y leaves k times the offset behind.
         offset = whole.offset - self.shear * whole.center
-        return replace(whole, weights=weights, offset=offset, card=self.card.swapped())
+        card = self.card.swapped()
+        card = replace(card, provenance={**card.provenance, SUBTRACTED: self.shear})
+        return replace(whole, weights=weights, offset=offset, card=card)
+
+    def __repr__(self) -> str:
+        """One line: family, k, operators, signals and their identified ranges; parameters are attributes."""
+        operators = f"{self.nonzero_weights} of {self.hysteresis.thresholds.size} operators"
+        signals = f"{self.card.input!s} -> {self.card.output!s}"
+        return f"<{type(self).__name__} {self.family!r}: k = {self.shear:.4g}, {operators}, {signals}>"
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the same model starting from another state (n,) of H."""

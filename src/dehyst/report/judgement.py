@@ -12,6 +12,7 @@ from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_AS_GOOD, of_range
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
+from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
 
@@ -129,8 +130,15 @@ def _unseen(fit: Fit) -> Light:
 
 def relative_gain(fit: Fit) -> float:
     """Return the gain of the inverse in ranges: how many % of the input's range 1 % of the output's can ask for."""
-    x_range, y_range = _span([rec.input for rec in fit.recordings]), _span([rec.output for rec in fit.recordings])
-    return fit.certificate.inverse_gain * y_range / x_range
+    return fit.certificate.inverse_gain * _span([rec.output for rec in fit.recordings]) / _input_range(fit)
+
+
+def _input_range(fit: Fit) -> float:
+    """Range of the log's own input, which a sheared fit shows as u + k y."""
+    card = fit.model.card.input
+    if isinstance(fit.model, ShearedPrandtlIshlinskii) and card.low is not None and card.high is not None:
+        return max(card.high - card.low, 5e-324)
+    return _span([rec.input for rec in fit.recordings])
 
 
 def _span(signals: list[Array]) -> float:
@@ -141,7 +149,7 @@ def _span(signals: list[Array]) -> float:
 def _inverse(fit: Fit) -> Light:
     miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
-    share = miss[0] / _span([rec.input for rec in fit.recordings])
+    share = miss[0] / _input_range(fit)
     grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
     if "inverse-misses" in codes(fit):
         grade = Grade.BAD

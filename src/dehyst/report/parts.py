@@ -6,7 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.fit import Fit
-from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
+from dehyst.models import (
+    HysteresisModel,
+    ModifiedPrandtlIshlinskii,
+    MonotoneMap,
+    PrandtlIshlinskii,
+    ShearedPrandtlIshlinskii,
+    StopOperatorModel,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -15,7 +22,7 @@ def play_core(model: HysteresisModel) -> PrandtlIshlinskii | None:
     """Return the sum of plays inside a model, or None if it has no memory."""
     if isinstance(model, PrandtlIshlinskii):
         return model
-    if isinstance(model, ModifiedPrandtlIshlinskii):
+    if isinstance(model, ModifiedPrandtlIshlinskii | ShearedPrandtlIshlinskii):
         return model.hysteresis
     if isinstance(model, StopOperatorModel):
         return model.as_play()

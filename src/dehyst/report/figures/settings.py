@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from dehyst.identification.fit import Fit, Refit
+from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, label_axes, says
 from dehyst.report.tables import Table
 from dehyst.report.text import number
@@ -36,7 +37,7 @@ def settings_figure(fit: Fit) -> Figure | None:
     unit = "held out" if fit.test is not None else "fitted"
     families = [
         _family(fit, fit.family, TRAIN),
-        _family(fit, _BESIDE.get(fit.family, "pi"), OTHER),
+        _family(fit, _beside(fit), OTHER),
     ]
     caption = (
         f"RMSE on the {unit} samples if the same data were fitted with another number of operators or another eps, in "
@@ -60,6 +61,13 @@ def settings_figure(fit: Fit) -> Figure | None:
         ),
     )
     return Figure("settings", "Another n, another eps", caption, panels, table=_table(own, unit))
+
+
+def _beside(fit: Fit) -> str:
+    """Family to compare with; a sheared loop is refitted with sums of plays only."""
+    if isinstance(fit.model, ShearedPrandtlIshlinskii):
+        return "pi" if fit.family == "pi-cumulative" else "pi-cumulative"
+    return _BESIDE.get(fit.family, "pi")
 
 
 def _family(fit: Fit, name: str, token: Token) -> _Family:

@@ -1,0 +1,209 @@
+"""Identification within an allowed gain of the inverse, and of the sheared loop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.findings import Finding
+from dehyst.identification.cautions import POOR_PERCENT, of_range
+from dehyst.identification.data import DataSet, prepare, range_over
+from dehyst.identification.fit import Fit
+from dehyst.identification.measures import Measure, Measured, measure_in_memory
+from dehyst.identification.procedure import Call, solve_in_memory
+from dehyst.identification.regressors import Bank
+from dehyst.identification.settings import PAPER_EPS
+from dehyst.identification.shear import ShearChoice, check_family, choose_shear, eps_of_gain, sheared
+from dehyst.models import (
+    HysteresisModel,
+    ModelCard,
+    PrandtlIshlinskii,
+    ShearedPrandtlIshlinskii,
+    SignalCard,
+    StaticCurve,
+)
+from dehyst.models.arrays import parameter_number
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+# An output map multiplies the gain of the operator in front of it: eps is raised until their product fits.
+TRIES = 4
+ROUNDING = 1e-9
+
+
+def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, gain: float) -> Fit:
+    """Fit with the eps that keeps the inverse's gain within G, and check that it does. [input/output]"""
+    _refuse_both(call)
+    data = prepare(records, call.train_fraction, weights)
+    slope = data.amplitude / data.half_range
+    eps = eps_of_gain(gain)
+    if eps > slope:
+        unit = _unit_of_gain(records[0])
+        raise ParameterError(
+            f"max_inverse_gain = {gain:g}{unit} is less than a straight line through this log needs, "
+            f"{1.0 / slope:.3g}{unit}. Pass more, for example {3.0 / slope:.1g}: right after a reversal the inverse is "
+            f"steeper than on average.",
+            gain=gain,
+            slope=slope,
+        )
+    exact = call.family == "pi"  # its eps is in units of the log, that of the others relative
+    eps = eps if exact else eps / slope
+    fit = solve_in_memory(replace(call, eps=eps), records, weights)
+    for _ in range(TRIES):
+        excess = fit.certificate.inverse_gain / gain
+        if excess <= 1.0 + ROUNDING or exact or eps * excess > 1.0:
+            break
+        eps *= excess
+        fit = solve_in_memory(replace(call, eps=eps), records, weights)
+    return _checked(_with_settings(fit, {"max_inverse_gain": gain}), gain)
+
+
+def identify_sheared(
+    call: Call,
+    records: tuple[Recording, ...],
+    weights: tuple[Array, ...] | None,
+    shear: float | str,
+    gain: float | None,
+) -> Fit:
+    """Fit y = H[u + k y] and return the sheared model, judged by what its inverse misses of u."""
+    call = replace(call, family="pi") if call.family == "auto" else call
+    check_family(call.family)
+    if gain is not None:
+        _refuse_both(call)
+        eps_of_gain(gain)
+    k, choice = _scale(call, records, weights, shear, gain)
+    turned = sheared(records, k)
+    call = replace(call, eps=_eps(call, turned, weights, k, gain))
+    fit = solve_in_memory(call, turned, weights, _against(records, turned))
+    if not isinstance(fit.model, PrandtlIshlinskii):
+        raise AssertionError(f"{fit.family} is no sum of plays")  # refused above
+    model = ShearedPrandtlIshlinskii(fit.model, k, _card(fit, records))
+    certificate = replace(fit.certificate, inverse_gain=model.inverse_gain)
+    fit = replace(fit, model=model, certificate=certificate, shear_choice=choice)
+    fit = _named(fit, k, records[0])
+    limits = {} if gain is None else {"max_inverse_gain": gain}
+    return _checked(
+        _with_settings(fit, {"shear": k, "shear_by": "held-out inverse" if choice else "given"} | limits), gain
+    )
+
+
+def _scale(
+    call: Call,
+    records: tuple[Recording, ...],
+    weights: tuple[Array, ...] | None,
+    shear: float | str,
+    gain: float | None,
+) -> tuple[float, ShearChoice | None]:
+    if shear != "auto":
+        try:
+            return parameter_number(float(shear), "shear"), None
+        except ValueError:
+            raise ParameterError(
+                f"shear = {shear!r:.40} is neither a number nor 'auto'; it is k of u + k y, in "
+                f"{_unit_of_gain(records[0]).strip() or 'units of input over output'}."
+            ) from None
+    if call.given is not None:
+        raise ParameterError(
+            "shear = 'auto' compares several k, each with a grid of its own, but thresholds are given. Leave them out, "
+            "or give the number k that they are meant for."
+        )
+    choice = choose_shear(
+        records,
+        family=call.family,
+        n=call.operators,
+        eps=call.eps,
+        max_inverse_gain=gain,
+        initial_state="zero" if call.initial_state == "auto" else call.initial_state,
+        train_fraction=call.train_fraction,
+        weights=weights,
+    )
+    return choice.shear, choice
+
+
+def _eps(
+    call: Call, turned: tuple[Recording, ...], weights: tuple[Array, ...] | None, k: float, gain: float | None
+) -> float:
+    """Bound that keeps 1/w_1 - k within the gain: of w_1 for "pi", relative to the slope for the others."""
+    if gain is None:
+        return call.eps
+    data = prepare(turned, call.train_fraction, weights)
+    slope = data.amplitude / data.half_range
+    bound = min(eps_of_gain(gain, k), slope)  # a line through the sheared loop has a gain of about zero
+    return bound if call.family == "pi" else bound / slope
+
+
+def _against(records: tuple[Recording, ...], turned: tuple[Recording, ...]) -> Measure:
+    """Measure of the sheared loop, with the inverse's miss as a share of the range of the log's own input."""
+    low, high = range_over([record.input for record in turned])
+    own_low, own_high = range_over([record.input for record in records])
+    whole = measure_in_memory(turned)
+
+    def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        found = whole(data, bank, model, static, turns)
+        return replace(found, inverse_miss=found.inverse_miss * (high - low) / (own_high - own_low))
+
+    return measure
+
+
+def _card(fit: Fit, records: tuple[Recording, ...]) -> ModelCard:
+    """Card with the log's own input instead of u + k y."""
+    first = records[0]
+    low, high = range_over([record.input for record in records])
+    return replace(fit.model.card, input=SignalCard(first.input_name, first.input_unit, low, high))
+
+
+def _named(fit: Fit, k: float, record: Recording) -> Fit:
+    """Fit whose verdict says that the loop was sheared, and is no better than its inverse."""
+    miss = fit.certificate.inverse_miss_percent
+    verdict = f"loop sheared by k = {k:.4g}{_unit_of_gain(record)}: {fit.verdict}"
+    warnings = fit.warnings
+    if miss > POOR_PERCENT:
+        verdict = verdict.replace("good for compensation", "usable with care (inverse-errs)")
+        warnings += (
+            Finding(
+                "inverse-errs",
+                f"the compensator misses the applied input by {of_range(miss)} its range (rms). The errors of the "
+                f"output look better than they are, since a sheared loop sees the output in its input. Log more loops "
+                f"of different size, or take the creep out of them with holds.",
+            ),
+        )
+    return replace(fit, verdict=verdict, warnings=warnings)
+
+
+def _with_settings(fit: Fit, more: dict[str, Any]) -> Fit:
+    """Fit whose settings and card say what limits it."""
+    settings = {**fit.settings, **more}
+    card = fit.model.card
+    provenance = {**card.provenance, "settings": settings, "verdict": fit.verdict}
+    return replace(fit, settings=settings, model=fit.model.with_card(replace(card, provenance=provenance)))
+
+
+def _checked(fit: Fit, gain: float | None) -> Fit:
+    """Fit with a warning if its inverse is steeper than allowed."""
+    found = fit.certificate.inverse_gain
+    if gain is None or found <= gain * (1.0 + ROUNDING):
+        return fit
+    finding = Finding(
+        "gain-exceeded",
+        f"the inverse's gain is {found:.4g}, more than the {gain:g} that were allowed, and a firmer eps does not lower "
+        f"it: an output map or the end of the sheared loop is as flat as that. Identify with --family pi, or another k "
+        f"(--shear), or allow more.",
+    )
+    return replace(fit, warnings=(*fit.warnings, finding))
+
+
+def _refuse_both(call: Call) -> None:
+    if call.eps != PAPER_EPS:
+        raise ParameterError(
+            f"eps = {call.eps:g} and max_inverse_gain were both given; both bound the slope after a reversal. Leave "
+            f"one of them out."
+        )
+
+
+def _unit_of_gain(record: Recording) -> str:
+    return f" {record.input_unit}/{record.output_unit}" if record.input_unit and record.output_unit else ""
