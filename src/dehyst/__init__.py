@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify as identify
     from dehyst.identification import identify_paper as identify_paper
+    from dehyst.identification.drift import Drift as Drift
+    from dehyst.identification.drift import drift as drift
     from dehyst.identification.stream import Progress as Progress
     from dehyst.identification.stream import identify_stream as identify_stream
     from dehyst.io import inspect_log as inspect_log
@@ -58,6 +60,7 @@ if TYPE_CHECKING:
     from dehyst.plant import Robot as Robot
     from dehyst.plant import load_robot as load_robot
     from dehyst.recording import Recording as Recording
+    from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
     from dehyst.report import write_reproduction_report as write_reproduction_report
 
@@ -72,6 +75,7 @@ _HOME = {
     "ExcitationPlan": "dehyst.evaluation",
     "Homing": "dehyst.evaluation",
     "Limits": "dehyst.evaluation",
+    "Drift": "dehyst.identification.drift",
     "Equipment": "dehyst.experiments.trials",
     "Finding": "dehyst.findings",
     "Fit": "dehyst.identification",
@@ -98,6 +102,7 @@ _HOME = {
     "calibrate": "dehyst.experiments.calibration",
     "design_excitation": "dehyst.evaluation",
     "shortest_homing": "dehyst.evaluation",
+    "drift": "dehyst.identification.drift",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",
@@ -112,6 +117,7 @@ _HOME = {
     "read_signal": "dehyst.io",
     "reproduce": "dehyst.experiments.reproduce",
     "run_trial": "dehyst.experiments.trials",
+    "write_drift_report": "dehyst.report",
     "write_report": "dehyst.report",
     "write_reproduction_report": "dehyst.report",
 }

@@ -250,6 +250,49 @@ def sweep(
 
 
 @app.command()
+def drift(
+    model: Model,
+    log: Annotated[list[Path], typer.Argument(help="New logs, in their order in time.")],
+    input: Annotated[str | None, typer.Option("--input", help="Input column; by default the model's.")] = None,
+    output: Annotated[str | None, typer.Option("--output", help="Output column; by default the model's.")] = None,
+    time: Time = None,
+    time_unit: TimeUnit = None,
+    run: Annotated[
+        list[str] | None, typer.Option("--run", help="Run to use, if the logs hold several; repeat for more.")
+    ] = None,
+    start: Start = None,
+    stop: Stop = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            "--reference", help="Log of the new actuator; by default that of the model, if it is among the logs."
+        ),
+    ] = None,
+    false_alarm: Annotated[
+        float, typer.Option("--false-alarm", help="Probability of a false alarm allowed to the whole call.")
+    ] = 0.01,
+    least: Annotated[
+        float | None, typer.Option("--least", help="Smallest change worth a word, rms in percent of range.")
+    ] = None,
+    refit: Annotated[
+        Path | None, typer.Option("--refit", help="Identify anew; write this JSON file only if it is better.")
+    ] = None,
+    report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Tell whether the actuator has changed since it was identified; exit status 1 if it has."""
+    from dehyst.app.drift import DriftRequest, run_drift
+
+    run_drift(
+        DriftRequest(
+            model, tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, reference, false_alarm,
+            least, refit, report, overwrite, json,
+        )
+    )  # fmt: skip
+
+
+@app.command()
 def export(
     model: Model,
     target: Annotated[str, typer.Option("--target", help="c, c-header, fmu2, fmu3, st, simulink or arduino.")],

@@ -1,0 +1,181 @@
+"""dehyst drift: has the actuator changed since it was identified; a new model only if it is better."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.table import Table
+from rich.text import Text
+
+from dehyst.app.identify import _finite
+from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
+from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.verdict import verdict_findings
+from dehyst.errors import ColumnError, DehystError, ExcitationError, OutputError, RecordingError
+from dehyst.files import write_atomically
+from dehyst.identification.drift import Drift, drift
+from dehyst.io import read_log
+from dehyst.models import HysteresisModel, load_model
+from dehyst.recording import Recording
+
+# Exit status by the verdict, so that a script can act on it; faults end with 2, as in every command.
+STATUS = {"unchanged": 0, "drifted": 1, "not comparable": 3}
+STYLES = {"unchanged": "bold green", "drifted": "bold red", "not comparable": "bold yellow"}
+
+
+@dataclass(frozen=True)
+class DriftRequest:
+    """The command line of ``dehyst drift``."""
+
+    model: Path
+    logs: tuple[Path, ...]
+    input: str | None
+    output: str | None
+    time: str | None
+    time_unit: str | None
+    runs: tuple[str, ...]
+    start: float | None
+    stop: float | None
+    reference: Path | None
+    false_alarm: float
+    least: float | None
+    refit: Path | None
+    report: Path | None
+    overwrite: bool
+    json: bool
+
+
+def run_drift(request: DriftRequest) -> None:
+    """Read, compare, refit if asked to, report, print; the exit status is the verdict's."""
+    _refuse_clashes(request)
+    model = load_model(request.model)
+    with ask_progress("reading", request.json):
+        records, unusable = _read_all(request, model)
+        reference = None if request.reference is None else _read(request, model, request.reference, None)
+    with ask_progress("comparing", request.json):
+        found = drift(
+            model,
+            records,
+            reference=reference,
+            false_alarm=request.false_alarm,
+            least=request.least,
+            refit=request.refit is not None,
+        ).with_unusable(unusable)
+    accepted = found.acceptance is not None and found.acceptance.accepted
+    if request.refit is not None and accepted and isinstance(found.model, HysteresisModel):
+        found.model.save(request.refit)
+    if request.report is not None:
+        with ask_progress("drawing", request.json):
+            _report(found, request)
+    if request.json:
+        sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+    else:
+        _print(found, request)
+        print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
+    sys.exit(STATUS[found.status])
+
+
+def _read_all(request: DriftRequest, model: HysteresisModel) -> tuple[list[Recording], list[tuple[str, str]]]:
+    """Return the recordings, and the logs that hold other columns or nothing that moves, with the reason."""
+    records: list[Recording] = []
+    unusable: list[tuple[str, str]] = []
+    fault: DehystError | None = None
+    for log in request.logs:
+        for run in request.runs or (None,):
+            try:
+                records.append(_read(request, model, log, run))
+            except (ColumnError, ExcitationError, RecordingError) as failed:
+                unusable.append((log.name, str(failed)))
+                fault = failed
+    if not records and fault is not None:
+        raise fault
+    return records, unusable
+
+
+def _read(request: DriftRequest, model: HysteresisModel, log: Path, run: str | None) -> Recording:
+    return read_log(
+        log,
+        request.input or model.card.input.name,
+        request.output or model.card.output.name,
+        time=request.time,
+        run=run,
+        start=request.start,
+        stop=request.stop,
+        time_unit=request.time_unit,
+    )
+
+
+def _refuse_clashes(request: DriftRequest) -> None:
+    """Refuse to write over a log, the old model or a stranger's file, before any work is done."""
+    sources = {path.resolve() for path in (request.model, *request.logs, request.reference) if path is not None}
+    targets = [path for path in (request.refit, request.report) if path is not None]
+    for path in targets:
+        if path.resolve() in sources:
+            raise OutputError(f"'{path}' is the old model or a log; writing there would lose it. Name another file.")
+        refuse_unwritable(path)
+    if len({path.resolve() for path in targets}) < len(targets):
+        raise OutputError(f"--refit and --report both name '{targets[0]}'. Name two files.")
+    if request.refit is not None:
+        refuse_existing(request.refit, request.overwrite)  # a model in use is not replaced without a word
+    if request.report is not None:
+        refuse_existing(request.report, request.overwrite, PAGE)
+
+
+def _report(found: Drift, request: DriftRequest) -> None:
+    from dehyst.report import drift_page
+
+    assert request.report is not None
+    write_atomically(request.report, drift_page(found, request.model.name))
+
+
+def _print(found: Drift, request: DriftRequest) -> None:
+    out = terminal()
+    out.print(Text(found.verdict, style=STYLES[found.status]))
+    for entry in found.logs:
+        out.print()
+        error = f", error {entry.error_percent:.3g} % of range rms" if entry.error_percent is not None else ""
+        inverse = f", inverse {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
+        tested = f" ({entry.tested} tested)" if 0 < entry.tested < entry.cycles else ""
+        out.print(Text(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}"), soft_wrap=True)
+        if entry.changes:
+            out.print(_table(found, entry.changes))
+    for trend in found.trends:
+        if trend.clear:
+            out.print(
+                Text(
+                    f"trend of {trend.part}: {trend.slope:+.3g} {trend.unit} in 100 cycles "
+                    f"({trend.low:+.3g} to {trend.high:+.3g})"
+                )
+            )
+    print_findings([*(f for entry in found.logs for f in entry.findings), *found.findings])
+    out.print()
+    if found.acceptance is not None:
+        out.print(Text(found.acceptance.reason, style="bold"))
+        written = found.acceptance.accepted
+        out.print(Text(f"model: {request.refit if written else f'{request.model}, as before; nothing was written'}"))
+    if request.report is not None:
+        out.print(Text(f"report: {request.report}"))
+    if found.status == "drifted" and found.acceptance is None:
+        out.print(Text("next: repeat with --refit new.json; it is written only if it is better"), soft_wrap=True)
+
+
+def _table(found: Drift, changes: object) -> Table:
+    from dehyst.identification.drift.words import NAMES
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("", "change", "95 % interval", "effect [%]", "seen from", "p"):
+        table.add_column(Text(name), justify="left" if not name else "right")
+    for change in changes:  # type: ignore[attr-defined]
+        unit = f" {change.unit}" if change.unit else ""
+        table.add_row(
+            Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),
+            f"{change.estimate:+.3g}{unit}",
+            f"{change.low:+.3g} to {change.high:+.3g}",
+            f"{change.effect_percent:.2g}",
+            f"{change.detectable:.2g}{unit}",
+            f"{change.p_value:.2g}",
+        )
+    return table

@@ -1,0 +1,216 @@
+r"""What can change: the error of the old model as a sum of parts, fitted to groups of cycles.
+
+.. math::
+
+    y - \hat y = a_0 + a_1 (\hat y - m) + a_2 h + a_3 P_2(\xi) + a_4 P_3(\xi)
+        + a_5 \tfrac13 \sum_k (\xi - L_{\tau_k}[\xi])
+
+with the prediction :math:`\hat y`, its hysteresis h, the middle m of the response's range, the drive :math:`\xi` scaled
+to [-1, 1], Legendre polynomials P and first-order lags L of a third of a cycle, a cycle and three cycles. So a_0 is a
+shift, a_1 the relative change of the whole, a_2 that of the loop beyond it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.drift.cycles import Cycle, samples_of
+from dehyst.identification.drift.parts import Prediction
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+OFFSET, GAIN, HYSTERESIS, BEND, S_BEND, CREEP = "offset", "gain", "hysteresis", "bend", "s-bend", "creep"
+# Scales of what a direct inverse has of its own; the creep above is one that the model lacks.
+OWN_CREEP, VISCOUS, REST = "own-creep", "viscous", "rest"
+FITTED = (OFFSET, GAIN, HYSTERESIS, OWN_CREEP, VISCOUS)  # zero on the log that a model was identified from
+LACKED = (BEND, S_BEND, CREEP)
+PARTS = (*FITTED, *LACKED)
+# Time constants of creep, in cycles.
+LAGS = (1 / 3, 1.0, 3.0)
+# A part whose variance is raised more than this by the others cannot be told from them: one that the model has, and one
+# that it lacks. Tried in this order.
+INFLATION, INFLATION_LACKED = 100.0, 10.0
+DISPENSABLE = (CREEP, S_BEND, BEND, VISCOUS, OWN_CREEP, HYSTERESIS, GAIN)
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Middle and half range of drive and response, and the length of a cycle.
+
+    Attributes
+    ----------
+    drive, response
+        Middle and half range. [units of the log]
+    period
+        Median length of a cycle, None without time stamps. [s]
+    """
+
+    drive: tuple[float, float]
+    response: tuple[float, float]
+    period: float | None
+
+    @property
+    def span(self) -> float:
+        """Range of the response. [response]"""
+        return 2.0 * self.response[1]
+
+
+def columns_of(record: Recording, x: Array, prediction: Prediction, scale: Scale) -> dict[str, Array]:
+    """Regressors by part, (T,) each. [response, 1]"""
+    xi = (x - scale.drive[0]) / scale.drive[1]
+    found = {
+        OFFSET: np.ones(x.size),
+        GAIN: prediction.response - scale.response[0],
+        HYSTERESIS: prediction.loop,
+        BEND: scale.response[1] * 0.5 * (3.0 * xi**2 - 1.0),
+        S_BEND: scale.response[1] * 0.5 * (5.0 * xi**3 - 3.0 * xi),
+    }
+    if prediction.viscous is not None:
+        found[VISCOUS] = prediction.viscous
+    if prediction.creep is not None and np.any(prediction.creep):
+        found[OWN_CREEP] = prediction.creep
+    elif scale.period is not None and record.time is not None:
+        found[CREEP] = scale.response[1] * _lagging(record, xi, scale.period)
+    return found
+
+
+def _lagging(record: Recording, xi: Array, period: float) -> Array:
+    """Mean of xi - L[xi] over the lags; each piece starts settled at its mean."""
+    from scipy.signal import lfilter  # takes long to import
+
+    assert record.time is not None
+    total = np.zeros(xi.size)
+    for piece in record.pieces:
+        t, values = record.time[piece], xi[piece]
+        steps = np.diff(t)
+        if steps.size == 0:
+            continue
+        even = np.arange(t[0], t[-1] + 0.5 * np.median(steps), np.median(steps))
+        signal = np.interp(even, t, values)
+        mean = float(np.mean(signal))
+        for lag in LAGS:
+            gain = 1.0 - np.exp(-float(np.median(steps)) / (lag * period))
+            late = lfilter([gain], [1.0, gain - 1.0], signal - mean) + mean
+            total[piece] += (values - np.interp(t, even, late)) / len(LAGS)
+    return total
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Fits of q groups.
+
+    Attributes
+    ----------
+    parts
+        Names of the p coefficients.
+    values
+        Coefficients, (q, p).
+    rest
+        RMS of what no part explains, (q,). [response]
+    error, inverse
+        RMS of the error of the prediction [response], and of the drive that the inverse asks for less the one that was
+        applied [drive], (q,); the latter None where there is no inverse.
+    sizes
+        RMS of each regressor, its mean taken out, over all groups, (p,): a change times its size is what it does.
+        [response]
+    motion
+        Standard deviation of the drive in each group, (q,). [drive]
+    """
+
+    parts: tuple[str, ...]
+    values: Array
+    rest: Array
+    error: Array
+    inverse: Array | None
+    sizes: Array
+    motion: Array
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A recording with what the model says of it.
+
+    Attributes
+    ----------
+    error, inverse_error
+        Response less prediction, (T,), and drive asked for less applied, or None.
+    columns
+        Regressors by part.
+    """
+
+    record: Recording
+    drive: Array
+    response: Array
+    prediction: Prediction
+    error: Array
+    inverse_error: Array | None
+    columns: dict[str, Array]
+
+
+def steps_of(parts: Sequence[str], referred: bool) -> tuple[tuple[str, ...], ...]:
+    """Parts that are fitted together, in turn: all at once against a reference; else what the model has comes first.
+
+    A model takes the creep that it lacks for hysteresis. Fitted together with creep, its hysteresis would seem to have
+    shrunk from the first day on; against a reference that cancels.
+    """
+    if referred:
+        return (tuple(parts),)
+    return tuple(p for p in parts if p in FITTED), tuple(p for p in parts if p in LACKED)
+
+
+def distinct_parts(measured: Measured, groups: Sequence[Sequence[Cycle]], parts: Sequence[str]) -> tuple[str, ...]:
+    """Return those of the parts fitted together that the groups can tell apart."""
+    kept = [part for part in parts if part == OFFSET or np.any(np.ptp(measured.columns[part]) > 0.0)]
+    places = [samples_of(group) for group in groups]
+    for part in DISPENSABLE:
+        limit = INFLATION if part in FITTED else INFLATION_LACKED
+        if part in kept and _inflation(measured, places, kept)[kept.index(part)] > limit:
+            kept.remove(part)
+    return tuple(kept)
+
+
+def _inflation(measured: Measured, places: Sequence[npt.NDArray[np.int64]], parts: Sequence[str]) -> Array:
+    """Median over the groups of the factor by which the other parts raise the variance of each."""
+    factors = np.ones((len(places), len(parts)))
+    for row, place in zip(factors, places, strict=True):
+        matrix = np.column_stack([measured.columns[part][place] for part in parts])
+        norm = np.linalg.norm(matrix, axis=0)
+        unit = matrix / np.where(norm > 0.0, norm, 1.0)
+        gram = unit.T @ unit
+        row[:] = np.diag(np.linalg.pinv(gram + 1e-12 * np.eye(len(parts)), hermitian=True))
+        row[norm == 0.0] = np.inf
+    return np.asarray(np.median(factors, axis=0))
+
+
+def estimate(measured: Measured, groups: Sequence[Sequence[Cycle]], steps: Sequence[Sequence[str]]) -> Estimates:
+    """Fit the parts to every group by itself, step after step to what the one before left."""
+    parts = [part for step in steps for part in step]
+    values = np.zeros((len(groups), len(parts)))
+    rest, error = np.zeros(len(groups)), np.zeros(len(groups))
+    inverse = None if measured.inverse_error is None else np.zeros(len(groups))
+    for k, group in enumerate(groups):
+        place = samples_of(group)
+        left, first = measured.error[place], 0
+        for step in filter(None, steps):
+            matrix = np.column_stack([measured.columns[part][place] for part in step])
+            scale = np.linalg.norm(matrix, axis=0)
+            scale[scale == 0.0] = 1.0
+            found = np.linalg.lstsq(matrix / scale, left, rcond=1e-10)[0] / scale
+            values[k, first : first + len(step)] = found
+            left, first = left - matrix @ found, first + len(step)
+        rest[k], error[k] = _rms(left), _rms(measured.error[place])
+        if inverse is not None and measured.inverse_error is not None:
+            inverse[k] = _rms(measured.inverse_error[place])
+    everything = np.concatenate([samples_of(group) for group in groups])
+    sizes = [1.0 if part == OFFSET else float(np.std(measured.columns[part][everything])) for part in parts]
+    motion = np.array([np.std(measured.drive[samples_of(group)]) for group in groups])
+    return Estimates(tuple(parts), values, rest, error, inverse, np.array(sizes), motion)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,186 @@
+"""A model taken apart: what it predicts, and how much of it is hysteresis, creep and curve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.memory import state_before
+from dehyst.models import (
+    GROUPS,
+    DirectInverse,
+    HysteresisModel,
+    ModifiedPrandtlIshlinskii,
+    PrandtlIshlinskii,
+    ShearedPrandtlIshlinskii,
+    SignalCard,
+    StaticCurve,
+    StopOperatorModel,
+)
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Model: TypeAlias = HysteresisModel | DirectInverse
+
+CREEPING, VISCOUS = GROUPS.index("creep"), GROUPS.index("viscous")
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a model says of one recording, (T,) each.
+
+    Attributes
+    ----------
+    response
+        Prediction of the response. [response]
+    loop
+        Part of it that is hysteresis, zero for a curve. [response]
+    drive
+        Drive that the inverse asks for to reach the measured response, or None where there is no inverse. [drive]
+    creep, viscous
+        Parts of it that creep and viscosity are, of models that have them. [response]
+    """
+
+    response: Array
+    loop: Array
+    drive: Array | None = None
+    creep: Array | None = None
+    viscous: Array | None = None
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A model in the direction in which it runs.
+
+    Attributes
+    ----------
+    model
+        As it was saved.
+    runs
+        What is run: the model, or the compensator where only that exists.
+    backward
+        Whether it is driven by the log's output and predicts its input.
+    """
+
+    model: Model
+    runs: Model
+    backward: bool
+
+    @classmethod
+    def of(cls, model: Model) -> Subject:
+        """Take a model of any family."""
+        if isinstance(model, DirectInverse):
+            return cls(model, model, True)
+        if isinstance(model, ShearedPrandtlIshlinskii):
+            return cls(model, model.as_play(), False) if model.has_forward else cls(model, model.inverse(), True)
+        return cls(model, model, False)
+
+    @property
+    def drive(self) -> SignalCard:
+        """Signal that drives what is run."""
+        return self.model.card.output if self.backward else self.model.card.input
+
+    @property
+    def response(self) -> SignalCard:
+        """Signal that is predicted."""
+        return self.model.card.input if self.backward else self.model.card.output
+
+    def signals(self, record: Recording) -> tuple[Array, Array]:
+        """Drive and response of a recording."""
+        return (record.output, record.input) if self.backward else (record.input, record.output)
+
+    def cannot(self, record: Recording) -> str:
+        """Return why a recording does not hold what the model needs, or ""."""
+        model = self.runs
+        if not isinstance(model, DirectInverse):
+            return ""
+        missing = [schedule.name for schedule in model.outside if schedule.name not in given_of(record)]
+        if missing:
+            return f"the model depends on '{missing[0]}', which the recording does not hold"
+        timed = bool(np.any(model.creep_weights > 0.0)) or bool(np.any(model.viscous > 0.0))
+        if timed and record.time is None:
+            return "the model has creep or viscosity, but the log has no time stamps. Name its time column with --time"
+        return ""
+
+
+def given_of(record: Recording) -> dict[str, Array]:
+    """Signals of a recording that schedules may depend on, by name."""
+    given = getattr(record, "given", None)
+    return dict(given) if given else {}
+
+
+def predict(subject: Subject, record: Recording) -> Prediction:
+    """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
+    if isinstance(subject.runs, DirectInverse):
+        return _direct(subject.runs, record)
+    joined = [np.concatenate(part) for part in zip(*_pieces(subject, subject.runs, record), strict=True)]
+    drive = None if subject.backward else joined[2]
+    return Prediction(joined[0], joined[0] - joined[1], drive)
+
+
+def _direct(model: DirectInverse, record: Recording) -> Prediction:
+    """Run a direct inverse with any past: what it does not know yet is not used before both ends were visited."""
+    restart = np.zeros(len(record), dtype=np.bool_)
+    restart[list(record.breaks)] = True
+    time = record.time if record.time is not None else np.arange(len(record), dtype=np.float64)
+    ran = model.with_known(False).simulate(record.output, time, given=given_of(record), restart=restart)
+    loop = np.sum(np.delete(ran.parts, (CREEPING, VISCOUS), axis=1), axis=1)
+    return Prediction(ran.u, loop, None, ran.parts[:, CREEPING].copy(), ran.parts[:, VISCOUS].copy())
+
+
+def _pieces(subject: Subject, model: HysteresisModel, record: Recording) -> Iterator[tuple[Array, Array, Array]]:
+    still = memoryless(model)
+    drive, measured = subject.signals(record)
+    for piece in record.pieces:
+        x = np.ascontiguousarray(drive[piece])
+        started = settled(model, x)
+        asked = x if subject.backward else started.inverse().simulate(measured[piece])
+        yield started.simulate(x), still.simulate(x), asked
+
+
+def settled(model: HysteresisModel, x: Array) -> HysteresisModel:
+    """The model with a memory of its whole range and of x, coming up to the first sample."""
+    inner = _operator(model)
+    if inner is None:
+        return model
+    card = model.card.input
+    ends = [float(np.min(x)), float(np.max(x)), float(x[0])]
+    if card.low is not None and card.high is not None:
+        ends = [min(ends[0], card.low), max(ends[1], card.high), ends[2]]
+    if isinstance(model, ModifiedPrandtlIshlinskii) and model.before is not None:
+        ends = np.asarray(model.before(ends)).tolist()
+        ends = [min(ends[:2]), max(ends[:2]), ends[2]]
+    low, high, first = (value - inner.center for value in ends)
+    return model.with_state(state_before("unknown", inner.thresholds, first, low, high))
+
+
+def memoryless(model: HysteresisModel) -> HysteresisModel:
+    """The model with every play of radius r replaced by the identity: no loop, the slope of large motions.
+
+    Examples
+    --------
+    >>> memoryless(PrandtlIshlinskii([0.0, 0.5], [1.0, 2.0], offset=1.0)).simulate([0.0, 1.0, 0.0]).tolist()
+    [1.0, 4.0, 1.0]
+    """
+    inner = _operator(model)
+    if inner is None:
+        return model
+    line = PrandtlIshlinskii(np.zeros(1), np.array([np.sum(inner.weights)]), inner.offset, None, inner.center)
+    return replace(model, hysteresis=line) if isinstance(model, ModifiedPrandtlIshlinskii) else line
+
+
+def _operator(model: HysteresisModel) -> PrandtlIshlinskii | None:
+    """The sum of plays inside a model, None for a curve."""
+    if isinstance(model, StaticCurve):
+        return None
+    if isinstance(model, ModifiedPrandtlIshlinskii):
+        return model.hysteresis
+    if isinstance(model, StopOperatorModel):
+        return model.as_play()
+    if isinstance(model, PrandtlIshlinskii):
+        return model
+    raise AssertionError(f"no parts of a {type(model).__name__}")

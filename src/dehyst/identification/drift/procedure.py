@@ -1,0 +1,235 @@
+"""drift(): has the actuator changed since its model was identified?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.findings import Finding
+from dehyst.identification.drift import comparable, design, testing, words
+from dehyst.identification.drift.acceptance import accept
+from dehyst.identification.drift.cycles import groups_of
+from dehyst.identification.drift.design import Estimates, Scale
+from dehyst.identification.drift.limits import moved_alike, own_error, say_what_limits
+from dehyst.identification.drift.opening import MOST_GROUPS, Log, now_of, opened, reference_log, scale_of, with_model
+from dehyst.identification.drift.parts import Model, Subject
+from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, Drift, LogDrift
+from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
+from dehyst.models.arrays import parameter_number
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Steps: TypeAlias = tuple[tuple[str, ...], ...]
+
+FALSE_ALARM, HIGHEST_FALSE_ALARM = 0.01, 0.08
+REFERENCE = "reference"
+SHOWN_CYCLES = 3
+
+
+def drift(
+    model: Model,
+    recordings: Recording | Sequence[Recording],
+    *,
+    reference: Recording | None = None,
+    false_alarm: float = FALSE_ALARM,
+    least: float | None = None,
+    refit: bool = False,
+) -> Drift:
+    """Tell whether an actuator has changed since its model was identified, in which part, and since when.
+
+    The model runs over each log; its error is fitted by a shift, a change of the whole, of the size of the loop, of
+    the curve and of creep, separately in groups of cycles, and the scatter between groups decides what is a change and
+    what is noise. In a log of 48 cycles or more the last quarter counts as now.
+
+    Parameters
+    ----------
+    model
+        The model, as identified: its card names units and ranges.
+    recordings
+        New logs, in their order in time.
+    reference
+        Log of the actuator when it was new, with the same motion. By default a log that the model was identified from,
+        if it is among the recordings; else changes are measured from the model, and what may be its own error is no
+        change.
+    false_alarm
+        Probability of calling an actuator drifted that has not changed, over all logs and parts together.
+    least
+        Smallest change worth a word: RMS of what it does, percent of the response's range. By default 0.1 with a
+        reference that was moved alike; without one at least the error that the card names (half of it for the offset),
+        because a model's own error may look like a change.
+    refit
+        Whether to identify the family anew on the first half of each log, and to accept that model if it is better on
+        the other half.
+
+    Returns
+    -------
+    drift : Drift
+        Verdict, changes with intervals, scores over the cycles, trends, and the model to use from now on.
+
+    Raises
+    ------
+    ParameterError
+        If a setting lies outside what its formula allows, or there is no recording.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst
+    >>> x = np.sin(np.linspace(0, 40 * np.pi, 4001))
+    >>> model = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
+    >>> later = dehyst.Recording(input=x, output=model.simulate(x) + 0.1)
+    >>> dehyst.drift(model, later).verdict[:32]
+    'drifted (against the model): off'
+    """
+    records = _checked(recordings)
+    rate = parameter_number(false_alarm, "false_alarm")
+    if not 0.0 < rate <= HIGHEST_FALSE_ALARM:
+        raise ParameterError(
+            f"false_alarm = {rate:g} must lie above 0 and not above {HIGHEST_FALSE_ALARM:g}: tests on few groups of "
+            f"cycles keep their promise up to there. 0.01 is one false alarm in a hundred calls.",
+            false_alarm=rate,
+        )
+    if least is not None and not 0.0 <= parameter_number(least, "least") <= 100.0:
+        raise ParameterError(f"least = {least:g} must lie between 0 and 100, percent of range.", least=least)
+    findings: list[Finding] = []
+    subject = Subject.of(model)
+    known = reference_log(subject, reference, findings)
+    logs = [opened(subject, record, len(records) > 1 or reference is not None, findings) for record in records]
+    if known is not None and known.why_not:
+        findings.append(
+            Finding(
+                "drift-reference",
+                f"the reference {known.record.name} is not comparable: {known.why_not}. Changes were measured from the "
+                f"model itself.",
+            )
+        )
+        known = None
+    if known is None:
+        known = next((log for log in logs if log.reference and not log.why_not), None)
+    return _judge(subject, logs, known, rate, least, refit, findings)
+
+
+def _checked(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
+    records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    if not records or not all(isinstance(record, Recording) for record in records):
+        raise ParameterError(
+            "drift() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
+            "output=...) or dehyst.Recording(input=x, output=y)."
+        )
+    return records
+
+
+def _judge(
+    subject: Subject,
+    logs: list[Log],
+    known: Log | None,
+    rate: float,
+    least: float | None,
+    refit: bool,
+    findings: list[Finding],
+) -> Drift:
+    """Fit, test and put into words."""
+    if any(not log.why_not for log in logs):
+        scale = scale_of(subject, logs, known)
+        logs = [with_model(subject, log, scale) for log in logs]
+        known = None if known is None else with_model(subject, known, scale)
+        steps = _steps(logs, known)
+        logs = [_explained(log, steps) for log in logs]
+    else:
+        scale, steps = Scale((0.0, 1.0), (0.0, 1.0), None), ()
+    told = tuple(part for step in steps for part in step)
+    before = None
+    if known is not None and known.measured is not None:
+        before = design.estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps)
+    tested = [log for log in logs if not log.why_not and log.cycles]
+    own = own_error(subject.model) if before is None else 100.0 * rms(before.error) / scale.span
+    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 1)), least, own)
+    entries, first = [], 0
+    for log in logs:
+        entries.append(_entry(subject, log, known, before, steps, scale, rule, first, findings))
+        first += len(log.cycles) + len(log.reference)
+    say_what_limits(subject, tested, told, before, own, scale, findings)
+    status = words.status_of(entries)
+    named = None if known is None or before is None else known.record.name
+    against = "against the model" if named is None else f"against {named}"
+    result = Drift(
+        status=status,
+        verdict=words.verdict_of(status, entries, own, against),
+        model=subject.model,
+        logs=tuple(entries),
+        identified_percent=own,
+        reference=named,
+        trends=trends_of(entries, rate),
+        findings=tuple(findings),
+        settings={"false_alarm": rate, "least": least, "level": rule.level, "refit": refit},
+    )
+    if not refit:
+        return result
+    since = next((k for k, entry in enumerate(entries) if entry.status == DRIFTED), 0)
+    chosen = [log for log in logs[since:] if not log.why_not and log.cycles]
+    decision = accept(subject, [(log.record, log.cycles, log.measured) for log in chosen], scale)
+    replaced = decision.model if decision.accepted else None
+    return replace(result, acceptance=decision, model=subject.model if replaced is None else replaced)
+
+
+def _steps(logs: Sequence[Log], known: Log | None) -> Steps:
+    """Parts that every comparable log, and the reference, can tell apart, by the step in which they are fitted."""
+    everything = [(log.measured, now_of(log.cycles)) for log in logs if log.cycles]
+    if known is not None:
+        everything.append((known.measured, known.reference))
+    steps = design.steps_of(design.PARTS, known is not None)
+    for measured, cycles in everything:
+        if measured is not None and cycles:
+            groups = groups_of(cycles, MOST_GROUPS)
+            offered = [[part for part in step if part in measured.columns] for step in steps]
+            steps = tuple(design.distinct_parts(measured, groups, step) for step in offered)
+    return steps
+
+
+def _explained(log: Log, steps: Steps) -> Log:
+    """Refuse a log that has nothing to do with the model."""
+    if log.measured is None or not log.cycles:
+        return log
+    groups = groups_of(now_of(log.cycles), MOST_GROUPS)
+    found = design.estimate(log.measured, groups, steps)
+    places = np.concatenate([np.arange(cycle.begin, cycle.end) for group in groups for cycle in group])
+    return replace(log, why_not=comparable.unexplained(found.rest, log.measured.response[places]))
+
+
+def _entry(
+    subject: Subject,
+    log: Log,
+    known: Log | None,
+    before: Estimates | None,
+    steps: Steps,
+    scale: Scale,
+    rule: testing.Rule,
+    first: int,
+    findings: list[Finding],
+) -> LogDrift:
+    if log.measured is None or log.why_not:
+        return LogDrift(log.record, NOT_COMPARABLE, log.why_not, log.record.name, len(log.cycles))
+    everything = (*log.reference, *log.cycles)
+    blocks = blocks_of(log.measured, everything, steps, scale, first, log.reference)
+    tested = now_of(log.cycles) if log.cycles else ()
+    shown = (tested or everything)[-SHOWN_CYCLES:]
+    where = shown[0].begin, shown[-1].end
+    if not tested:
+        now = design.estimate(log.measured, groups_of(log.reference, MOST_GROUPS), steps)
+        return LogDrift(
+            log.record, REFERENCE, "", log.record.name, len(everything), 0, *percents(now, scale), (), blocks,
+            log.measured.prediction.response, where,
+        )  # fmt: skip
+    now = design.estimate(log.measured, groups_of(tested, MOST_GROUPS), steps)
+    alike = known is not None and moved_alike(log, known, findings)
+    unit = subject.response.unit or ""
+    changes: list[Change] = testing.changes_of(now, before, alike, scale, rule, unit)
+    status = DRIFTED if any(change.drifted for change in changes) else UNCHANGED
+    return LogDrift(
+        log.record, status, "", log.record.name, len(everything), len(tested), *percents(now, scale), tuple(changes),
+        blocks, log.measured.prediction.response, where,
+    )  # fmt: skip

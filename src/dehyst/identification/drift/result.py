@@ -1,0 +1,306 @@
+"""What a watch for drift returns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.findings import Finding
+from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+UNCHANGED, DRIFTED, NOT_COMPARABLE = "unchanged", "drifted", "not comparable"
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How much one part of the actuator differs from the model, or from the reference.
+
+    Attributes
+    ----------
+    part
+        "offset", "gain" (of the whole), "hysteresis" (size of the loop beyond the gain), "bend" and "s-bend" (quadratic
+        and cubic change of the curve), "creep" (that the model lacks), "own-creep" and "viscous" (sizes of what a
+        direct inverse has), or "rest" (what none of them explains: noise, wear, another shape).
+    estimate, low, high
+        Change with its 95 % interval. [unit]
+    unit
+        Unit of the response for the offset; "%" otherwise: of the part itself for gain, hysteresis, own-creep and
+        viscous, of the range of the response (rms) for bend, s-bend and creep; for the rest, growth of its rms.
+    effect_percent
+        RMS of what the change does to the response, percent of range.
+    detectable
+        Size of a change that this log would have shown nine times in ten. [unit]
+    p_value
+        Probability of such an estimate if nothing worth a word had changed.
+    drifted
+        Whether that is less than the part's share of the false alarms allowed.
+    """
+
+    part: str
+    estimate: float
+    low: float
+    high: float
+    unit: str
+    effect_percent: float
+    detectable: float
+    p_value: float
+    drifted: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the change as plain values."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Cycles, or blocks of them, scored one by one.
+
+    Attributes
+    ----------
+    cycle
+        Number of the cycle in the middle of each block, counted over all logs, (b,).
+    error_percent
+        RMS of the error of the model, percent of the response's range, (b,).
+    inverse_percent
+        RMS of the drive that the inverse asks for less the applied one, percent of its range, (b,), or None.
+    changes
+        Part -> its change in each block, (b,), in the unit of `Change`.
+    """
+
+    cycle: Array
+    error_percent: Array
+    inverse_percent: Array | None
+    changes: Mapping[str, Array]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the blocks as plain values."""
+        return {
+            "cycle": self.cycle.tolist(),
+            "error_percent": self.error_percent.tolist(),
+            "inverse_percent": None if self.inverse_percent is None else self.inverse_percent.tolist(),
+            "changes": {part: values.tolist() for part, values in self.changes.items()},
+        }
+
+
+@dataclass(frozen=True)
+class LogDrift:
+    """One log.
+
+    Attributes
+    ----------
+    recording
+        The log, in the units of the model; None if it could not be read.
+    status
+        "unchanged", "drifted" or "not comparable"; "reference" for the log that the others are compared with.
+    reason
+        Why it is not comparable, or "".
+    name
+        Name of the log.
+    cycles, tested
+        Complete cycles whose memory is known, and those of them that were tested: the last quarter of long logs.
+    error_percent, inverse_percent
+        RMS of the tested cycles in percent of the ranges of response and drive; None where there is none.
+    changes
+        Parts that the log can tell apart.
+    blocks
+        Scores over the cycles, None if not comparable.
+    response
+        Prediction of the model, (T,), or None. [response]
+    shown
+        Begin and end of the last tested cycles, drawn in the report.
+    """
+
+    recording: Recording | None
+    status: str
+    reason: str = ""
+    name: str = ""
+    cycles: int = 0
+    tested: int = 0
+    error_percent: float | None = None
+    inverse_percent: float | None = None
+    changes: tuple[Change, ...] = ()
+    blocks: Blocks | None = None
+    response: Array | None = field(default=None, repr=False)
+    shown: tuple[int, int] = (0, 0)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What reading the log found."""
+        return () if self.recording is None else self.recording.findings
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the log as plain values."""
+        return {
+            "log": self.name,
+            "status": self.status,
+            "reason": self.reason,
+            "cycles": self.cycles,
+            "tested": self.tested,
+            "error_percent": self.error_percent,
+            "inverse_percent": self.inverse_percent,
+            "changes": [change.as_dict() for change in self.changes],
+            "blocks": None if self.blocks is None else self.blocks.as_dict(),
+            "warnings": [finding.as_dict() for finding in self.findings],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """Straight line through the blocks of all logs.
+
+    Attributes
+    ----------
+    part
+        As in `Change`, or "error".
+    slope, low, high
+        Change in a hundred cycles with its interval. [unit/100 cycles]
+    unit
+        As in `Change`; "%" of range for the error.
+    """
+
+    part: str
+    slope: float
+    low: float
+    high: float
+    unit: str
+
+    @property
+    def clear(self) -> bool:
+        """Whether the interval leaves zero out."""
+        return self.low > 0.0 or self.high < 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the trend as plain values."""
+        return {name: getattr(self, name) for name in self.__slots__} | {"clear": self.clear}
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """A model that was identified anew, and whether it replaces the old one.
+
+    Attributes
+    ----------
+    accepted
+        Whether it does.
+    reason
+        The numbers, in words.
+    model
+        The new model, accepted or not; None if none could be identified.
+    old_percent, new_percent
+        RMS errors on the same held-out cycles, percent of range.
+    p_value
+        Probability of such a gain if the new model were no better.
+    groups
+        Groups of held-out cycles that were compared in pairs.
+    """
+
+    accepted: bool
+    reason: str
+    model: HysteresisModel | DirectInverse | None = None
+    old_percent: float | None = None
+    new_percent: float | None = None
+    p_value: float | None = None
+    groups: int = 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the decision as plain values."""
+        names = ("accepted", "reason", "old_percent", "new_percent", "p_value", "groups")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Whether an actuator has changed since its model was identified.
+
+    Attributes
+    ----------
+    status
+        "unchanged", "drifted" or "not comparable".
+    verdict
+        The judgement in words, with its numbers.
+    model
+        The model to use from now on: a new one only if it was accepted.
+    logs
+        One entry a recording, in the order given.
+    identified_percent
+        Error when the model was identified: of the reference, or of the held-out samples by the model's card; percent
+        of range, None if unknown.
+    reference
+        Name of the recording that the others are compared with, or None: they are compared with the model itself.
+    trends
+        Straight lines over the cycles, where there are enough of them.
+    findings
+        What limits the judgement.
+    settings
+        Settings of the call.
+    acceptance
+        The decision about a new model, or None if none was asked for.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst
+    >>> x = np.sin(np.linspace(0, 40 * np.pi, 4001))
+    >>> model = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
+    >>> noise = 0.01 * np.random.default_rng(0).standard_normal(x.size)
+    >>> smaller = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.2, 0.8])
+    >>> dehyst.drift(model, dehyst.Recording(input=x, output=model.simulate(x) + noise)).status
+    'unchanged'
+    >>> found = dehyst.drift(model, dehyst.Recording(input=x, output=smaller.simulate(x) + noise))
+    >>> found.status, round(found.change("hysteresis").estimate)
+    ('drifted', -20)
+    """
+
+    status: str
+    verdict: str
+    model: HysteresisModel | DirectInverse
+    logs: tuple[LogDrift, ...]
+    identified_percent: float | None
+    reference: str | None
+    trends: tuple[Trend, ...]
+    findings: tuple[Finding, ...]
+    settings: Mapping[str, Any]
+    acceptance: Acceptance | None = None
+
+    def change(self, part: str, log: int = -1) -> Change:
+        """Return the change of a part in one log, by default the last one that was tested.
+
+        Raises
+        ------
+        KeyError
+            If that log cannot tell the part from others.
+        """
+        tested = [entry for entry in self.logs if entry.changes]
+        if not tested:
+            raise KeyError(part)
+        found = {change.part: change for change in tested[log].changes}
+        return found[part]
+
+    def with_unusable(self, logs: Iterable[tuple[str, str]]) -> Drift:
+        """Return the same with logs that could not be read, name and reason, as not comparable."""
+        more = tuple(LogDrift(None, NOT_COMPARABLE, reason, name) for name, reason in logs)
+        return replace(self, logs=(*self.logs, *more)) if more else self
+
+    def __repr__(self) -> str:
+        """One line."""
+        return f"<Drift {self.status!r}: {len(self.logs)} logs, {self.verdict}>"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain values, the content of ``dehyst drift --json``."""
+        return {
+            "status": self.status,
+            "verdict": self.verdict,
+            "identified_percent": self.identified_percent,
+            "reference": self.reference,
+            "logs": [entry.as_dict() for entry in self.logs],
+            "trends": [trend.as_dict() for trend in self.trends],
+            "refit": None if self.acceptance is None else self.acceptance.as_dict(),
+            "settings": dict(self.settings),
+            "warnings": [finding.as_dict() for finding in self.findings],
+        }

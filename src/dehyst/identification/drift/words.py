@@ -1,0 +1,86 @@
+"""The judgement in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dehyst.identification.drift.design import (
+    BEND,
+    CREEP,
+    GAIN,
+    HYSTERESIS,
+    OFFSET,
+    OWN_CREEP,
+    REST,
+    S_BEND,
+    VISCOUS,
+)
+from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, LogDrift
+
+NAMES = {
+    OFFSET: "offset",
+    GAIN: "gain",
+    HYSTERESIS: "hysteresis size",
+    OWN_CREEP: "creep size",
+    VISCOUS: "viscosity",
+    BEND: "bend of the curve",
+    S_BEND: "S of the curve",
+    CREEP: "new creep",
+    REST: "unexplained rest",
+}
+
+
+def in_words(change: Change) -> str:
+    """Return one change with its interval.
+
+    Examples
+    --------
+    >>> in_words(Change("hysteresis", -10.2, -11.0, -9.4, "%", 0.8, 1.5, 1e-6, True))
+    'hysteresis size -10.2 % (-11 to -9.4)'
+    """
+    unit = f" {change.unit}" if change.unit else ""
+    name = NAMES[change.part]
+    return f"{name} {change.estimate:+.3g}{unit} ({change.low:+.3g} to {change.high:+.3g})".replace("(+", "(").replace(
+        "to +", "to "
+    )
+
+
+def status_of(logs: Sequence[LogDrift]) -> str:
+    """Return the status of all logs together: drifted if any is; the last one counts as now."""
+    tested = [entry.status for entry in logs if entry.status in (UNCHANGED, DRIFTED)]
+    if not tested:
+        return NOT_COMPARABLE
+    return DRIFTED if DRIFTED in tested else UNCHANGED
+
+
+def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, against: str) -> str:
+    """Return the judgement in one or two sentences."""
+    if status == NOT_COMPARABLE:
+        failed = [entry for entry in logs if entry.status == NOT_COMPARABLE]
+        if not failed:
+            return "not comparable: there is no log but the one that the model was identified from."
+        return "not comparable: " + "; ".join(f"{entry.name}: {entry.reason}" for entry in failed) + "."
+    tested = [entry for entry in logs if entry.changes]
+    if status == UNCHANGED:
+        last = tested[-1]
+        bounds = ", ".join(_bound(change) for change in last.changes if change.part in (OFFSET, GAIN, HYSTERESIS))
+        limits = f" A change of {bounds} would have been found nine times in ten." if bounds else ""
+        return f"unchanged since it was identified ({against}); {_error(last, before)}.{limits}"
+    changed = [entry for entry in tested if entry.status == DRIFTED]
+    last = changed[-1]
+    parts = sorted((c for c in last.changes if c.drifted), key=lambda c: -c.effect_percent)
+    since = f", first seen in {changed[0].name}" if len(tested) > 1 else ""
+    if last is not tested[-1]:
+        since += f"; {tested[-1].name}, the last log, does not show it"
+    return f"drifted ({against}): {', '.join(map(in_words, parts))}{since}; {_error(last, before)}."
+
+
+def _bound(change: Change) -> str:
+    unit = f" {change.unit}" if change.unit else ""
+    return f"{NAMES[change.part]} by {change.detectable:.2g}{unit}"
+
+
+def _error(entry: LogDrift, before: float | None) -> str:
+    was = f", against {before:.3g} % when it was identified" if before is not None else ""
+    inverse = f"; inverse {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
+    return f"error {entry.error_percent:.3g} % of range rms{was}{inverse}"

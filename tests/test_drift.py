@@ -1,0 +1,436 @@
+"""Drift: an actuator that has not changed is not called changed more often than promised; what has changed is named,
+with its size; what cannot be compared is not; a new model is accepted only if it is better on unseen cycles."""
+
+import dataclasses
+import itertools
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import dehyst
+from dehyst.errors import ParameterError
+from dehyst.identification.drift import cycles as cutting
+from dehyst.identification.drift import statistics
+from dehyst.models import DirectInverse, ModelCard, SignalCard
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from drift_rig import cycling_log
+
+PURE = {"creep": 0.0}  # no creep: the loop is hysteresis alone
+WITHIN = {**PURE, "bend": 0.0}  # a plant within the class of the model "pi": what changes has one true size
+
+
+def identified(log, family="pi"):
+    return dehyst.identify(log, family, n=30).model
+
+
+@pytest.fixture(scope="module")
+def new():
+    log = cycling_log(1000, 24, PURE, minor=True, name="new")
+    return identified(log, "auto"), log
+
+
+def part_of(found, part):
+    return found.change(part)
+
+
+# --- no change ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("referred", [True, False], ids=["against a reference", "against the model"])
+def test_an_unchanged_actuator_is_called_drifted_no_more_often_than_promised(referred):
+    alarms = 0
+    for seed in range(25):
+        log = cycling_log(500 + seed, 10, minor=True)
+        later = cycling_log(seed, 10, minor=True)
+        found = dehyst.drift(identified(log), later, reference=log if referred else None, false_alarm=0.08)
+        alarms += found.status == "drifted"
+    assert alarms <= 7  # binomial(25, 0.08) exceeds it three times in a thousand
+
+
+def test_noise_that_remembers_does_not_look_like_certainty():
+    """Oracle: estimates of many logs scatter as the intervals say, though samples are far from independent."""
+    log = cycling_log(77, 16, PURE)
+    model = identified(log)
+    inside = []
+    for seed in range(20):
+        change = dehyst.drift(model, cycling_log(seed, 16, PURE, noise=3.0), reference=log).change("offset")
+        inside.append(change.low <= 0.0 <= change.high)
+    assert sum(inside) >= 15
+
+
+def test_many_logs_share_the_false_alarms_allowed(new):
+    model, log = new
+    one = dehyst.drift(model, cycling_log(1, 10, PURE, minor=True), reference=log)
+    many = dehyst.drift(model, [cycling_log(k, 10, PURE, minor=True) for k in range(4)], reference=log)
+    assert many.status == "unchanged"
+    assert many.settings["level"] == pytest.approx(one.settings["level"] / 4)
+
+
+# --- change -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def exact():
+    log = cycling_log(1001, 24, WITHIN, minor=True, name="new")
+    return identified(log), log
+
+
+@pytest.mark.parametrize("factor", [0.9, 0.8, 1.15])
+@pytest.mark.parametrize("referred", [True, False])
+def test_a_hysteresis_of_another_size_is_found_with_its_size_to_a_tenth(exact, factor, referred):
+    model, log = exact
+    later = cycling_log(3, 24, {**WITHIN, "hysteresis": factor}, minor=True)
+    found = dehyst.drift(model, later, reference=log if referred else None)
+    change = found.change("hysteresis")
+    assert found.status == "drifted" and change.drifted
+    assert change.estimate == pytest.approx(100 * (factor - 1), rel=0.1)
+    largest = max((c for c in found.logs[0].changes if c.drifted), key=lambda c: c.effect_percent)
+    assert largest.part == "hysteresis"
+    assert "hysteresis size" in found.verdict
+
+
+@pytest.mark.parametrize(
+    ("wear", "part", "size", "within"),
+    [
+        ({"offset": 0.3}, "offset", 0.3, 0.03),
+        ({"gain": 0.97}, "gain", -3.0, 0.3),
+        ({"gain": 1.05, "offset": -0.5}, "gain", 5.0, 0.4),
+    ],
+)
+def test_an_offset_or_gain_is_named_and_sized(new, wear, part, size, within):
+    model, log = new
+    found = dehyst.drift(model, cycling_log(5, 24, {**PURE, **wear}, minor=True), reference=log)
+    change = found.change(part)
+    assert change.drifted
+    assert change.estimate == pytest.approx(size, abs=within)
+    assert not found.change("hysteresis").drifted
+
+
+def test_a_curve_that_bends_otherwise_is_no_hysteresis(new):
+    model, log = new
+    found = dehyst.drift(model, cycling_log(6, 24, {**PURE, "bend": 1.5}, minor=True), reference=log)
+    assert found.change("s-bend").drifted
+    assert found.change("hysteresis").effect_percent < 0.5 * found.change("s-bend").effect_percent
+
+
+def test_a_noisier_sensor_shows_as_rest_and_as_nothing_else(new):
+    model, log = new
+    found = dehyst.drift(model, cycling_log(8, 24, PURE, minor=True, noise=6.0), reference=log)
+    assert {change.part for change in found.logs[0].changes if change.drifted} == {"rest"}
+
+
+def test_a_change_smaller_than_what_is_called_detectable_may_be_missed_and_a_larger_one_is_found(new):
+    model, log = new
+    limit = dehyst.drift(model, cycling_log(9, 24, PURE, minor=True), reference=log).change("offset").detectable
+    larger = [
+        dehyst.drift(model, cycling_log(k, 24, {**PURE, "offset": limit}, minor=True), reference=log).status
+        for k in range(8)
+    ]
+    assert larger.count("drifted") >= 5
+    tiny = cycling_log(9, 24, {**PURE, "offset": 0.02 * limit}, minor=True)
+    assert dehyst.drift(model, tiny, reference=log).status == "unchanged"
+
+
+def test_the_first_log_that_shows_a_change_is_named(new):
+    model, log = new
+    later = [cycling_log(k, 10, {**PURE, "hysteresis": f}, minor=True) for k, f in ((1, 1.0), (2, 1.0), (3, 0.8))]
+    found = dehyst.drift(model, later, reference=log)
+    assert [entry.status for entry in found.logs] == ["unchanged", "unchanged", "drifted"]
+    assert "first seen in log 3" in found.verdict
+
+
+# --- long logs ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def worn():
+    new = cycling_log(2000, 20, WITHIN, name="new")
+    wear = {**WITHIN, "hysteresis": lambda s: 1.0 - 0.15 * s, "offset": lambda s: 0.2 * s}
+    return identified(new), new, cycling_log(2001, 490, wear, rate=10.0, name="490 cycles")
+
+
+def test_490_uneven_noisy_cycles_are_counted_but_for_the_ends(worn):
+    model, new, log = worn
+    entry = dehyst.drift(model, log, reference=new).logs[0]
+    assert 487 <= entry.cycles <= 490
+    assert 120 <= entry.tested <= 125
+
+
+def test_a_slow_change_over_490_cycles_is_found_at_its_size_with_its_slope(worn):
+    """Truth in the last quarter: 15 % * (1 - 1/8) less hysteresis; 15 % in 490 cycles."""
+    model, new, log = worn
+    found = dehyst.drift(model, log, reference=new)
+    change, slope = found.change("hysteresis"), next(t for t in found.trends if t.part == "hysteresis")
+    assert change.drifted and change.estimate == pytest.approx(-15.0 * 0.875, abs=1.0)
+    assert slope.clear and slope.slope == pytest.approx(-15.0 / 4.9, rel=0.1)
+    blocks = found.logs[0].blocks
+    assert np.mean(blocks.changes["hysteresis"][:10]) > -3.0 and np.mean(blocks.changes["hysteresis"][-10:]) < -12.0
+    assert np.all(np.diff(blocks.cycle) > 0)
+
+
+def test_no_slope_is_clear_where_nothing_changes():
+    new = cycling_log(2000, 20, PURE)
+    found = dehyst.drift(identified(new), cycling_log(7, 200, PURE, rate=10.0), reference=new)
+    assert found.status == "unchanged"
+    assert len(found.trends) >= 4 and not any(trend.clear for trend in found.trends)
+
+
+# --- the log that the model was identified from -------------------------------------------------------------
+
+
+def csv(path, record):
+    from dehyst.io import write_csv
+
+    write_csv(path, {"time_s": record.time, "pressure_bar": record.input, "angle_deg": record.output})
+    return dehyst.read_log(path, "pressure", "angle")
+
+
+def test_the_log_of_the_model_becomes_the_reference_by_its_checksum(tmp_path):
+    first = csv(tmp_path / "new.csv", cycling_log(1, 24, minor=True))
+    later = csv(tmp_path / "later.csv", cycling_log(2, 24, minor=True))
+    found = dehyst.drift(identified(first), [first, later])
+    assert found.reference == "new.csv"
+    assert [entry.status for entry in found.logs] == ["reference", "unchanged"]
+    renamed = dataclasses.replace(first, name="copy.csv")
+    assert dehyst.drift(identified(first), [renamed, later]).reference == "copy.csv"
+
+
+def test_one_long_log_is_compared_with_its_own_beginning(tmp_path):
+    wear = {**PURE, "gain": lambda s: 1.0 - 0.05 * np.maximum(0.0, s - 0.5)}
+    log = csv(tmp_path / "long.csv", cycling_log(3, 100, wear, rate=10.0))
+    found = dehyst.drift(identified(log), log)
+    assert found.reference == "long.csv"
+    assert found.logs[0].tested == 12 and found.change("gain").drifted
+
+
+# --- not comparable -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("later", "reason"),
+    [
+        (lambda: cycling_log(1, 24, amplitude=1.0), "less than 80 %"),
+        (lambda: cycling_log(1, 24, amplitude=2.6), "goes beyond"),
+        (lambda: cycling_log(1, 2), "complete cycle"),
+        (lambda: dataclasses.replace(cycling_log(1, 24), input_unit="deg", output_unit="bar"), "swapped"),
+        (
+            lambda: dataclasses.replace(
+                cycling_log(1, 24), output=np.random.default_rng(0).standard_normal(len(cycling_log(1, 24)))
+            ),
+            "another column",
+        ),
+    ],
+    ids=["smaller", "larger", "short", "swapped", "other column"],
+)
+def test_what_cannot_be_compared_is_not(new, later, reason):
+    found = dehyst.drift(new[0], later(), refit=True)
+    assert found.status == "not comparable"
+    assert reason in found.verdict
+    assert not found.acceptance.accepted and found.model is new[0]
+
+
+def test_another_unit_of_the_same_kind_is_converted(new):
+    model, log = new
+    later = cycling_log(4, 24, PURE, minor=True)
+    kilo = dataclasses.replace(later, input=100.0 * later.input, input_unit="kPa")
+    found = dehyst.drift(model, kilo, reference=log)
+    assert found.status == "unchanged"
+    assert found.change("gain").estimate == pytest.approx(
+        dehyst.drift(model, later, reference=log).change("gain").estimate
+    )
+    assert {"unit-converted"} <= {finding.code for finding in found.findings}
+
+
+def test_one_bad_log_does_not_spoil_the_others(new):
+    model, log = new
+    found = dehyst.drift(
+        model, [cycling_log(1, 24, amplitude=0.8), cycling_log(2, 24, PURE, minor=True)], reference=log
+    )
+    assert [entry.status for entry in found.logs] == ["not comparable", "unchanged"]
+    assert found.status == "unchanged"
+
+
+# --- refit --------------------------------------------------------------------------------------------------
+
+
+def test_a_new_model_is_accepted_if_it_is_better_on_held_out_cycles(new):
+    model, _ = new
+    later = cycling_log(11, 60, {**PURE, "hysteresis": 0.8}, minor=True)
+    found = dehyst.drift(model, later, refit=True)
+    decision = found.acceptance
+    assert decision.accepted and decision.new_percent < 0.6 * decision.old_percent
+    assert found.model is decision.model and found.model is not model
+    assert found.model.card.provenance["replaces"]["sha256"]
+    unseen = cycling_log(12, 20, {**PURE, "hysteresis": 0.8}, minor=True)
+    errors = [dehyst.drift(m, unseen).logs[0].error_percent for m in (model, found.model)]
+    assert errors[1] < 0.6 * errors[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_new_model_of_an_unchanged_actuator_is_not_accepted(new, seed):
+    model, _ = new
+    found = dehyst.drift(model, cycling_log(20 + seed, 40, PURE, minor=True), refit=True)
+    assert not found.acceptance.accepted and found.model is model
+    assert "old model stays" in found.acceptance.reason
+
+
+def test_a_new_model_that_only_fits_its_own_half_is_not_accepted(new):
+    model, _ = new
+    wear = {**PURE, "offset": lambda s: np.where(s < 0.52, 3.0, 0.0)}
+    found = dehyst.drift(model, cycling_log(30, 40, wear, minor=True), refit=True)
+    assert not found.acceptance.accepted
+    assert found.acceptance.new_percent > found.acceptance.old_percent
+
+
+# --- families -----------------------------------------------------------------------------------------------
+
+
+def families():
+    x = np.sin(np.linspace(0.0, 40 * np.pi, 4001))
+    r = [0.0, 0.3, 0.6]
+    inner = dehyst.PrandtlIshlinskii(r, [1.0, 0.6, 0.4])
+    card = ModelCard(SignalCard("x", "", -1.0, 1.0), SignalCard("y", "", -3.0, 3.0))
+    yield "pi", inner.with_card(card), x
+    curve = dehyst.MonotoneMap([-3.0, 0.0, 3.0], [-2.0, 0.0, 4.0])
+    yield "modified", dehyst.ModifiedPrandtlIshlinskii(inner, after=curve).with_card(card), x
+    yield "stop", dehyst.StopOperatorModel(r, [0.0, 1.0, 0.5], slope=1.0).with_card(card), x
+    yield "static", dehyst.StaticCurve(curve).with_card(card), x
+    yield "inverse", dehyst.ModifiedPrandtlIshlinskii(inner, after=curve).inverse(), x
+    yield "sheared", dehyst.models.ShearedPrandtlIshlinskii(inner, 0.1).with_card(card), x
+
+
+@pytest.mark.parametrize(("name", "model", "x"), list(families()), ids=lambda v: v if isinstance(v, str) else "")
+def test_every_family_is_compared_and_a_scale_of_its_output_is_a_gain(name, model, x):
+    noise = 0.01 * np.random.default_rng(0).standard_normal(x.size)
+    y = model.simulate(x)
+    same = dehyst.drift(model, dehyst.Recording(input=x, output=y + noise))
+    assert same.status == "unchanged"
+    assert all(np.isfinite(change.estimate) for change in same.logs[0].changes)
+    scaled = dehyst.drift(model, dehyst.Recording(input=x, output=1.1 * y + noise))
+    assert scaled.change("gain").drifted
+    assert scaled.change("gain").estimate == pytest.approx(10.0, abs=1.0)
+
+
+def direct(**more):
+    card = ModelCard(SignalCard("u", "", -4.0, 4.0), SignalCard("y", "", -1.0, 1.0))
+    parts = {"radii": [0.2, 0.5], "stop_weights": [1.0, 0.6], "polynomial": [0.0, 2.0], "card": card}
+    return DirectInverse(**(parts | more))
+
+
+@pytest.mark.parametrize(
+    ("worn", "part", "size"),
+    [
+        ({"stop_weights": [0.8, 0.48]}, "hysteresis", -20.0),
+        ({"polynomial": [0.1, 2.0]}, "offset", 0.1),
+        ({"creep_weights": [0.6]}, "own-creep", 50.0),
+    ],
+)
+def test_a_direct_inverse_says_which_of_its_parts_changed(worn, part, size):
+    """The model maps the log's output to its input: changes are those of the input."""
+    cycle = np.arange(12_000) // 200  # of 60; every second one is slow, every third one small
+    y = np.sin(np.arange(12_000) * np.pi / 100) * np.where(cycle % 3, 1.0, 0.6)
+    t = np.cumsum(np.where(cycle % 2, 0.05, 0.004))
+    creep = {"time_constants": [2.0], "creep_weights": [0.4]} if part == "own-creep" else {}
+    new, old = direct(**{**creep, **worn}), direct(**creep)
+    u = new.simulate(y, t).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
+    found = dehyst.drift(old, dehyst.Recording(input=u, output=y, time=t))
+    change = found.change(part)
+    assert change.drifted and change.estimate == pytest.approx(size, rel=0.1)
+    assert [c.part for c in found.logs[0].changes if c.drifted and c.effect_percent > 0.5 * change.effect_percent] == [
+        part
+    ]
+    same = old.simulate(y, t).u + 0.005 * np.random.default_rng(2).standard_normal(y.size)
+    assert dehyst.drift(old, dehyst.Recording(input=same, output=y, time=t)).status == "unchanged"
+
+
+# --- hostile input ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "settings", [{"false_alarm": 0.0}, {"false_alarm": 0.5}, {"false_alarm": float("nan")}, {"least": -1.0}]
+)
+def test_settings_outside_their_range_are_refused(new, settings):
+    with pytest.raises(ParameterError):
+        dehyst.drift(new[0], cycling_log(1, 10), **settings)
+
+
+@pytest.mark.parametrize("records", [[], [1], "log.csv"])
+def test_what_is_no_recording_is_refused(new, records):
+    with pytest.raises(ParameterError, match="Recording"):
+        dehyst.drift(new[0], records)
+
+
+@pytest.mark.parametrize(
+    "provenance",
+    [
+        {"logs": 3, "test": {"rmse_percent": "1"}, "settings": []},
+        {"logs": [None, {"sha256": None}], "train": {"rmse_percent": -1}, "settings": {"n": "many", "eps": None}},
+        {"settings": {"train_fraction": "half", "n": -5}, "identified_family": ["pi"]},
+    ],
+)
+def test_provenance_written_by_hand_is_no_trap(new, provenance):
+    model, _ = new
+    hostile = model.with_card(dataclasses.replace(model.card, provenance=provenance))
+    found = dehyst.drift(hostile, cycling_log(3, 24, PURE, minor=True), refit=True)
+    assert found.status in ("unchanged", "drifted")
+    assert found.acceptance.reason
+
+
+def test_a_log_without_time_stamps_is_compared_without_creep(new):
+    later = dataclasses.replace(cycling_log(4, 24, PURE, minor=True), time=None)
+    found = dehyst.drift(new[0], later)
+    assert found.status == "unchanged"
+    assert "creep" not in {change.part for change in found.logs[0].changes}
+
+
+def test_gaps_cost_cycles_and_nothing_else(new):
+    model, log = new
+    later = cycling_log(4, 24, PURE, minor=True)
+    broken = dataclasses.replace(later, breaks=(700, 1300))
+    found = dehyst.drift(model, broken, reference=log)
+    assert found.status == "unchanged"
+    assert found.logs[0].cycles < dehyst.drift(model, later, reference=log).logs[0].cycles
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(4, 40), st.floats(0.0, 0.03), st.floats(0.0, 0.05), st.integers(0, 2**32 - 1), st.floats(1e-3, 1e3))
+def test_cycles_are_counted_whatever_noise_unevenness_and_scale(count, noise, uneven, seed, scale):
+    random = np.random.default_rng(seed)
+    sizes = 1.0 + uneven * random.uniform(-1.0, 1.0, count + 2)
+    phase = np.arange((count + 2) * 40) / 40.0
+    x = scale * (sizes[phase.astype(int)] * np.cos(2 * np.pi * phase) + noise * random.standard_normal(phase.size))
+    found = cutting.cycles_of(x, [slice(0, x.size)], float(x.min()), float(x.max()))
+    assert count - 1 <= len(found) <= count + 1
+    assert all(a.end == b.begin for a, b in itertools.pairwise(found))
+    groups = cutting.groups_of(found, 6)
+    assert sum(map(len, groups)) == len(found) and len(groups) <= 6
+
+
+def test_the_test_of_groups_is_students(monkeypatch):
+    """Oracle: scipy.stats."""
+    from scipy import stats
+
+    values = np.random.default_rng(0).normal(0.4, 1.0, 9)
+    other = np.random.default_rng(1).normal(0.0, 1.0, 7)
+    found = statistics.contrast(values)
+    assert found.p_value(0.0) == pytest.approx(stats.ttest_1samp(values, 0.0).pvalue)
+    assert found.interval(0.95) == pytest.approx(stats.ttest_1samp(values, 0.0).confidence_interval(0.95))
+    two = statistics.contrast(values, other)
+    assert two.estimate / two.error == pytest.approx(stats.ttest_ind(values, other, equal_var=False).statistic)
+    assert two.freedom == 6 <= stats.ttest_ind(values, other, equal_var=False).df
+
+
+def test_intervals_of_slopes_hold_the_truth_as_often_as_they_say():
+    random, held = np.random.default_rng(5), 0
+    k = np.arange(60.0)
+    for _ in range(100):
+        noise = np.convolve(random.standard_normal(64), [1.0, 0.6, 0.3, 0.2, 0.1], "valid")
+        _, low, high = statistics.trend(k, 0.02 * k + noise, 0.95)
+        held += low <= 0.02 <= high
+    assert held >= 88
