@@ -313,9 +313,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Drift: what limits the judgement": {
         "drift-no-reference": (
-            "No log of the new actuator is among the logs of `drift`, so changes are measured from the model, which has "
-            "an error of its own: what does less than {OWN_SHARE:%} of it ({OFFSET_SHARE:%} for the offset) does not "
-            "count as a change.",
+            "No log of the new actuator is among the logs of `drift`, so changes are measured from the model, "
+            "which has an error of its own: what does less than {OWN_SHARE:%} of it ({OFFSET_SHARE:%} for the "
+            "offset) does not count as a change.",
             "Name the log that the model was identified from as the first one (it is known by its checksum), or give "
             "one with `--reference`.",
         ),
@@ -324,9 +324,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "That of the reason.",
         ),
         "drift-other-motion": (
-            "A log was moved otherwise than the reference: its drive scatters by more than {ALIKE_SIZE:%} more or less, "
-            "or its cycles are {ALIKE_SPEED} times faster or slower. The model errs otherwise there, so that changes "
-            "are judged as without a reference.",
+            "A log was moved otherwise than the reference: its drive scatters by more than {ALIKE_SIZE:%} more or "
+            "less, or its cycles are {ALIKE_SPEED} times faster or slower. The model errs otherwise there, so "
+            "that changes are judged as without a reference.",
             "Repeat the motion of the reference.",
         ),
         "drift-no-range": (
@@ -334,9 +334,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Identify with `dehyst identify`.",
         ),
         "drift-not-told-apart": (
-            "In these logs some parts look like others (their variance would grow more than {INFLATION} times, {INFLATION_LACKED} times for what the model lacks), creep "
-            "like hysteresis at a single speed for example. A change of them shows as one of the others, or as "
-            "unexplained rest.",
+            "In these logs some parts look like others (their variance would grow more than {INFLATION} times, "
+            "{INFLATION_LACKED} times for what the model lacks), creep like hysteresis at a single speed for "
+            "example. A change of them shows as one of the others, or as unexplained rest.",
             "Log loops of several sizes, speeds and holds.",
         ),
     },

@@ -88,7 +88,7 @@ def groups_of(cycles: Sequence[Cycle], most: int) -> list[tuple[Cycle, ...]]:
     Examples
     --------
     >>> [len(group) for group in groups_of([Cycle(k, k + 1, 1.0) for k in range(10)], 4)]
-    [3, 2, 3, 2]
+    [2, 3, 2, 3]
     """
     if len(cycles) <= most:
         return [(cycle,) for cycle in cycles]

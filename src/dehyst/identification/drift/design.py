@@ -34,7 +34,8 @@ PARTS = (*FITTED, *LACKED)
 LAGS = (1 / 3, 1.0, 3.0)
 # A part whose variance is raised more than this by the others cannot be told from them: one that the model has, and one
 # that it lacks. Tried in this order.
-INFLATION, INFLATION_LACKED = 100.0, 10.0
+INFLATION = 100.0
+INFLATION_LACKED = 10.0
 DISPENSABLE = (CREEP, S_BEND, BEND, VISCOUS, OWN_CREEP, HYSTERESIS, GAIN)
 
 

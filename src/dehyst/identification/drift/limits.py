@@ -14,7 +14,8 @@ from dehyst.identification.drift.opening import Log, period_of
 from dehyst.identification.drift.parts import Model, Subject
 
 # Drives that differ no more than this in size, and not by more than this factor in speed, are alike.
-ALIKE_SIZE, ALIKE_SPEED = 0.15, 1.5
+ALIKE_SIZE = 0.15
+ALIKE_SPEED = 1.5
 
 
 def moved_alike(log: Log, known: Log, findings: list[Finding]) -> bool:

@@ -26,7 +26,8 @@ Array = npt.NDArray[np.float64]
 LEAST = 0.1
 # Without a reference a model's own error may look like a change: by this share of it, and of it for the offset, which
 # every fit brings to zero.
-OWN_SHARE, OFFSET_SHARE = 1.0, 0.5
+OWN_SHARE = 1.0
+OFFSET_SHARE = 0.5
 SCALED = (GAIN, HYSTERESIS, OWN_CREEP, VISCOUS)
 # The rest may grow by this factor: against a reference, and against the error that the card names.
 REST_GROWTH, REST_GROWTH_CARD = 1.25, 1.5
