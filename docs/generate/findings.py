@@ -340,6 +340,36 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Log loops of several sizes, speeds and holds.",
         ),
     },
+    "Identification: the direct inverse": {
+        "forward-better": (
+            "On the same samples the inverse of a forward family misses the applied input by less than the direct "
+            "inverse does, by more than {WORTH:%} of it.",
+            "Take that family, or log more loops: the direct inverse has more to learn.",
+        ),
+        "slope-not-guaranteed": (
+            "Weights change with the output by more than the curve rises: after some past the input may fall while the "
+            "output rises.",
+            "None for a compensator. Do not let an adaptation scale such a model.",
+        ),
+        "creep-without-holds": (
+            "Creep was fitted, but the input never holds still: loops at one speed cannot tell creep from stops.",
+            "Log with holds after reversals, and at different speeds.",
+        ),
+        "creep-no-gain": (
+            "Creep was asked for, but does not lower the error on held-out blocks.",
+            "`--creep 0`, or log with holds.",
+        ),
+        "creep-times-outside": (
+            "Time constants that were given lie outside what the log tells apart: {STEPS} sampling steps to a third of "
+            "the fitted part.",
+            "Log longer or faster, or let `--creep 3` choose them.",
+        ),
+        "schedule-no-gain": (
+            "Weights that depend on the load or the mean pressure do not lower the error on held-out blocks by "
+            "{WORTH:%}.",
+            "Leave the column out, or log with more values of it.",
+        ),
+    },
     "Using a model: simulate and compensate": {
         "verdict": (
             "When the model was identified, the verdict was *usable with care* or *do not compensate with it*. "

@@ -32,11 +32,13 @@ if TYPE_CHECKING:
     from dehyst.experiments.trials import run_trial as run_trial
     from dehyst.findings import Finding as Finding
     from dehyst.identification import CrossValidation as CrossValidation
+    from dehyst.identification import DirectFit as DirectFit
     from dehyst.identification import Fit as Fit
     from dehyst.identification import Refit as Refit
     from dehyst.identification import choose_shear as choose_shear
     from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify as identify
+    from dehyst.identification import identify_direct as identify_direct
     from dehyst.identification import identify_paper as identify_paper
     from dehyst.identification.drift import Drift as Drift
     from dehyst.identification.drift import drift as drift
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
     from dehyst.io import read_log as read_log
     from dehyst.io import read_signal as read_signal
     from dehyst.io.chunks import open_chunks as open_chunks
+    from dehyst.models import DirectInverse as DirectInverse
     from dehyst.models import HysteresisModel as HysteresisModel
     from dehyst.models import ModifiedPrandtlIshlinskii as ModifiedPrandtlIshlinskii
     from dehyst.models import MonotoneMap as MonotoneMap
@@ -53,6 +56,7 @@ if TYPE_CHECKING:
     from dehyst.models import ShearedPrandtlIshlinskii as ShearedPrandtlIshlinskii
     from dehyst.models import StaticCurve as StaticCurve
     from dehyst.models import StopOperatorModel as StopOperatorModel
+    from dehyst.models import load_direct as load_direct
     from dehyst.models import load_model as load_model
     from dehyst.plant import Arm as Arm
     from dehyst.plant import Mechanism as Mechanism
@@ -72,6 +76,8 @@ _HOME = {
     "Compensator": "dehyst.control",
     "CrossValidation": "dehyst.identification",
     "DehystError": "dehyst.errors",
+    "DirectFit": "dehyst.identification",
+    "DirectInverse": "dehyst.models",
     "ExcitationPlan": "dehyst.evaluation",
     "Homing": "dehyst.evaluation",
     "Limits": "dehyst.evaluation",
@@ -105,10 +111,12 @@ _HOME = {
     "drift": "dehyst.identification.drift",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
+    "identify_direct": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",
     "identify_paper": "dehyst.identification",
     "identify_stream": "dehyst.identification.stream",
     "inspect_log": "dehyst.io",
+    "load_direct": "dehyst.models",
     "load_model": "dehyst.models",
     "load_robot": "dehyst.plant",
     "open_chunks": "dehyst.io.chunks",

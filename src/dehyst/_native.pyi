@@ -180,6 +180,33 @@ class Evaluator:
     @property
     def rejected(self) -> int: ...
 
+# ---- The output that follows an input, from a direct inverse.
+def direct_forward(
+    u: _Array,
+    time: _Array | None,
+    given: _Array | None,
+    first: float,
+    lowest: _Array,
+    highest: _Array,
+    path: _Array,
+    radii: _Array,
+    lengths: _Array,
+    time_constants: _Array,
+    stop_weights: _Array,
+    path_weights: _Array,
+    creep_weights: _Array,
+    polynomial: _Array,
+    viscous: _Array,
+    factor: list[int],
+    low: _Array,
+    high: _Array,
+    center: float,
+    held_low: float,
+    held_high: float,
+    y_low: float,
+    y_high: float,
+) -> tuple[_Array, int]: ...
+
 # ---- The simulated joint: dicts have the field names of plant/plant.h, all in SI.
 PLANT_ELEMENTS: int
 PLANT_TURNS: int

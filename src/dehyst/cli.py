@@ -65,7 +65,11 @@ def identify(
     start: Start = None,
     stop: Stop = None,
     family: Annotated[
-        str, typer.Option("--family", help="auto, pi (the 2012 paper), pi-cumulative, modified-pi or stop.")
+        str,
+        typer.Option(
+            "--family",
+            help="auto, pi (the paper), pi-cumulative, modified-pi, stop, or direct-inverse, the compensator itself.",
+        ),
     ] = "auto",
     n: Annotated[str, typer.Option("--n", help="Number of operators, or auto: by held-out error.")] = "100",
     eps: Annotated[
@@ -88,6 +92,21 @@ def identify(
     max_inverse_gain: Annotated[
         float | None,
         typer.Option("--max-inverse-gain", metavar="G", help="Largest slope of the inverse [input/output]; sets eps."),
+    ] = None,
+    creep: Annotated[
+        int | None, typer.Option("--creep", help="direct-inverse: number of time constants; by default as it helps.")
+    ] = None,
+    creep_times: Annotated[
+        str | None, typer.Option("--creep-times", help="direct-inverse: time constants instead, e.g. 4,25,150 [s].")
+    ] = None,
+    load: Annotated[
+        str | None, typer.Option("--load", help="direct-inverse: column of the load that changes the hysteresis.")
+    ] = None,
+    mean_pressure: Annotated[
+        str | None,
+        typer.Option(
+            "--mean-pressure", help="direct-inverse: column of the mean pressure that changes the hysteresis."
+        ),
     ] = None,
     save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
@@ -117,6 +136,7 @@ def identify(
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
         stream=stream, spool_dir=spool_dir, shear=shear, max_inverse_gain=max_inverse_gain,
+        creep=creep, creep_times=creep_times, load=load, mean_pressure=mean_pressure,
     )  # fmt: skip
     run_identify(request)
 

@@ -90,5 +90,6 @@ void bind_solver(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_stack(nb::module_ &m);
 void bind_signal(nb::module_ &m);
+void bind_direct_forward(nb::module_ &m);
 
 #endif

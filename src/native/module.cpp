@@ -15,5 +15,6 @@ NB_MODULE(_native, m)
     bind_solver(m);
     bind_engine(m);
     bind_signal(m);
+    bind_direct_forward(m);
     bind_text(m);
 }

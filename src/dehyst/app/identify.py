@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.targets import MODEL, PAGE, refuse_existing
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.grades import Grade, grade_of
-from dehyst.identification import Fit, Score, identify
+from dehyst.identification import DirectFit, Fit, Score, identify
 from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
 from dehyst.recording import Recording
@@ -48,11 +49,16 @@ class IdentifyRequest:
     spool_dir: Path | None = None
     shear: str | None = None
     max_inverse_gain: float | None = None
+    creep: int | None = None
+    creep_times: str | None = None
+    load: str | None = None
+    mean_pressure: str | None = None
 
 
 def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     _refuse_clashes(request)
+    refuse_options(request)
     fit = _identify(request)
     if request.save is not None:
         fit.model.save(request.save)
@@ -62,10 +68,17 @@ def run_identify(request: IdentifyRequest) -> None:
     if request.json:
         sys.stdout.write(json.dumps(_finite(fit.as_dict()), indent=1, allow_nan=False) + "\n")
         return
-    _print(fit, request)
+    if isinstance(fit, DirectFit):
+        print_direct(fit, request)
+    else:
+        _print(fit, request)
 
 
-def _identify(request: IdentifyRequest) -> Fit:
+def _identify(request: IdentifyRequest) -> Fit | DirectFit:
+    if request.family == DIRECT:
+        with ask_progress("reading", request.json):
+            records = _read(request)
+        return identify_from(request, records)
     settings: dict[str, Any] = {
         "family": request.family,
         "n": _operators(request.n),
@@ -84,7 +97,8 @@ def _identify(request: IdentifyRequest) -> Fit:
     with ask_progress("reading", request.json):
         records = _read(request)
     with ask_progress("identifying", request.json):
-        return identify(records, **settings)
+        fit: Fit = identify(records, **settings)
+        return fit
 
 
 def _read(request: IdentifyRequest) -> list[Recording]:
@@ -163,7 +177,7 @@ def _thresholds(text: str | None) -> list[float] | None:
         ) from None
 
 
-def _report(fit: Fit, request: IdentifyRequest) -> None:
+def _report(fit: Fit | DirectFit, request: IdentifyRequest) -> None:
     from dehyst.report import write_figures, write_report
 
     if request.report is not None:

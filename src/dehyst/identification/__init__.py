@@ -1,6 +1,7 @@
 """Identification: data -> model, with what the data can and cannot tell."""
 
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
+from dehyst.identification.direct import DirectFit, Evidence, Rival, follow, identify_direct
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
 from dehyst.identification.shear import ShearChoice, choose_shear
@@ -9,14 +10,19 @@ __all__ = [
     "Candidate",
     "Certificate",
     "CrossValidation",
+    "DirectFit",
+    "Evidence",
     "Fit",
     "LoopFacts",
     "Refit",
+    "Rival",
     "Score",
     "ShearChoice",
     "Trial",
     "choose_shear",
     "cross_validate",
+    "follow",
     "identify",
+    "identify_direct",
     "identify_paper",
 ]

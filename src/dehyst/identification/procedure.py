@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import ExcitationError
+from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
@@ -46,7 +46,11 @@ from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 
+if TYPE_CHECKING:
+    from dehyst.identification.direct.fit import DirectFit
+
 Array = npt.NDArray[np.float64]
+DIRECT = "direct-inverse"
 
 
 # A firmer eps may cost this factor in the error of the fit.
@@ -62,6 +66,38 @@ class _Problem:
     entering: Callable[[str], object]
 
 
+@overload
+def identify(  # type: ignore[overload-overlap]
+    recordings: Recording | Sequence[Recording],
+    family: Literal["direct-inverse"],
+    *,
+    n: int | str = ...,
+    eps: float = ...,
+    thresholds: npt.ArrayLike | None = ...,
+    initial_state: str = ...,
+    train_fraction: float = ...,
+    weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
+    shear: float | str | None = ...,
+    max_inverse_gain: float | None = ...,
+) -> DirectFit: ...
+
+
+@overload
+def identify(
+    recordings: Recording | Sequence[Recording],
+    family: str = ...,
+    *,
+    n: int | str = ...,
+    eps: float = ...,
+    thresholds: npt.ArrayLike | None = ...,
+    initial_state: str = ...,
+    train_fraction: float = ...,
+    weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
+    shear: float | str | None = ...,
+    max_inverse_gain: float | None = ...,
+) -> Fit: ...
+
+
 def identify(
     recordings: Recording | Sequence[Recording],
     family: str = "auto",
@@ -74,7 +110,7 @@ def identify(
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
     shear: float | str | None = None,
     max_inverse_gain: float | None = None,
-) -> Fit:
+) -> Fit | DirectFit:
     r"""Identify a hysteresis model from one recording or several.
 
     The paper's problem, with the input centred and an offset c identified along:
@@ -92,7 +128,7 @@ def identify(
         "pi" (Prandtl-Ishlinskii, the paper's), "pi-cumulative" (positive partial sums instead of weights),
         "modified-pi" (with an output map, for loops that saturate or are asymmetric), "stop" (for clockwise loops),
         or "auto": the one with the least error on loops held out within the training part, the simpler one
-        within 2 %.
+        within 2 %. "direct-inverse" is `identify_direct` with its usual settings and returns its `DirectFit`.
     n
         Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop", whose
         loops are steep right after a reversal. Memory grows with n^2: 10 000 operators take several gigabytes.
@@ -152,6 +188,13 @@ def identify(
     >>> fit.model.weights.round(9).tolist()
     [1.0, 0.5, 0.25]
     """
+    if family == DIRECT:
+        given_here = {
+            "n": n != PAPER_OPERATORS, "eps": eps != PAPER_EPS, "thresholds": thresholds is not None,
+            "weights": weights is not None, "shear": shear is not None,
+            "max_inverse_gain": max_inverse_gain is not None,
+        }  # fmt: skip
+        return _identify_direct(recordings, initial_state, train_fraction, given_here)
     records = check_recordings(recordings)
     given = check_settings(family, n, eps, thresholds, initial_state)
     fraction = parameter_number(train_fraction, "train_fraction")
@@ -173,6 +216,23 @@ def solve_in_memory(
     with single_blas():
         data = prepare(records, call.train_fraction, weights)
         return solve(call, records[0], data, facts.branches(data), measure or measure_in_memory(records), records)
+
+
+def _identify_direct(
+    recordings: Recording | Sequence[Recording], initial_state: str, train_fraction: float, given: dict[str, bool]
+) -> DirectFit:
+    from dehyst.identification.direct import identify_direct  # which compares itself with the families of this module
+
+    set_here = [name for name, there in given.items() if there]
+    if set_here:
+        raise ParameterError(
+            f"{' and '.join(set_here)} {'says' if len(set_here) == 1 else 'say'} nothing to the family "
+            f"'direct-inverse': its radii, path lengths and slopes are its own and every sample counts alike. Leave "
+            f"{'it' if len(set_here) == 1 else 'them'} out; creep and schedules are settings of "
+            "dehyst.identify_direct.",
+            settings=set_here,
+        )
+    return identify_direct(recordings, initial_state=initial_state, train_fraction=train_fraction)
 
 
 def call_of(

@@ -49,7 +49,9 @@ def check_settings(
 ) -> Array | None:
     """Return the given thresholds as an array, or None for a grid; refuse settings outside what formulas allow."""
     if family != "auto" and family not in FAMILIES:
-        raise ParameterError(f"family {family!r} is not one of auto, {', '.join(FAMILIES)}.", family=family)
+        raise ParameterError(
+            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, direct-inverse.", family=family
+        )
     if initial_state != "auto" and initial_state not in INITIAL_STATES:
         raise ParameterError(
             f"initial_state {initial_state!r} is not one of auto, {', '.join(INITIAL_STATES)}.",

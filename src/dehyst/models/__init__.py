@@ -10,7 +10,7 @@ from dehyst.models.schedule import Schedule
 from dehyst.models.sheared import ShearedPrandtlIshlinskii, subtracted_shear
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
-from dehyst.models.storage import load_model, model_from_dict, model_to_dict
+from dehyst.models.storage import load_any, load_direct, load_model, model_from_dict, model_to_dict
 
 __all__ = [
     "GROUPS",
@@ -29,6 +29,8 @@ __all__ = [
     "StaticCurve",
     "Stepper",
     "StopOperatorModel",
+    "load_any",
+    "load_direct",
     "load_model",
     "model_from_dict",
     "model_to_dict",

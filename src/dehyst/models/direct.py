@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -244,6 +246,18 @@ class DirectInverse:
                 ):
                     taken += float(np.abs(weights[2 * v + 1] - weights[2 * v]) @ size) / width
         return lowest - scale * taken
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the model to a JSON file, atomically; `dehyst.load_direct` reads it back bit for bit.
+
+        Raises
+        ------
+        OutputError
+            If the file cannot be written. An earlier file of that name stays as it was.
+        """
+        from dehyst.models.storage import save_model  # same room; the storage knows all families
+
+        return save_model(self, path)
 
     @property
     def groups(self) -> npt.NDArray[np.int64]:

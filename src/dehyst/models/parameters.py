@@ -7,15 +7,21 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array
 from dehyst.models.base import HysteresisModel
+from dehyst.models.direct import DirectInverse
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.schedule import Schedule
 from dehyst.models.sheared import ShearedPrandtlIshlinskii
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
 
 Json = dict[str, Any]
+
+MOST_SCHEDULES = 3
+LONGEST_NAME = 200
 
 
 def _play_parameters(model: PrandtlIshlinskii) -> Json:
@@ -32,7 +38,23 @@ def _map_parameters(mapping: MonotoneMap | None) -> Json | None:
     return None if mapping is None else {"u": mapping.u.tolist(), "v": mapping.v.tolist()}
 
 
-def parameters_of(model: HysteresisModel) -> Json:
+def _direct_parameters(model: DirectInverse) -> Json:
+    return {
+        "radii": model.radii.tolist(),
+        "stop_weights": model.stop_weights.tolist(),
+        "path_lengths": model.path_lengths.tolist(),
+        "path_weights": model.path_weights.tolist(),
+        "time_constants": model.time_constants.tolist(),
+        "creep_weights": model.creep_weights.tolist(),
+        "polynomial": model.polynomial.tolist(),
+        "viscous": model.viscous.tolist(),
+        "center": model.center,
+        "schedules": [{"name": s.name, "low": s.low, "high": s.high, "unit": s.unit} for s in model.schedules],
+        "known": model.known,
+    }
+
+
+def parameters_of(model: HysteresisModel | DirectInverse) -> Json:
     """Return the parameters of a model by name."""
     if isinstance(model, PrandtlIshlinskii):
         return _play_parameters(model)
@@ -55,6 +77,8 @@ def parameters_of(model: HysteresisModel) -> Json:
         return {"hysteresis": _play_parameters(model.hysteresis), "shear": model.shear}
     if isinstance(model, StaticCurve):
         return {"curve": _map_parameters(model.curve)}
+    if isinstance(model, DirectInverse):
+        return _direct_parameters(model)
     raise ParameterError(f"no file format for models of type {type(model).__name__}.")
 
 
@@ -89,7 +113,43 @@ def _read_map(p: Json | None) -> MonotoneMap | None:
     )
 
 
-def model_of(family: Any, p: Json) -> HysteresisModel:
+def _rows(value: Any, name: str, sets: int) -> Array:
+    """A table of one row for each set of weights, (sets, columns)."""
+    rows = [_numbers(row, name) for row in value] if isinstance(value, list) else []
+    if len(rows) != sets or len({len(row) for row in rows}) != 1:
+        raise ParameterError(f"{name} is not a table of {sets} rows of one length.")
+    return np.array(rows, dtype=np.float64).reshape(sets, len(rows[0]))
+
+
+def _read_direct(p: Json) -> DirectInverse:
+    listed = p["schedules"]
+    if not isinstance(listed, list) or len(listed) > MOST_SCHEDULES or not isinstance(p["known"], bool):
+        raise ParameterError("schedules are not a short list, or known is neither true nor false.")
+    schedules = tuple(_read_schedule(entry) for entry in listed)
+    sets = max(1, 2 * len(schedules))
+    return DirectInverse(
+        radii=np.array(_numbers(p["radii"], "radii"), dtype=np.float64),
+        stop_weights=_rows(p["stop_weights"], "stop_weights", sets),
+        path_lengths=np.array(_numbers(p["path_lengths"], "path_lengths"), dtype=np.float64),
+        path_weights=_rows(p["path_weights"], "path_weights", sets),
+        time_constants=np.array(_numbers(p["time_constants"], "time_constants"), dtype=np.float64),
+        creep_weights=_rows(p["creep_weights"], "creep_weights", sets),
+        polynomial=_rows(p["polynomial"], "polynomial", sets),
+        viscous=np.array(_numbers(p["viscous"], "viscous"), dtype=np.float64),
+        center=number(p["center"], "center"),
+        schedules=schedules,
+        known=p["known"],
+    )
+
+
+def _read_schedule(entry: Any) -> Schedule:
+    name, unit = entry["name"], entry["unit"]
+    if not isinstance(name, str) or not isinstance(unit, str) or not 0 < len(name) <= LONGEST_NAME >= len(unit):
+        raise ParameterError("a schedule has no name and unit of ordinary length.")
+    return Schedule(name, number(entry["low"], "low"), number(entry["high"], "high"), unit)
+
+
+def model_of(family: Any, p: Json) -> HysteresisModel | DirectInverse:
     """Return the model of a family and its parameters; KeyError or ParameterError if they are not those of one."""
     if family == "pi":
         return _read_play(p)
@@ -111,4 +171,8 @@ def model_of(family: Any, p: Json) -> HysteresisModel:
         if curve is None:
             raise ParameterError("curve is missing.")
         return StaticCurve(curve)
-    raise ParameterError(f"family {family!r:.60} is not one of pi, modified-pi, stop, sheared-pi, static.")
+    if family == "direct-inverse":
+        return _read_direct(p)
+    raise ParameterError(
+        f"family {family!r:.60} is not one of pi, modified-pi, stop, sheared-pi, static, direct-inverse."
+    )

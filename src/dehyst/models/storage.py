@@ -13,6 +13,7 @@ from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models.base import HysteresisModel
 from dehyst.models.card import ModelCard, SignalCard
+from dehyst.models.direct import DirectInverse
 from dehyst.models.parameters import Json, model_of, number, parameters_of
 
 SCHEMA = 1
@@ -32,7 +33,7 @@ def _checksum(content: Json) -> str:
     return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
 
-def model_to_dict(model: HysteresisModel) -> Json:
+def model_to_dict(model: HysteresisModel | DirectInverse) -> Json:
     """Return the content of a model file, checksum included.
 
     Floats are written with 17 significant digits, so that reading gives the same bits.
@@ -61,7 +62,7 @@ def model_to_dict(model: HysteresisModel) -> Json:
     return content
 
 
-def save_model(model: HysteresisModel, path: str | os.PathLike[str]) -> Path:
+def save_model(model: HysteresisModel | DirectInverse, path: str | os.PathLike[str]) -> Path:
     """Write a model file atomically, once it is sure that it can be read back."""
     text = json.dumps(model_to_dict(model), indent=1, allow_nan=False) + "\n"
     try:
@@ -111,7 +112,7 @@ def _read_signal(p: Any, name: str) -> SignalCard:
     return SignalCard(p["name"], p["unit"], *bounds)
 
 
-def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
+def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | DirectInverse:
     """Return the model of a file's content, or refuse it by name.
 
     Raises
@@ -155,7 +156,7 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel:
     return model.with_card(card)
 
 
-def model_from_text(text: str, path: str = "model") -> HysteresisModel:
+def model_from_text(text: str, path: str = "model") -> HysteresisModel | DirectInverse:
     """Return the model that the text of a file describes, or refuse it by name.
 
     Raises
@@ -171,7 +172,7 @@ def model_from_text(text: str, path: str = "model") -> HysteresisModel:
 
 
 def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
-    """Read a model file.
+    """Read a file of a hysteresis model.
 
     Parameters
     ----------
@@ -186,7 +187,8 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     Raises
     ------
     ModelFileError
-        If the file is missing, damaged, hostile, of another schema version, or not a model.
+        If the file is missing, damaged, hostile, of another schema version, or not a model; or if it holds a direct
+        inverse, which `load_direct` reads.
 
     Examples
     --------
@@ -197,6 +199,54 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     >>> load_model(path).weights.tolist()
     [1.0, 1.0]
     """
+    model = load_any(path)
+    if isinstance(model, DirectInverse):
+        raise _refuse(
+            str(path),
+            "holds a direct inverse: the input that an output needs, and no model of the output.",
+            "Read it with dehyst.load_direct, or identify another family where a forward model is needed.",
+        )
+    return model
+
+
+def load_direct(path: str | os.PathLike[str]) -> DirectInverse:
+    """Read a file of a direct inverse.
+
+    Parameters
+    ----------
+    path
+        A file written by ``model.save(path)`` or ``dehyst identify ... --family direct-inverse --save``.
+
+    Returns
+    -------
+    model
+        The direct inverse, equal to the saved one bit for bit.
+
+    Raises
+    ------
+    ModelFileError
+        As `load_model`; also if the file holds a hysteresis model.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
+    >>> _ = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).save(path)
+    >>> load_direct(path).radii.tolist()
+    [0.5]
+    """
+    model = load_any(path)
+    if not isinstance(model, DirectInverse):
+        raise _refuse(
+            str(path),
+            f"holds a model of family '{model.family}', no direct inverse.",
+            "Read it with dehyst.load_model; its inverse is model.inverse(). Or identify with --family direct-inverse.",
+        )
+    return model
+
+
+def load_any(path: str | os.PathLike[str]) -> HysteresisModel | DirectInverse:
+    """Read a model file of either kind; errors are those of `load_model`."""
     if not isinstance(path, str | os.PathLike):
         raise _refuse(f"{path!r:.60}", "is no path.", "Give the file's name, for example 'model.json'.")
     source = Path(path)

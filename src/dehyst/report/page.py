@@ -6,6 +6,7 @@ import os
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple
 
 import jinja2
 from markupsafe import Markup
@@ -13,12 +14,23 @@ from markupsafe import Markup
 from dehyst import __version__
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
+from dehyst.grades import Grade
+from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Fit
+from dehyst.report.direct.figures import direct_figures
+from dehyst.report.direct.words import (
+    direct_lights,
+    direct_overall,
+    direct_steps,
+    direct_tables,
+    direct_tiles,
+    direct_words,
+)
 from dehyst.report.figures import Figure, all_figures
-from dehyst.report.judgement import in_words, lights, overall
-from dehyst.report.next_steps import next_steps
+from dehyst.report.judgement import Light, in_words, lights, overall
+from dehyst.report.next_steps import Lines, next_steps
 from dehyst.report.svg import panel_svg, write_figure
-from dehyst.report.tables import key_figures, tables
+from dehyst.report.tables import Table, key_figures, tables
 from dehyst.report.text import clean, short
 from dehyst.report.theme import FONT_STACK, variables
 
@@ -26,7 +38,7 @@ TEMPLATES = ("page.html", "page.css")
 
 
 def write_report(
-    fit: Fit,
+    fit: Fit | DirectFit,
     path: str | os.PathLike[str],
     *,
     figures: str | os.PathLike[str] | None = None,
@@ -40,7 +52,7 @@ def write_report(
     Parameters
     ----------
     fit
-        Result of `dehyst.identify`.
+        Result of `dehyst.identify` or `dehyst.identify_direct`.
     path
         File to write, for example ``"report.html"``.
     figures
@@ -68,20 +80,20 @@ def write_report(
     >>> page.read_text(encoding="utf-8")[:15]
     '<!DOCTYPE html>'
     """
-    drawn = all_figures(fit)
+    drawn = _figures(fit)
     page = write_atomically(path, _render(fit, drawn, model_file))
     if figures is not None:
         _write_drawn(drawn, figures)
     return page
 
 
-def write_figures(fit: Fit, folder: str | os.PathLike[str]) -> Path:
+def write_figures(fit: Fit | DirectFit, folder: str | os.PathLike[str]) -> Path:
     """Write every figure of the report as SVG and PNG, without the page.
 
     Parameters
     ----------
     fit
-        Result of `dehyst.identify`.
+        Result of `dehyst.identify` or `dehyst.identify_direct`.
     folder
         Where to; made if it does not exist.
 
@@ -105,7 +117,7 @@ def write_figures(fit: Fit, folder: str | os.PathLike[str]) -> Path:
     >>> (folder / "figure-1-loop.svg").is_file()
     True
     """
-    return _write_drawn(all_figures(fit), folder)
+    return _write_drawn(_figures(fit), folder)
 
 
 def _write_drawn(drawn: tuple[Figure, ...], figures: str | os.PathLike[str]) -> Path:
@@ -129,7 +141,7 @@ def make_folder(figures: str | os.PathLike[str]) -> Path:
     return folder
 
 
-def _render(fit: Fit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
+def _render(fit: Fit | DirectFit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
     room = files("dehyst.report") / "templates"
     # finalize: whatever a log calls itself passes through clean() and then through escaping; only mark-up of this
     # module is exempt.
@@ -142,21 +154,21 @@ def _render(fit: Fit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[s
         lstrip_blocks=True,
     )
     first = fit.recordings[0]
-    found = lights(fit)
+    content = _content(fit, model_file)
     return environment.get_template("page.html").render(
         title=_title(fit),
         relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
         fit=fit,
-        lights=found,
-        grade=overall(fit),
-        words=in_words(fit, found),
-        tiles=key_figures(fit),
+        lights=content.lights,
+        grade=content.grade,
+        words=content.words,
+        tiles=content.tiles,
         figures=[
             (figure, [(panel, Markup(panel_svg(panel, f"{figure.key}{k}"))) for k, panel in enumerate(figure.panels)])
             for figure in drawn
         ],
-        tables=tables(fit),
-        steps=next_steps(fit, model_file),
+        tables=content.tables,
+        steps=content.steps,
         version=__version__,
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         light=Markup(variables(dark=False)),
@@ -165,7 +177,34 @@ def _render(fit: Fit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[s
     )
 
 
-def _title(fit: Fit) -> str:
+class _Content(NamedTuple):
+    """What the page says beside its figures."""
+
+    lights: tuple[Light, ...]
+    grade: Grade
+    words: tuple[str, ...]
+    tiles: tuple[tuple[str, str, str, str], ...]
+    tables: tuple[Table, ...]
+    steps: tuple[Lines, ...]
+
+
+def _figures(fit: Fit | DirectFit) -> tuple[Figure, ...]:
+    return direct_figures(fit) if isinstance(fit, DirectFit) else all_figures(fit)
+
+
+def _content(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) -> _Content:
+    if isinstance(fit, DirectFit):
+        return _Content(
+            direct_lights(fit), direct_overall(fit), direct_words(fit), direct_tiles(fit), direct_tables(fit),
+            direct_steps(fit, model_file),
+        )  # fmt: skip
+    found = lights(fit)
+    return _Content(
+        found, overall(fit), in_words(fit, found), key_figures(fit), tables(fit), next_steps(fit, model_file)
+    )
+
+
+def _title(fit: Fit | DirectFit) -> str:
     first = fit.recordings[0]
     others = f" and {len(fit.recordings) - 1} more" if len(fit.recordings) > 1 else ""
     return f"{short(first.name, 80)}{others}"

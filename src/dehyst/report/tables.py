@@ -72,7 +72,7 @@ def tables(fit: Fit) -> tuple[Table, ...]:
         _certificate(fit),
         _facts(fit),
         _settings(fit),
-        *(_source(recording.name, recording.provenance, len(recording)) for recording in fit.recordings[:20]),
+        *(source_table(recording.name, recording.provenance, len(recording)) for recording in fit.recordings[:20]),
         *_parameters(fit),
     )
 
@@ -142,11 +142,16 @@ def _facts(fit: Fit) -> Table:
 
 
 def _settings(fit: Fit) -> Table:
-    rows = [("family of the result", fit.family), *((str(k), plain(v)) for k, v in _flat(fit.settings))]
-    return Table("Settings of the identification", (), tuple(rows))
+    return Table("Settings of the identification", (), settings_rows(fit.family, fit.settings))
 
 
-def _source(name: str, provenance: Mapping[str, Any], samples: int) -> Table:
+def settings_rows(family: str, settings: Mapping[str, Any]) -> Rows:
+    """Return rows of a table of settings, nested ones opened."""
+    return (("family of the result", family), *((str(k), plain(v)) for k, v in _flat(settings)))
+
+
+def source_table(name: str, provenance: Mapping[str, Any], samples: int) -> Table:
+    """Return the table of where the data came from."""
     rows = [("samples used", str(samples)), *((str(k), plain(v)) for k, v in _flat(provenance))]
     return Table(f"Where the data came from: {name}", (), tuple(rows))
 

@@ -1,0 +1,216 @@
+"""Recordings as the data of a direct inverse: the output is what remembers, the input is what is explained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ExcitationError, ParameterError
+from dehyst.identification import facts
+from dehyst.identification.data import check_fraction, middle, prepare, range_over, split_of
+from dehyst.identification.memory import known_from
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+# Fewer fitted samples than this cannot tell the terms of a direct inverse apart.
+LEAST_SAMPLES = 40
+
+
+@dataclass(frozen=True)
+class DirectPiece:
+    """Samples with continuous memory, scaled.
+
+    Attributes
+    ----------
+    y, u
+        Output and input, (T,), in [-1, 1] over the fitted part.
+    time
+        (T,) [s], or None.
+    rate
+        Smoothed dy/dt, (T,) [1/s]; zeros without time.
+    given
+        Share xi of each scheduling signal, (T,), 0 at its lowest and 1 at its highest fitted value.
+    recording, start
+        Which recording, and the index of the first sample in it.
+    split
+        Samples before this index are fitted.
+    known
+        Index from which the memory is that of the output's own extremes.
+    after_break
+        Whether nothing is known about the output before this piece.
+    """
+
+    y: Array
+    u: Array
+    time: Array | None
+    rate: Array
+    given: tuple[Array, ...]
+    recording: int
+    start: int
+    split: int
+    known: int
+    after_break: bool
+
+    @property
+    def span(self) -> slice:
+        """Where the samples stand in their recording."""
+        return slice(self.start, self.start + self.y.size)
+
+    @property
+    def usable_from(self) -> int:
+        """First sample that counts: after a gap the memory must be known again."""
+        return self.known if self.after_break else 0
+
+    def mask(self, fitted: bool) -> Mask:
+        """Samples that are fitted, or held out, (T,)."""
+        index = np.arange(self.y.size)
+        mask: Mask = (index >= self.usable_from) & ((index < self.split) == fitted)
+        return mask
+
+
+@dataclass(frozen=True)
+class GivenRange:
+    """Range of a scheduling signal over the fitted part; [unit]."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class DirectData:
+    """All pieces, and the scaling y = center + half_range * y_scaled, u = level + amplitude * u_scaled."""
+
+    pieces: tuple[DirectPiece, ...]
+    center: float
+    half_range: float
+    level: float
+    amplitude: float
+    given: tuple[GivenRange, ...]
+    input_range: float
+    output_range: float
+    timed: bool
+
+    @property
+    def fitted(self) -> int:
+        """Number of samples that are fitted."""
+        return int(sum(np.count_nonzero(piece.mask(True)) for piece in self.pieces))
+
+
+def prepare_direct(
+    records: Sequence[Recording], train_fraction: float, given: Mapping[str, tuple[tuple[Array, ...], str]]
+) -> DirectData:
+    """Split, scale and cut recordings into pieces.
+
+    Parameters
+    ----------
+    given
+        Name of each scheduling signal, its samples for each recording, and its unit.
+
+    Raises
+    ------
+    ExcitationError
+        If input, output or a scheduling signal does not move, too few samples are left, or the output falls while
+        the input rises.
+    ParameterError
+        If the fraction lies outside (0, 1].
+    """
+    check_fraction(train_fraction)
+    splits = [split_of(len(record), train_fraction) for record in records]
+    level, amplitude = middle(
+        records[0], range_over([r.input[:k] for r, k in zip(records, splits, strict=True)]), "input", train_fraction
+    )
+    center, half = middle(
+        records[0], range_over([r.output[:k] for r, k in zip(records, splits, strict=True)]), "output", train_fraction
+    )
+    _refuse_falling(records, train_fraction)
+    ranges = tuple(_given_range(name, parts, unit, splits) for name, (parts, unit) in given.items())
+    pieces = []
+    for index, (record, split) in enumerate(zip(records, splits, strict=True)):
+        for order, span in enumerate(record.pieces):
+            y = (record.output[span] - center) / half
+            time = None if record.time is None else record.time[span]
+            shares = tuple(
+                np.clip((given[g.name][0][index][span] - g.low) / (g.high - g.low), 0.0, 1.0) for g in ranges
+            )
+            pieces.append(
+                DirectPiece(
+                    y, (record.input[span] - level) / amplitude, time, _rate(time, y), shares, index, span.start,
+                    min(max(split - span.start, 0), y.size), known_from(y, -1.0, 1.0), order > 0,
+                )
+            )  # fmt: skip
+    low, high = range_over([record.output for record in records])
+    low_in, high_in = range_over([record.input for record in records])
+    timed = all(record.time is not None for record in records)
+    data = DirectData(tuple(pieces), center, half, level, amplitude, ranges, high_in - low_in, high - low, timed)
+    if data.fitted < LEAST_SAMPLES:
+        raise ExcitationError(
+            f"only {data.fitted} samples are fitted, and a direct inverse needs {LEAST_SAMPLES} to tell its terms "
+            f"apart. Fit a larger part (--train-fraction), log longer, or log without gaps: after a gap samples count "
+            f"once the output has visited both of its extremes again.",
+            samples=data.fitted,
+        )
+    return data
+
+
+def _rate(time: Array | None, y: Array) -> Array:
+    """Smoothed rate of a piece; zero where there is no time or no second sample."""
+    return np.zeros(y.size) if time is None or y.size < 3 else facts.velocity(time, y)
+
+
+def _refuse_falling(records: Sequence[Recording], train_fraction: float) -> None:
+    data = prepare(records, train_fraction)
+    if data.trend < 0:
+        first = records[0]
+        raise ExcitationError(
+            f"'{first.output_name}' falls while '{first.input_name}' rises, but the terms of a direct inverse have "
+            f"non-negative weights: its output must rise with its input. Turn the sign of one of the two columns, and "
+            f"that of the compensator's signal with it.",
+            trend=-1,
+        )
+
+
+def _given_range(name: str, parts: tuple[Array, ...], unit: str, splits: Sequence[int]) -> GivenRange:
+    low, high = range_over([part[:k] for part, k in zip(parts, splits, strict=True)])
+    if not high - low > 1e-9 * max(abs(low), abs(high), 1e-300):
+        raise ExcitationError(
+            f"the scheduling signal '{name}' stays at {low:g} {unit}".rstrip()
+            + " in the part that is fitted: nothing can be learnt about what it changes. Leave it out, fit a larger "
+            "part (--train-fraction), or log with different values of it.",
+            value=low,
+        )
+    return GivenRange(name, unit, low, high)
+
+
+def check_given(name: str, values: object, records: Sequence[Recording]) -> tuple[Array, ...]:
+    """Return one array (T,) of a scheduling signal for each recording; refuse what does not fit the recordings."""
+    listed = [values] if isinstance(values, np.ndarray) and values.ndim == 1 else values
+    try:
+        arrays = tuple(np.ascontiguousarray(part, dtype=np.float64) for part in listed)  # type: ignore[attr-defined]
+    except (TypeError, ValueError) as fault:
+        raise ParameterError(
+            f"{name} is not made of numbers ({fault}). Pass one value for each sample of the recording, or a list of "
+            f"such arrays, one for each recording."
+        ) from None
+    if len(records) == 1 and len(arrays) == len(records[0]) and all(part.ndim == 0 for part in arrays):
+        arrays = (np.array(arrays, dtype=np.float64),)
+    if [part.shape for part in arrays] != [(len(record),) for record in records]:
+        raise ParameterError(
+            f"{name} has the shapes {[part.shape for part in arrays]} for recordings of {[len(r) for r in records]} "
+            f"samples. Pass one value for each sample."
+        )
+    for part, record in zip(arrays, records, strict=True):
+        bad = np.flatnonzero(~np.isfinite(part))
+        if bad.size:
+            raise ParameterError(
+                f"{name} of '{record.name}' is not finite at {bad.size} samples, the first at index {bad[0]}. The "
+                f"compensator would be scaled by it. Fill those samples, or leave them out of the recording.",
+                indices=bad,
+            )
+    return arrays

@@ -1,0 +1,175 @@
+"""The output that an input gives, from its direct inverse: u = D[y] solved for y sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.models import DirectInverse
+
+Array = npt.NDArray[np.float64]
+
+# How far beyond the identified range of the output a solution is looked for, share of that range.
+BEYOND = 0.1
+# Outputs that are tried for the first sample.
+TRIED = 4001
+
+
+class Followed(NamedTuple):
+    """Outputs (T,), and at how many samples no output within the range needs that input."""
+
+    y: Array
+    missed: int
+
+
+def follow(
+    model: DirectInverse,
+    u: npt.ArrayLike,
+    time: npt.ArrayLike | None = None,
+    given: Mapping[str, Array] | None = None,
+    start: str = "unknown",
+) -> Followed:
+    """Return the output for an input, a direct inverse read in the other direction.
+
+    The rate of the output is the difference from the sample before. The model must carry the identified range of its
+    output, within which (and 10 % beyond) a solution is looked for.
+
+    Parameters
+    ----------
+    model
+        The direct inverse.
+    u
+        Input, (T,). [input]
+    time
+        (T,), needed by creep and viscous terms. [s]
+    given
+        Scheduling variables by name, (T,).
+    start
+        Past before the first sample: "rest", "unknown", or "rising" or "falling" within a periodic motion.
+
+    Examples
+    --------
+    >>> from dehyst.models import ModelCard, SignalCard
+    >>> card = ModelCard(SignalCard("u", low=-9.0, high=9.0), SignalCard("y", low=-3.0, high=3.0))
+    >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
+    >>> follow(model, [0.0, 2.0, -1.0], start="rest").y.round(9).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    low, high = _range(model)
+    inputs = np.ascontiguousarray(u, dtype=np.float64)
+    past = {"rising": (high, low), "falling": (low, high)}.get(start, ())
+    lowest, highest, path = _memory(model, past, known=start != "unknown")
+    factors = _factors(model, given or {}, inputs.size)
+    first = _first(model, float(inputs[0]), past, start, factors)
+    outputs = [schedule for schedule in model.schedules if not schedule.outside]
+    at = outputs[0] if outputs else None
+    kinds = [(1 + k % 2) if at is not None and model.schedules[k // 2] is at else 0 for k in range(model.sets)]
+    ends = (at.low, at.high) if at is not None else (0.0, 1.0)
+    begun = [np.clip(z, first - model.radii, first + model.radii) for z in _begin(lowest, highest, past, first, start)]
+    return Followed(
+        *_native.direct_forward(
+            inputs,
+            None if time is None else np.ascontiguousarray(time, dtype=np.float64),
+            factors,
+            first,
+            np.ascontiguousarray(begun[0]),
+            np.ascontiguousarray(begun[1]),
+            np.ascontiguousarray(_walked(model, path, past, first)),
+            np.array(model.radii),
+            np.array(model.path_lengths),
+            np.array(model.time_constants),
+            np.ascontiguousarray(model.stop_weights),
+            np.ascontiguousarray(model.path_weights),
+            np.ascontiguousarray(model.creep_weights),
+            np.ascontiguousarray(model.polynomial),
+            np.ascontiguousarray(model.viscous),
+            kinds,
+            np.full(model.sets, ends[0]),
+            np.full(model.sets, ends[1]),
+            model.center,
+            low,
+            high,
+            low - BEYOND * (high - low),
+            high + BEYOND * (high - low),
+        )
+    )
+
+
+def _range(model: DirectInverse) -> tuple[float, float]:
+    card = model.card.output
+    return (-1e6, 1e6) if card.low is None or card.high is None else (card.low, card.high)
+
+
+def _memory(model: DirectInverse, past: tuple[float, ...], known: bool) -> tuple[Array, Array, Array]:
+    """Lowest and highest plays, and path lags, after the turning points of the past."""
+    r, path = model.radii, np.zeros(model.path_lengths.size)
+    if not past:
+        return -r, np.array(r), path
+    lowest = highest = np.full(r.size, past[0])
+    for before, turn in zip((past[0], *past), past, strict=False):
+        lowest, highest = np.clip(lowest, turn - r, turn + r), np.clip(highest, turn - r, turn + r)
+        path = _toward(model, path, turn - before)
+    return lowest, highest, path
+
+
+def _begin(lowest: Array, highest: Array, past: tuple[float, ...], first: float, start: str) -> tuple[Array, Array]:
+    """States before the first sample: of the past, or around the first sample itself."""
+    if past:
+        return lowest, highest
+    if start == "rest":
+        return np.full(lowest.size, first), np.full(lowest.size, first)
+    return first + lowest, first + highest
+
+
+def _toward(model: DirectInverse, path: Array, way: float) -> Array:
+    end = np.where(way < 0.0, -model.path_lengths, model.path_lengths)
+    fade = np.array([_native.decay(abs(way) / x) for x in model.path_lengths])
+    moved: Array = end + fade * (path - end)
+    return moved
+
+
+def _walked(model: DirectInverse, path: Array, past: tuple[float, ...], first: float) -> Array:
+    return _toward(model, path, first - past[-1]) if past else path
+
+
+def _factors(model: DirectInverse, given: Mapping[str, Array], size: int) -> Array | None:
+    """Factors of sets (T, sets) that come from outside; 1 where they do not. None: there are none."""
+    if not model.outside:
+        return None
+    factors = np.ones((size, model.sets))
+    for v, schedule in enumerate(model.schedules):
+        if schedule.outside:
+            xi = np.clip((np.asarray(given[schedule.name]) - schedule.low) / (schedule.high - schedule.low), 0.0, 1.0)
+            factors[:, 2 * v], factors[:, 2 * v + 1] = 1.0 - xi, xi
+    return factors
+
+
+def _first(model: DirectInverse, u: float, past: tuple[float, ...], start: str, factors: Array | None) -> float:
+    """Output at the first sample: the one whose needed input is closest."""
+    low, high = _range(model)
+    tried = np.linspace(low, high, TRIED)
+    needed = np.array([_needed(model, y, past, start, factors) for y in tried[::40]])
+    coarse = int(np.argmin(np.abs(needed - u)))
+    near = tried[max(0, 40 * coarse - 40) : 40 * coarse + 41]
+    needed = np.array([_needed(model, y, past, start, factors) for y in near])
+    k = int(np.argmin(np.abs(needed - u)))
+    return float(near[k])
+
+
+def _needed(model: DirectInverse, y: float, past: tuple[float, ...], start: str, factors: Array | None) -> float:
+    """Input that an output needs at the first sample, creep and rate at rest."""
+    lowest, highest, path = _memory(model, past, start != "unknown")
+    states = [np.clip(z, y - model.radii, y + model.radii) for z in _begin(lowest, highest, past, y, start)]
+    terms = np.concatenate([y - 0.5 * (states[0] + states[1]), _walked(model, path, past, y)])
+    weights = np.concatenate([model.stop_weights, model.path_weights], axis=1)
+    share = np.ones(model.sets) if factors is None else factors[0].copy()
+    for v, schedule in enumerate(model.schedules):
+        if not schedule.outside:
+            xi = min(max((y - schedule.low) / (schedule.high - schedule.low), 0.0), 1.0)
+            share[2 * v], share[2 * v + 1] = 1.0 - xi, xi
+    curve = model.polynomial @ (y - model.center) ** np.arange(model.polynomial.shape[1])
+    return float(share @ (curve + weights @ terms))

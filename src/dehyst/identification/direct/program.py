@@ -1,0 +1,113 @@
+"""The convex program of a direct inverse: rising polynomials, everything else non-negative, a trace of ridge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.direct.columns import Layout, Shape, rising_powers
+from dehyst.identification.least_squares import solve_bounded, triangle
+
+Array = npt.NDArray[np.float64]
+
+# Square of the weight of each non-negative unknown, whose column is scaled to rms 1, relative to a sample. It keeps
+# terms that are nearly alike from trading weight; it costs nothing that could be measured.
+RIDGE = 1e-6
+# Smallest slope of the polynomial, of input range over output range: the input rises with the output, whatever the
+# past.
+SMALLEST_SLOPE = 0.05
+
+
+@dataclass(frozen=True)
+class DirectEstimate:
+    """Solution of one shape, scaled.
+
+    Attributes
+    ----------
+    unknowns
+        As in the program: constants, slopes, weights.
+    polynomials
+        (parts, degree + 1), powers of y.
+    weights
+        (sets, terms) of the shape.
+    kkt_residual
+        Largest violation of the optimality conditions.
+    fitted_rms
+        Of the residual, without the ridge.
+    """
+
+    shape: Shape
+    unknowns: Array
+    polynomials: Array
+    weights: Array
+    kkt_residual: float
+    fitted_rms: float
+
+
+def solve_shape(layout: Layout, shape: Shape, reduced: Array, samples: int, ridge: float = RIDGE) -> DirectEstimate:
+    """Solve the program of a shape for full rows, or triangles of them stacked, that stand for `samples` samples."""
+    system, free = layout.select(shape, reduced)
+    slopes = layout.parts * shape.degree
+    terms = system.shape[1] - 1 - free - slopes
+    rms = np.sqrt(np.sum(system[:, free + slopes : -1] ** 2, axis=0) / max(samples, 1))
+    penalty = np.zeros((terms, system.shape[1]))
+    penalty[:, free + slopes : -1] = np.diag(np.sqrt(ridge * samples) * rms)
+    # Parts of several given schedules are summed: each gives its share of the slope.
+    lower = np.concatenate([np.full(slopes, SMALLEST_SLOPE / max(1, layout.given)), np.zeros(terms)])
+    solution = solve_bounded(np.vstack([system, penalty]), free, lower)
+    polynomials = solution.bounded[:slopes].reshape(layout.parts, shape.degree) @ rising_powers(shape.degree).T
+    polynomials[layout.constants, 0] += solution.free
+    unknowns = np.concatenate([solution.free, solution.bounded])
+    weights = solution.bounded[slopes:].reshape(len(layout.sets_of(shape)), layout.terms_of(shape).size)
+    left = system @ np.append(unknowns, -1.0)
+    return DirectEstimate(
+        shape, unknowns, polynomials, weights, solution.kkt_residual, float(np.sqrt(left @ left / max(samples, 1)))
+    )
+
+
+def rms_on(layout: Layout, estimate: DirectEstimate, reduced: Array, samples: int) -> float:
+    """RMS of the residual of an estimate on rows, or on the triangle of rows, that stand for `samples` samples."""
+    system, _ = layout.select(estimate.shape, reduced)
+    left = system @ np.append(estimate.unknowns, -1.0)
+    return float(np.sqrt(left @ left / max(samples, 1)))
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive fitted rows, or their triangle, and the number of samples they stand for."""
+
+    rows: Array
+    samples: int
+
+
+def blocks_of(rows: Array, blocks: int) -> list[Block]:
+    """Cut rows into consecutive blocks, each reduced to its triangle."""
+    return [
+        Block(triangle(part) if part.shape[0] > part.shape[1] else part, part.shape[0])
+        for part in np.array_split(rows, blocks)
+    ]
+
+
+def without(blocks: list[Block], left_out: int) -> tuple[Array, int]:
+    """Rows of all blocks but one, and their number of samples."""
+    others = [block for k, block in enumerate(blocks) if k != left_out]
+    return np.concatenate([block.rows for block in others]), sum(block.samples for block in others)
+
+
+def held_out(layout: Layout, shape: Shape, blocks: list[Block]) -> Array:
+    """RMS on every block of the fit to the others, scaled, (blocks,)."""
+    return np.array(
+        [
+            rms_on(layout, solve_shape(layout, shape, *without(blocks, k)), block.rows, block.samples)
+            for k, block in enumerate(blocks)
+        ]
+    )
+
+
+def predict(layout: Layout, estimate: DirectEstimate, rows: Array) -> Array:
+    """Scaled input that an estimate asks for, (T,), from full rows."""
+    system, _ = layout.select(estimate.shape, rows)
+    asked: Array = system[:, :-1] @ estimate.unknowns
+    return asked

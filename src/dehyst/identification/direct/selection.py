@@ -1,0 +1,120 @@
+"""Which terms a direct inverse has: by its error on parts of the fitted samples that were held out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.identification.direct.columns import DEGREES, Layout, Shape, fitted_rows
+from dehyst.identification.direct.data import DirectData
+from dehyst.identification.direct.program import Block, blocks_of, held_out
+
+Array = npt.NDArray[np.float64]
+
+FOLDS = 5
+# A term is kept if it lowers the error on what was held out by this share; a lower degree is taken within it.
+WORTH = 0.02
+
+
+@dataclass(frozen=True)
+class TriedShape:
+    """One shape and its RMS on each held-out block, scaled."""
+
+    shape: Shape
+    errors: Array
+
+    @property
+    def error(self) -> float:
+        """RMS over all blocks, scaled."""
+        return float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def uncertainty(self) -> float:
+        """Standard error of it, from the scatter between blocks, scaled."""
+        scatter = float(np.std(self.errors**2, ddof=1)) / np.sqrt(self.errors.size)
+        return scatter / (2.0 * self.error) if self.error > 0.0 else 0.0
+
+
+class Trials:
+    """Shapes that were tried, each once."""
+
+    def __init__(self, layout: Layout, data: DirectData) -> None:
+        self._layout, self._data = layout, data
+        self._blocks: dict[str, list[Block]] = {}
+        self.done: dict[Shape, TriedShape] = {}
+
+    def blocks(self, start: str) -> list[Block]:
+        """The fitted rows under one start, cut."""
+        if start not in self._blocks:
+            self._blocks[start] = blocks_of(fitted_rows(self._layout, self._data, start), FOLDS)
+        return self._blocks[start]
+
+    def full_rows(self, start: str) -> Array:
+        """All fitted rows under one start, as they are."""
+        return fitted_rows(self._layout, self._data, start)
+
+    def rows(self, start: str) -> tuple[Array, int]:
+        """All fitted rows under one start, reduced, and their number."""
+        blocks = self.blocks(start)
+        return np.concatenate([block.rows for block in blocks]), sum(block.samples for block in blocks)
+
+    def __call__(self, shape: Shape) -> TriedShape:
+        """Try a shape."""
+        if shape not in self.done:
+            self.done[shape] = TriedShape(shape, held_out(self._layout, shape, self.blocks(shape.start)))
+        return self.done[shape]
+
+    def schedules_worth(self, shape: Shape) -> tuple[float, float]:
+        """RMS on held-out blocks with the given schedules and without them, scaled."""
+        bare = Trials(Layout(self._layout.bank, 0), without_given(self._data))
+        return self(shape).error, bare(shape).error
+
+    def simplest(self, shapes: list[Shape]) -> TriedShape:
+        """The first shape whose error is within 2 % of the least."""
+        tried = [self(shape) for shape in shapes]
+        least = min(trial.error for trial in tried)
+        return next(trial for trial in tried if trial.error <= (1.0 + WORTH) * least)
+
+
+def without_given(data: DirectData) -> DirectData:
+    """The same data without scheduling signals from outside."""
+    return replace(data, given=(), pieces=tuple(replace(piece, given=()) for piece in data.pieces))
+
+
+def choose_shape(
+    trials: Trials, required: tuple[str, ...], optional: tuple[str, ...], starts: tuple[str, ...]
+) -> TriedShape:
+    """Choose terms, schedule of the output, degree and start.
+
+    The start by a shape with everything; then terms one by one, the best first, as long as one of them is worth it;
+    then the degree, and the start once more.
+    """
+    full = Shape(DEGREES[2])
+    for group in (*required, *optional):
+        full = full.with_group(group)
+    begun = trials.simplest([replace(full, start=start) for start in starts]).shape.start
+    shape = Shape(DEGREES[2], start=begun)
+    for group in required:
+        shape = shape.with_group(group)
+    chosen = _grown(trials, shape, optional)
+    chosen = trials.simplest([replace(chosen.shape, degree=degree) for degree in DEGREES])
+    return trials.simplest([replace(chosen.shape, start=start) for start in starts])
+
+
+def _grown(trials: Trials, shape: Shape, optional: tuple[str, ...]) -> TriedShape:
+    best = trials(shape)
+    additions: list[Callable[[Shape], Shape]] = [_adding(group) for group in optional]
+    additions.append(lambda now: replace(now, by_output=True))
+    while True:
+        tried = [trials(grown) for add in additions if (grown := add(best.shape)) != best.shape]
+        better = min(tried, key=lambda trial: trial.error, default=best)
+        if better.error >= (1.0 - WORTH) * best.error:
+            return best
+        best = better
+
+
+def _adding(group: str) -> Callable[[Shape], Shape]:
+    return lambda now: now.with_group(group)

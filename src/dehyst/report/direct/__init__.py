@@ -1,0 +1,1 @@
+"""The report of a direct inverse: figures, lights, tables, next steps."""
