@@ -10,6 +10,7 @@ COMMANDS = (
     "reproduce",
     "sweep",
     "inspect",
+    "design",
     "identify",
     "simulate",
     "compensate",

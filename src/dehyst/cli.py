@@ -200,6 +200,41 @@ def example(
 
 
 @app.command()
+def design(
+    joint: Annotated[int | None, typer.Option("--joint", help="Joint of the robot: limits come from its file.")] = None,
+    robot: Annotated[
+        Path | None, typer.Option("--robot", help="Parameter file of the arm, .toml; the packaged arm without it.")
+    ] = None,
+    range: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--range", metavar="LO HI", help="Range that the motion uses, and does not leave."),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="Unit of range, rate and acceleration; deg with --joint.")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate", help="Largest rate [unit/s]; without it the range in 4 s.")
+    ] = None,
+    acceleration: Annotated[
+        float | None,
+        typer.Option("--acceleration", help="Largest acceleration [unit/s^2]; without it what that stroke takes."),
+    ] = None,
+    time_limit: Annotated[float, typer.Option("--time-limit", help="Longest duration [s].")] = 600.0,
+    period: Annotated[float, typer.Option("--period", help="Time between two samples of --out [s].")] = 0.02,
+    out: Annotated[Path | None, typer.Option("--out", help="CSV file to write: time, command, part.")] = None,
+    figure: Annotated[Path | None, typer.Option("--figure", help="Picture to write, .svg or .png.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Design the motion to run on a rig before an identification: loops, rates and holds, within limits."""
+    from dehyst.app.design import DesignRequest, run_design
+
+    run_design(
+        DesignRequest(joint, robot, range, unit, rate, acceleration, time_limit, period, out, figure, overwrite, json)
+    )
+
+
+@app.command()
 def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="One plant, one seed, shorter trials, no studies: less than 20 s.")

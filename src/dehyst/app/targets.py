@@ -11,6 +11,7 @@ from dehyst.errors import OutputError
 MODEL = '"format": "dehyst-model"'
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
+EXCITATION = "dehyst design: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
 _BEGINNING = 2000
 
@@ -25,7 +26,8 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     overwrite
         Whether the user said ``--overwrite``.
     own
-        Mark in the beginning of a file that a former run wrote, `MODEL`, `PAGE` or `SWEEP`; None if nothing tells.
+        Mark in the beginning of a file that a former run wrote, `MODEL`, `PAGE`, `SWEEP` or `EXCITATION`; None if
+        nothing tells.
     content
         What is going to be written; a file that holds just that loses nothing.
 
@@ -46,6 +48,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         MODEL: "no dehyst model",
         PAGE: "no report of dehyst",
         SWEEP: "no picture of a sweep",
+        EXCITATION: "no picture of dehyst design",
         REPRODUCTION: "no result of dehyst reproduce",
     }
     kind = "" if own is None else f" and is {kinds[own]}"

@@ -199,7 +199,7 @@ def design_excitation(
     rate
         Largest rate; None: that of a stroke over the whole range in 4 s. [unit/s]
     acceleration
-        Largest acceleration; None: that of a stroke over the whole range at this rate. [unit/s^2]
+        Largest acceleration; None: what the longest stroke of the loops takes at this rate. [unit/s^2]
     time_limit
         Longest duration; the plan may be shorter where more time does not make it better. [s]
     period
@@ -229,7 +229,7 @@ def design_excitation(
     >>> sorted(set(part.tolist()))
     ['holds', 'home', 'loops', 'test']
     """
-    limits = _limits(low, high, rate, acceleration)
+    limits = limits_of(low, high, rate, acceleration)
     taus = _time_constants(time_constants)
     if not (math.isfinite(period) and period > 0):
         raise ParameterError(f"period = {period:g} s: no sampling. Pass the time between two samples, such as 0.02.")
@@ -260,16 +260,18 @@ def design_excitation(
     return ExcitationPlan(low, high, unit, period, limits, scaled, figure, _separable((loop,), taus))
 
 
-def _limits(low: float, high: float, rate: float | None, acceleration: float | None) -> Limits:
-    """Limits in the range's unit, with what is not given taken from the range."""
+def limits_of(low: float, high: float, rate: float | None, acceleration: float | None) -> Limits:
+    """Return limits of strokes in a range, with what is not given taken from the range as `design_excitation` says.
+
+    The rate is never more than the longest stroke of the loops reaches within the acceleration.
+    """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise ParameterError(f"a range from {low:g} to {high:g} leaves no room to move; pass low < high.")
-    way = high - low
-    rate = PEAK_RATE * way / FULL_STROKE_S if rate is None else rate
+    longest = 0.5 * (1.0 + NEST[0]) * (high - low)
+    rate = PEAK_RATE * (high - low) / FULL_STROKE_S if rate is None else rate
     if acceleration is None and rate > 0:
-        acceleration = PEAK_ACCELERATION * way / (PEAK_RATE * way / rate) ** 2
+        acceleration = PEAK_ACCELERATION * longest / (PEAK_RATE * longest / rate) ** 2
     limits = Limits(rate, math.inf if acceleration is None else acceleration)
-    longest = 0.5 * (1.0 + NEST[0]) * way
     reached = PEAK_RATE * longest / float(limits.stroke_time(longest))  # a tenth of it is a decade
     return replace(limits, rate=min(rate, reached))
 
@@ -341,7 +343,7 @@ def _candidates(home: Section, limits: Limits, time_limit: float, tau: float) ->
         seen = set()
         for count, share in itertools.product(COUNTS, TIMES):
             strokes = sum(_holds(count, 0.0, limits).stroke_s)
-            left = 0.5 * (share * time_limit - fixed) - strokes
+            left = 0.5 * (share * time_limit * (1 - 1e-12) - fixed) - strokes
             longest = min(left / sum(HOLD_RATIO**-k for k in range(count)), LONGEST_HOLD * tau)
             if not longest / HOLD_RATIO ** (count - 1) >= SHORTEST_HOLD_S or (count, longest) in seen:
                 continue

@@ -22,6 +22,7 @@ Array = npt.NDArray[np.float64]
 TIME_CONSTANTS = (4.0, 25.0, 150.0)  # of creep, a fixed grid: a factor of three beside the truth costs little [s]
 OCTAVES = tuple(0.95 * 0.5**k for k in range(6, -1, -1))  # radii as shares of half the range
 DEGREE = 3  # of the polynomial, which is free
+SINGULAR = 1e-14  # ratio of eigenvalues of a Gram matrix below which columns are taken to be alike
 LAG_BLOCK = 64  # samples whose lags are summed at once
 
 
@@ -154,20 +155,20 @@ def separability(
     True
     """
     bank = columns(value, period, radii=radii, time_constants=time_constants, degree=degree)
-    every = _unit(np.concatenate([bank["polynomial"], bank["stops"], bank["creep"], bank["viscous"]], axis=1))
-    singular = np.linalg.svd(np.linalg.qr(every, mode="r"), compute_uv=False)
-    smallest, largest = float(singular[-1]), float(singular[0])
-    free, n = degree + 1, bank["stops"].shape[1]
-    m = bank["creep"].shape[1]
-    own = _own_shares(every)
     upper = bank["stops"] * np.clip(0.5 + 0.5 * bank["polynomial"][:, 1:2], 0.0, 1.0)
-    placed = np.concatenate([every, _unit(upper)], axis=1)
+    placed = _unit(np.concatenate([*bank.values(), upper], axis=1))
+    size = placed.shape[1] - upper.shape[1]
+    gram = placed.T @ placed  # of 25 columns: condition numbers up to 1e7 are seen in it, more than any plan has
+    values = np.linalg.eigvalsh(gram[:size, :size])
+    smallest, largest = (float(np.sqrt(max(value, 0.0))) for value in values[[0, -1]])
+    own = _own_shares(gram[:size, :size])
+    first = size - 1 - bank["creep"].shape[1]
     return Separability(
         smallest=smallest,
         condition=largest / smallest if smallest > 0 else float("inf"),
-        creep=float(own[free + n : free + n + m].min(initial=1.0)),
+        creep=float(own[first:-1].min()),
         rate=float(own[-1]),
-        congruency=float(_own_shares(placed)[every.shape[1] :].min(initial=1.0)),
+        congruency=float(_own_shares(gram)[size:].min()),
     )
 
 
@@ -177,10 +178,9 @@ def _unit(table: Array) -> Array:
     return table / np.where(norm > 0, norm, 1.0)
 
 
-def _own_shares(table: Array) -> Array:
+def _own_shares(gram: Array) -> Array:
     """Share of each column of norm one that is orthogonal to all others: 1/sqrt of the diagonal of (X'X)^-1."""
-    triangle: Array = np.asarray(np.linalg.qr(table, mode="r"))
-    if triangle.shape[0] < triangle.shape[1] or not np.abs(np.diag(triangle)).min() > 1e-13:
-        return np.zeros(table.shape[1])
-    inverse = np.linalg.inv(triangle)
-    return np.asarray(1.0 / np.linalg.norm(inverse, axis=1))
+    values, vectors = np.linalg.eigh(gram)
+    if not values[0] > SINGULAR * values[-1]:
+        return np.zeros(gram.shape[0])
+    return np.asarray(1.0 / np.sqrt((vectors**2 / values).sum(axis=1)))

@@ -52,10 +52,29 @@ def utilisation(
     use : float
         1 where `SHARE` of a limit is reached.
     """
+    flow = flow_share(robot, characteristic, controller, angle, torque, spacing)
+    return max(pressure_share(robot, characteristic, angle, torque), flow) / SHARE
+
+
+def pressure_share(robot: Robot, characteristic: Characteristic, angle: Array, torque: Array) -> float:
+    """Largest |dp| along a motion (K,) [rad, Nm] by the one that the muscles' limits allow."""
     mean = robot.controller.mean_pressure
     difference = characteristic.difference(angle, mean, torque)
-    use = float(np.abs(difference).max() / pressure_room(robot, mean))
-    air = controller.pneumatics
+    return float(np.abs(difference).max() / pressure_room(robot, mean))
+
+
+def flow_share(
+    robot: Robot,
+    characteristic: Characteristic,
+    controller: JointControllerParameters,
+    angle: Array,
+    torque: Array,
+    spacing: float,
+) -> float:
+    """Largest mass flow along a motion (K,) [rad, Nm, s] by that of the open nominal valve at its pressures."""
+    mean = robot.controller.mean_pressure
+    difference = characteristic.difference(angle, mean, torque)
+    air, use = controller.pneumatics, 0.0
     for side, volume in zip((0.5, -0.5), controller.volume, strict=True):
         pressure = mean + side * difference + air.ambient
         chamber = np.polynomial.polynomial.polyval(angle, volume)
@@ -63,4 +82,4 @@ def utilisation(
         flow += pressure / air.gas_temperature * np.gradient(chamber, spacing)
         room = largest_flow(controller, pressure, flow > 0)
         use = max(use, float(np.max(np.abs(flow) / np.maximum(room, 1e-9))))
-    return use / SHARE
+    return use

@@ -1,0 +1,250 @@
+"""dehyst design: what to run on the rig before an identification."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from rich.table import Table
+from rich.text import Text
+
+from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
+from dehyst.app.terminal import terminal
+from dehyst.errors import ParameterError, UnitError
+from dehyst.evaluation import ExcitationPlan, Limits, Section, design_excitation
+from dehyst.files import write_atomically
+from dehyst.io import format_csv
+from dehyst.units import canonical, convert, dimension
+
+ANGLE = "deg"  # of a joint, if nothing else is said
+WHY = 34  # letters left for the last column of the table at least
+BAR = 1e5
+
+
+@dataclass(frozen=True)
+class DesignRequest:
+    """The command line of ``dehyst design``."""
+
+    joint: int | None = None
+    robot: Path | None = None
+    range: tuple[float, float] | None = None
+    unit: str | None = None
+    rate: float | None = None
+    acceleration: float | None = None
+    time_limit: float = 600.0
+    period: float = 0.02
+    out: Path | None = None
+    figure: Path | None = None
+    overwrite: bool = False
+    json: bool = False
+
+
+@dataclass(frozen=True)
+class _Designed:
+    """A plan in the unit it is shown in, and what is known of the joint."""
+
+    plan: ExcitationPlan
+    name: str
+    extra: dict[str, npt.NDArray[np.float64]]
+    needs: dict[str, float]
+
+
+def run_design(request: DesignRequest) -> None:
+    """Design, print the plan, write what was asked for."""
+    _refuse_bad_request(request)
+    designed = _designed_joint(request) if request.joint is not None else _designed_range(request)
+    if request.out is not None:
+        text = _csv(designed, request.out)
+        refuse_existing(request.out, request.overwrite, content=text)
+        write_atomically(request.out, text)
+    if request.figure is not None:
+        from dehyst.report.excitation import write_excitation_figure
+
+        write_excitation_figure(request.figure, designed.plan, designed.name)
+    if request.json:
+        sys.stdout.write(json.dumps(_facts(designed), indent=1, allow_nan=False) + "\n")
+    else:
+        _print(designed, request)
+    for path in filter(None, (request.out, request.figure)):
+        sys.stderr.write(f"wrote {path}\n")
+
+
+def _refuse_bad_request(request: DesignRequest) -> None:
+    if request.joint is None and request.range is None:
+        raise ParameterError(
+            "nothing says what is moved. Type --range LO HI --unit UNIT for a rig of your own, e.g. "
+            "--range -30 30 --unit deg, or --joint 1 for a joint of the robot."
+        )
+    if request.robot is not None and request.joint is None:
+        raise ParameterError("--robot names a file of joints, but no joint is chosen. Add --joint 1, or leave it out.")
+    if request.figure is not None:
+        from dehyst.report.sweep import require_picture_name
+
+        refuse_existing(require_picture_name(request.figure), request.overwrite, own=EXCITATION)
+    for path in filter(None, (request.out, request.figure)):
+        refuse_unwritable(path)
+
+
+def _designed_range(request: DesignRequest) -> _Designed:
+    assert request.range is not None
+    unit = request.unit or ""
+    plan = design_excitation(
+        *request.range, rate=request.rate, acceleration=request.acceleration, time_limit=request.time_limit,
+        period=request.period, unit=canonical(unit) or unit,
+    )  # fmt: skip
+    return _Designed(plan, f"{plan.low:g} to {plan.high:g} {plan.unit}".strip(), {}, {})
+
+
+def _designed_joint(request: DesignRequest) -> _Designed:
+    from dehyst.experiments.design_joint import design_joint
+    from dehyst.plant.parameters import load_robot
+
+    assert request.joint is not None
+    unit = canonical(request.unit or ANGLE) or ""
+    if dimension(unit) != "angle":
+        raise UnitError(
+            f"--unit {request.unit} is no unit of an angle, and joint {request.joint} turns. Type deg or rad.",
+            unit=request.unit,
+        )
+
+    def si(value: float | None) -> float | None:
+        return None if value is None else float(convert(value, unit, "rad"))
+
+    low, high = (None, None) if request.range is None else request.range
+    found = design_joint(
+        load_robot(request.robot), request.joint, low=si(low), high=si(high), rate=si(request.rate),
+        acceleration=si(request.acceleration), time_limit=request.time_limit, period=request.period,
+    )  # fmt: skip
+    needs = {
+        "pressure_share": found.pressure_share,
+        "flow_share": found.flow_share,
+        "inertia_torque_Nm": found.inertia_torque,
+    }
+    plan = _in_unit(found.plan, unit)
+    extra = {"nominal_pressure_difference_bar": found.difference / BAR}
+    return _Designed(plan, f"joint {found.number}, {plan.low:.4g} to {plan.high:.4g} {unit}", extra, needs)
+
+
+def _in_unit(plan: ExcitationPlan, unit: str) -> ExcitationPlan:
+    factor = float(convert(1.0, plan.unit, unit))
+    sections = tuple(
+        Section(each.part, each.why, tuple(factor * tip for tip in each.tips), each.stroke_s, each.hold_s)
+        for each in plan.sections
+    )
+    limits = Limits(factor * plan.limits.rate, factor * plan.limits.acceleration)
+    low, high = factor * plan.low, factor * plan.high
+    return ExcitationPlan(low, high, unit, plan.period, limits, sections, plan.separable, plan.one_loop)
+
+
+def _csv(designed: _Designed, path: Path) -> str:
+    time, value, part = designed.plan.signal()
+    name = f"command [{designed.plan.unit}]" if designed.plan.unit else "command"
+    columns = {"time_s": np.round(time, 9), name: value, **designed.extra, "part": part}
+    return format_csv(columns, path)
+
+
+def _facts(designed: _Designed) -> dict[str, Any]:
+    """Everything that is printed, as numbers."""
+    plan = designed.plan
+    sections = [
+        {
+            "part": each.part,
+            "why": each.why,
+            "begin_s": begin,
+            "duration_s": each.duration,
+            "tips": list(each.tips),
+            "stroke_s": list(each.stroke_s),
+            "hold_s": list(each.hold_s),
+        }
+        for each, begin in zip(plan.sections, plan.begins, strict=True)
+    ]
+    return {
+        "format": "dehyst-excitation",
+        "low": plan.low,
+        "high": plan.high,
+        "unit": plan.unit,
+        "period_s": plan.period,
+        "duration_s": plan.duration,
+        "peak_rate": plan.peak_rate,
+        "peak_acceleration": plan.peak_acceleration,
+        "separable": asdict(plan.separable),
+        "one_loop": asdict(plan.one_loop),
+        **designed.needs,
+        "sections": sections,
+    }
+
+
+def _print(designed: _Designed, request: DesignRequest) -> None:
+    plan, out = designed.plan, terminal()
+    unit = f" {plan.unit}" if plan.unit else ""
+    out.print(Text(f"{designed.name}: {plan.duration:.0f} s, begins and ends at {plan.middle:.4g}{unit}", style="bold"))
+    out.print(Text(f"peak rate {plan.peak_rate:.4g}{unit}/s, peak acceleration {plan.peak_acceleration:.4g}{unit}/s^2"))
+    if designed.needs:
+        out.print(
+            Text(
+                f"by the nominal model: {100 * designed.needs['pressure_share']:.0f} % of the pressure difference, "
+                f"{100 * designed.needs['flow_share']:.0f} % of the valves' flow, at most "
+                f"{designed.needs['inertia_torque_Nm']:.2g} Nm for the inertia"
+            )
+        )
+    out.print()
+    out.print(_table(plan), width=max(out.width, 58 + WHY), crop=False)
+    out.print()
+    _print_figures(designed)
+    out.print()
+    out.print(Text(_next(designed, request)), soft_wrap=True)
+
+
+def _table(plan: ExcitationPlan) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for head in ("from [s]", "for [s]", "strokes", "rate"):
+        table.add_column(head, justify="right")
+    table.add_column("part")
+    table.add_column("holds [s]", overflow="fold", min_width=9)
+    table.add_column("why", overflow="fold", min_width=WHY)
+    before = plan.middle
+    for each, begin in zip(plan.sections, plan.begins, strict=True):
+        ways = np.abs(np.diff([before, *each.tips]))
+        peak = float((35.0 / 16.0 * ways / np.array(each.stroke_s)).max())
+        holds = ", ".join(f"{time:.3g}" for time in each.hold_s if time > 0)
+        cells = (
+            f"{begin:.1f}", f"{each.duration:.1f}", f"{len(each.tips)}", f"{peak:.3g}", each.part, holds, each.why
+        )  # fmt: skip
+        table.add_row(*(Text(cell) for cell in cells))
+        before = each.tips[-1]
+    return table
+
+
+def _print_figures(designed: _Designed) -> None:
+    """What can be told apart, against one loop."""
+    plan = designed.plan
+    table = Table(box=None, pad_edge=False)
+    for head in ("told apart (1: for sure)", "this plan", "one loop"):
+        table.add_column(Text(head), justify="left" if head.startswith("told") else "right")
+    for key, label in (
+        ("smallest", "smallest singular value of all regressors"),
+        ("creep", "creep from everything else"),
+        ("rate", "rate from everything else"),
+        ("congruency", "loops at one place from those at another"),
+    ):
+        table.add_row(Text(label), f"{getattr(plan.separable, key):.2g}", f"{getattr(plan.one_loop, key):.2g}")
+    table.add_row(Text("condition number"), f"{plan.separable.condition:.0f}", f"{plan.one_loop.condition:.0f}")
+    terminal().print(table)
+
+
+def _next(designed: _Designed, request: DesignRequest) -> str:
+    plan = designed.plan
+    if request.out is None:
+        return "next: the same line with --out FILE.csv writes it as samples"
+    test = plan.begins[[each.part for each in plan.sections].index("test")]
+    return (
+        f"next: bring the rig to {plan.middle:.4g}, run {shlex.quote(str(request.out))}, log what it got and what it "
+        f"did; identify --from {plan.begins[1]:.1f} --to {test:.1f} --initial-state zero, and try the model --from "
+        f"{test:.1f}"
+    )
