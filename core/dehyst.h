@@ -176,7 +176,7 @@ enum { /* answers */
 #define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
 #define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
 #define DEHYST_JOINT_WORDS(n, memory)                                                                                 \
-    (16 + DEHYST_REAL_WORDS * ((n) + 40 + ((memory) < 0 ? 0 : 15 + 9 * DEHYST_GROUPS + 2 * (memory))))
+    (16 + DEHYST_REAL_WORDS * ((n) + 40 + ((memory) < 0 ? 0 : 17 + 9 * DEHYST_GROUPS + 2 * (memory))))
 
 /* Reals of memory that the parameters of an image need. */
 #define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
@@ -367,7 +367,9 @@ dehyst_real dehyst_decay(dehyst_real x);
  *   e = measured - (curve + offset + sum_g scale_g part_g)
  *   scale_g += mu e part_g/(noise^2 + unit^2 + sum part^2),  offset likewise with `unit` for its part,  mu = rate T <= 1
  * and back into lowest .. highest and +-offset_limit: scales stay >= 0, so that whatever is learned opposes motion as the
- * model does and is invertible with it. What was learned is used while its squared error, remembered over `memory`, is
+ * model does and is invertible with it. An error beyond most_error and beyond contact_ratio times the usual one is contact:
+ * learning rests until it is over. If it stays, the usual error grows by what was cut, and after a while it is learned as
+ * the actuator's own: usual += T/patience (limit^2 - usual), at most exp((contact_ratio^2 - 1) t/patience). What was learned is used while its squared error, remembered over `memory`, is
  * below that of scales 1 and offset 0; else these are. Normalised and projected: nothing that is measured can make it
  * leave its bounds. */
 
@@ -376,7 +378,11 @@ typedef struct dehyst_adaptation {
     dehyst_real memory;          /* over which errors are compared, and learned values faded in, [s] */
     dehyst_real noise;           /* size of a signal that teaches nothing, > 0, [u] */
     dehyst_real dead_zone;       /* errors below teach nothing, [u] */
-    dehyst_real most_error;      /* errors beyond are something else: nothing is learned, [u] */
+    dehyst_real most_error;      /* errors beyond are something else, contact: nothing is learned from them, [u], */
+    dehyst_real contact_ratio;   /* unless they are below so many times the usual error; 0: never */
+    dehyst_real first_error;     /* usual error at first, [u] */
+    dehyst_real patience;        /* over which larger errors that stay become the usual ones, [s] */
+    dehyst_real rest;            /* without learning after a large error, [s] */
     dehyst_real lowest, highest; /* of a scale, 0 <= lowest <= 1 <= highest */
     dehyst_real offset_limit;    /* [u]; 0: no offset */
     dehyst_real unit;            /* size that the offset has as a signal, [u] */
@@ -389,10 +395,12 @@ typedef struct dehyst_learning {
     dehyst_real applied_offset;
     dehyst_real error;                  /* mean square error of what was learned, [u^2] */
     dehyst_real error_before;           /* of the model as it was identified */
+    dehyst_real usual;                  /* mean square error of what was learned, large ones cut, [u^2] */
+    dehyst_real resting;                /* time without learning that is left, [s] */
 } dehyst_learning;
 
 /* As identified. */
-void dehyst_learning_reset(dehyst_learning *learning);
+void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning);
 
 /* One sample at a period [s]: what the actuator needed, `measured`, beside the model's answer at the measured output. While
  * `frozen` nothing is learned. Returns 1 if something was. */

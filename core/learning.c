@@ -1,6 +1,12 @@
 #include "dehyst.h"
 
-void dehyst_learning_reset(dehyst_learning *learning)
+static dehyst_real square_within(dehyst_real x)
+{
+    const dehyst_real size = dehyst_bounded(x, (dehyst_real)1e7); /* its square is within DEHYST_INPUT_LIMIT */
+    return size * size;
+}
+
+void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning)
 {
     for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
         learning->scale[g] = 1;
@@ -10,12 +16,30 @@ void dehyst_learning_reset(dehyst_learning *learning)
     learning->applied_offset = 0;
     learning->error = 0;
     learning->error_before = 0;
+    learning->usual = square_within(adaptation->first_error);
+    learning->resting = 0;
 }
 
-static dehyst_real square_within(dehyst_real x)
+static dehyst_real part_of(dehyst_real period, dehyst_real time)
 {
-    const dehyst_real size = dehyst_bounded(x, (dehyst_real)1e12); /* its square overflows in no precision */
-    return size * size;
+    return time > period ? period / time : (dehyst_real)1;
+}
+
+/* Whether an error is another's doing, not the model's: far beyond what is usual, or was so a moment ago. */
+static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *learning, dehyst_real period,
+                      dehyst_real error)
+{
+    const dehyst_real square = square_within(error);
+    const dehyst_real always = square_within(adaptation->most_error);
+    const dehyst_real ratio = dehyst_bounded(adaptation->contact_ratio, (dehyst_real)1e3);
+    const dehyst_real grown = ratio * ratio * learning->usual;
+    const dehyst_real most = grown > always ? grown : always;
+    const int large = square > most;
+    const dehyst_real part = part_of(period, square > learning->usual ? adaptation->patience : adaptation->memory);
+    learning->usual += part * ((large ? dehyst_within(most, 0, square) : square) - learning->usual);
+    learning->resting = large ? adaptation->rest : learning->resting - period;
+    learning->resting = learning->resting > 0 ? learning->resting : (dehyst_real)0;
+    return large || learning->resting > 0;
 }
 
 /* What is taken of an error: nothing below the dead zone. */
@@ -62,8 +86,8 @@ int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *l
         before -= part[g];
         error -= learning->scale[g] * part[g];
     }
-    const dehyst_real part_of_it = adaptation->memory > period ? period / adaptation->memory : (dehyst_real)1;
-    if (frozen || !dehyst_accept(error) || error > adaptation->most_error || error < -adaptation->most_error) {
+    const dehyst_real part_of_it = part_of(period, adaptation->memory);
+    if (frozen || !dehyst_accept(error) || is_contact(adaptation, learning, period, error)) {
         apply(learning, groups, part_of_it);
         return 0;
     }

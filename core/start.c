@@ -42,7 +42,7 @@ static void reset_pressures(const dehyst_joint *joint, dehyst_joint_state *state
 
 static void reset_direct(const dehyst_joint *joint, dehyst_joint_state *state)
 {
-    dehyst_learning_reset(&state->learning);
+    dehyst_learning_reset(&joint->adaptation, &state->learning);
     state->torque_direct = 0;
     state->contact = 0;
     state->disturbance = 0;

@@ -154,6 +154,10 @@ inline void learn_by(const nb::dict &values, dehyst_joint &joint)
     a.noise = from.real("noise");
     a.dead_zone = from.real("dead_zone");
     a.most_error = from.real("most_error");
+    a.contact_ratio = from.real("contact_ratio");
+    a.first_error = from.real("first_error");
+    a.patience = from.real("patience");
+    a.rest = from.real("rest");
     a.lowest = from.real("lowest");
     a.highest = from.real("highest");
     a.offset_limit = from.real("offset_limit");

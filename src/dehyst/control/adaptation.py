@@ -34,7 +34,17 @@ class Adaptation:
     dead_zone
         Errors below teach nothing. [Nm]
     most_error
-        Errors beyond are something else, contact for instance, and teach nothing. [Nm]
+        Errors beyond are contact and teach nothing until they are over, unless such errors are usual. [Nm]
+    contact_ratio
+        An error is usual below so many times the rms of those over the last `memory`, contact left out. 0: none is.
+    first_error
+        That rms at first, before anything was seen. [Nm]
+    patience
+        Over which what looks like contact and does not end becomes usual, and is learned: a hysteresis that changed,
+        a load that stays. With a ratio c it takes some 2 patience/(c^2 - 1) times the logarithm of how many times too
+        large the error is. [s]
+    rest
+        Without learning after contact. [s]
     lowest, highest
         Of every scale, lowest <= 1 <= highest.
     offset_limit
@@ -57,15 +67,19 @@ class Adaptation:
     2.0
     """
 
-    rate: float = 0.2
-    memory: float = 10.0
+    rate: float = 0.3
+    memory: float = 5.0
     noise: float = 0.3
     dead_zone: float = 0.0
-    most_error: float = 1e6
+    most_error: float = 0.5
+    contact_ratio: float = 4.0
+    first_error: float = 1.0
+    patience: float = 60.0
+    rest: float = 1.0
     lowest: float = 0.0
     highest: float = 2.0
     offset_limit: float = 2.0
-    unit: float = 0.3
+    unit: float = 1.0
     most_acceleration: float = 0.5
     disturbance_pole: float = 5.0
 
@@ -79,8 +93,8 @@ class Adaptation:
             )
         if not self.noise > 0:
             raise ParameterError(f"noise = {self.noise:g} Nm must be positive: without signal nothing can be learned.")
-        for name in ("rate", "memory", "dead_zone", "most_error", "offset_limit", "unit", "most_acceleration",
-                     "disturbance_pole"):  # fmt: skip
+        free = ("noise", "lowest", "highest")
+        for name in (entry.name for entry in fields(self) if entry.name not in free):
             if getattr(self, name) < 0:
                 raise ParameterError(f"{name} = {getattr(self, name):g} must not be negative.")
 
