@@ -32,6 +32,10 @@ Start = Annotated[float | None, typer.Option("--from", help="Leave out samples b
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
 Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist already.")]
+LoadColumn = Annotated[str | None, typer.Option("--load", help="direct-inverse: column of the load.")]
+MeanPressureColumn = Annotated[
+    str | None, typer.Option("--mean-pressure", help="direct-inverse: column of the mean pressure.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
 
 
@@ -99,15 +103,8 @@ def identify(
     creep_times: Annotated[
         str | None, typer.Option("--creep-times", help="direct-inverse: time constants instead, e.g. 4,25,150 [s].")
     ] = None,
-    load: Annotated[
-        str | None, typer.Option("--load", help="direct-inverse: column of the load that changes the hysteresis.")
-    ] = None,
-    mean_pressure: Annotated[
-        str | None,
-        typer.Option(
-            "--mean-pressure", help="direct-inverse: column of the mean pressure that changes the hysteresis."
-        ),
-    ] = None,
+    load: LoadColumn = None,
+    mean_pressure: MeanPressureColumn = None,
     save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
     figures: Annotated[
@@ -152,12 +149,14 @@ def simulate(
     start: Start = None,
     stop: Stop = None,
     out: Out = None,
+    load: LoadColumn = None,
+    mean_pressure: MeanPressureColumn = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Print a model's output for a logged input, as CSV."""
     from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit))
+    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure))
 
 
 @app.command()
@@ -171,12 +170,16 @@ def compensate(
     start: Start = None,
     stop: Stop = None,
     out: Out = None,
+    load: LoadColumn = None,
+    mean_pressure: MeanPressureColumn = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
-    run_compensate(PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, time_unit))
+    run_compensate(
+        PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure)
+    )
 
 
 @app.command()

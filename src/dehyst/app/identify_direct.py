@@ -105,14 +105,15 @@ def _schedule(
     arrays, unit = [], ""
     for (log, run), record in zip(runs, records, strict=True):
         signal = read_signal(log, column, time=request.time, run=run, time_unit=request.time_unit, missing="drop")
-        _refuse_unit(option, name, signal)
+        refuse_unit(option, name, signal)
         unit = unit or signal.unit
         values = convert(signal.values, signal.unit, unit) if signal.unit != unit else signal.values
-        arrays.append(_at_samples(option, column, signal, np.asarray(values), record))
+        arrays.append(at_samples(option, column, signal, np.asarray(values), record, len(record)))
     return arrays, unit
 
 
-def _refuse_unit(option: str, name: str, signal: Signal) -> None:
+def refuse_unit(option: str, name: str, signal: Signal) -> None:
+    """Refuse a column of another dimension than its schedule."""
     allowed, found = DIMENSIONS[name], dimension(signal.unit)
     if found and found not in allowed:
         raise UnitError(
@@ -122,11 +123,12 @@ def _refuse_unit(option: str, name: str, signal: Signal) -> None:
         )
 
 
-def _at_samples(option: str, column: str, signal: Signal, values: Array, record: Recording) -> Array:
+def at_samples(option: str, column: str, signal: Signal, values: Array, record: Recording | Signal, size: int) -> Array:
+    """Bring a scheduling column to the samples of a recording or a signal."""
     if record.time is None or signal.time is None:
-        if values.size != len(record):
+        if values.size != size:
             raise ColumnError(
-                f"{option} '{column}' has {values.size} samples and the recording {len(record)}, and without time "
+                f"{option} '{column}' has {values.size} samples and the recording {size}, and without time "
                 f"stamps they cannot be brought together. Name the time column (--time).",
                 column=column,
             )

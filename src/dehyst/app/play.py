@@ -12,11 +12,11 @@ import numpy.typing as npt
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings
 from dehyst.app.verdict import verdict_findings
-from dehyst.errors import OutputError
+from dehyst.errors import OutputError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
-from dehyst.models import HysteresisModel, ShearedPrandtlIshlinskii, SignalCard, load_model
+from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard, load_any
 from dehyst.units import canonical, convert
 
 Array = npt.NDArray[np.float64]
@@ -41,33 +41,47 @@ class PlayRequest:
     out: Path | None
     overwrite: bool = False
     time_unit: str | None = None
+    load: str | None = None
+    mean_pressure: str | None = None
 
 
 def run_simulate(request: PlayRequest) -> None:
     """Write time, input and the model's output."""
     model, signal = _read(request)
-    x, findings = _in_units_of(model.card.input, signal)
-    findings += _outside(x, model.card.input, "input", "the model extrapolates there")
+    if isinstance(model, DirectInverse):
+        from dehyst.app.play_direct import simulate_direct  # which writes with what is below
+
+        simulate_direct(request, model, signal)
+        return
+    _refuse_schedules(request)
+    x, findings = in_units_of(model.card.input, signal)
+    findings += outside(x, model.card.input, "input", "the model extrapolates there")
     y = model.simulate(x)
-    _write(request, signal, {_column(model.card.input): x, _column(model.card.output, "model"): y})
-    print_findings([*_about(signal, "input"), *findings], stderr=True)
+    write(request, signal, {column(model.card.input): x, column(model.card.output, "model"): y})
+    print_findings([*about(signal, "input"), *findings], stderr=True)
 
 
 def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request)
+    if isinstance(model, DirectInverse):
+        from dehyst.app.play_direct import compensate_direct  # which writes with what is below
+
+        compensate_direct(request, model, signal)
+        return
+    _refuse_schedules(request)
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
-    y, findings = _in_units_of(model.card.output, signal)
-    findings += _outside(y, model.card.output, "reference", "the inverse extrapolates there")
+    y, findings = in_units_of(model.card.output, signal)
+    findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     x = model.inverse().simulate(y)
-    findings += _outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += _jumps(x, model.card.input, signal)
+    findings += outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
+    findings += jumps(x, model.card.input, signal)
     findings += _proof(model, x, y)
-    _write(request, signal, {_column(model.card.output): y, _column(model.card.input, "compensated"): x})
-    print_findings([*said, *_about(signal, "reference"), *findings], stderr=True)
+    write(request, signal, {column(model.card.output): y, column(model.card.input, "compensated"): x})
+    print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
-def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
+def _read(request: PlayRequest) -> tuple[HysteresisModel | DirectInverse, Signal]:
     _refuse_sources(request)
     signal = read_signal(
         request.log,
@@ -78,15 +92,25 @@ def _read(request: PlayRequest) -> tuple[HysteresisModel, Signal]:
         stop=request.stop,
         time_unit=request.time_unit,
     )
-    return load_model(request.model), signal
+    return load_any(request.model), signal
 
 
-def _column(card: SignalCard, prefix: str = "") -> str:
+def _refuse_schedules(request: PlayRequest) -> None:
+    wrong = [name for name, given in (("--load", request.load), ("--mean-pressure", request.mean_pressure)) if given]
+    if wrong:
+        raise ParameterError(
+            f"{' and '.join(wrong)} {'belongs' if len(wrong) == 1 else 'belong'} to a direct inverse with such a "
+            f"schedule, and '{request.model}' holds another model. Leave it out."
+        )
+
+
+def column(card: SignalCard, prefix: str = "") -> str:
+    """Return the head of a column: name and unit of a signal."""
     name = f"{prefix}_{card.name}" if prefix else card.name
     return f"{name} [{card.unit}]" if card.unit else name
 
 
-def _in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
+def in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
     """Convert the signal to the model's unit, or say that it cannot be checked."""
     if signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None:
         return signal.values, []
@@ -105,25 +129,26 @@ def _in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]
     ]
 
 
-def _outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:
+def outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:
+    """Return a finding if a signal leaves its identified range."""
     if card.low is None or card.high is None:
         return []
     slack = BEYOND * (card.high - card.low)
-    outside = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
-    if not outside:
+    beyond = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
+    if not beyond:
         return []
     unit = f" {card.unit}" if card.unit else ""
     return [
         Finding(
             "outside-range",
-            f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {outside} of {values.size} "
+            f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {beyond} of {values.size} "
             f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify "
             f"on a log that covers it.",
         )
     ]
 
 
-def _about(signal: Signal, role: str) -> list[Finding]:
+def about(signal: Signal, role: str) -> list[Finding]:
     """Findings of reading, with what is done here at gaps: nothing is unknown to a computation, it just goes on."""
     if not signal.breaks:
         return list(signal.findings)
@@ -146,7 +171,7 @@ def _at(signal: Signal, index: int) -> str:
     return f"sample {index + 1}" if signal.time is None else f"{signal.time[index]:.6g} s"
 
 
-def _jumps(x: Array, card: SignalCard, signal: Signal) -> list[Finding]:
+def jumps(x: Array, card: SignalCard, signal: Signal, cure: str = ", or raise --eps when identifying") -> list[Finding]:
     """Steps of the computed input that no valve or amplifier follows from one sample to the next."""
     if card.low is None or card.high is None or not card.high > card.low or x.size < 2:
         return []
@@ -164,7 +189,7 @@ def _jumps(x: Array, card: SignalCard, signal: Signal) -> list[Finding]:
             f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
             f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
             f"{_at(signal, k)} to {_at(signal, k + 1)}. The actuator will lag there. Smooth the reference or sample it "
-            f"more finely, or raise --eps when identifying.",
+            f"more finely{cure}.",
         )
     ]
 
@@ -195,7 +220,8 @@ def _refuse_sources(request: PlayRequest) -> None:
         raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
 
 
-def _write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:
+def write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:
+    """Write time and columns to the file that was asked for, or to the terminal."""
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns
     out = request.out

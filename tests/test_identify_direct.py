@@ -1,0 +1,387 @@
+"""Identification of the direct inverse: what made the data is found, optima are optima, noise biases nothing."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import dehyst
+from dehyst.errors import ExcitationError, ParameterError
+from dehyst.identification import follow
+from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
+from dehyst.identification.direct.data import prepare_direct
+from dehyst.identification.direct.evidence import permutation_p
+from dehyst.identification.direct.program import solve_shape
+from dehyst.identification.direct.times import longest_hold, separable
+from dehyst.models import ModelCard, SignalCard
+from direct_samples import TIPS, asked, log, motion
+
+STOPS = ((0.4, 0.5), (3.0, 0.3))
+UNSEEN = (-0.9, 0.6, -0.3, 0.8, -0.7, 0.2)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """A log of stops and a curve, 38 s."""
+    t, y = motion()
+    return log(t, y, asked(t, y, np.gradient(y, t), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002)))
+
+
+@pytest.fixture(scope="module")
+def plain_fit(plain):
+    return dehyst.identify_direct(plain, initial_state="rest")
+
+
+def codes(fit):
+    return {finding.code for finding in fit.warnings}
+
+
+def test_stops_and_curve_are_found_again_on_loops_that_were_not_fitted(plain_fit):
+    assert plain_fit.test.rmse_percent < 0.1
+    assert plain_fit.settings["groups"] == ["stops"]
+    assert plain_fit.settings["degree"] >= 3
+    assert not plain_fit.model.schedules
+    assert plain_fit.certificate.rises
+    t, y = motion(UNSEEN)
+    truth = asked(t, y, np.gradient(y, t), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002))
+    assert np.sqrt(np.mean((plain_fit.model.simulate(y, t).u - truth) ** 2)) < 0.002 * np.ptp(truth)
+
+
+def test_weights_sit_at_the_radii_that_made_the_data_when_these_are_offered():
+    radii = RADII[[8, 17, 24]] * 10.0
+    t, y = motion()
+    u = asked(t, y, np.zeros(y.size), stops=tuple(zip(radii, (0.5, 0.2, 0.3), strict=True)))
+    model = dehyst.identify_direct(log(t, y, u), initial_state="rest", train_fraction=1.0).model
+    found = dict(zip(model.radii.round(9), model.stop_weights[0], strict=True))
+    for radius, weight in zip(radii, (0.5, 0.2, 0.3), strict=True):
+        assert found.pop(round(radius, 9)) == pytest.approx(weight, rel=0.01)
+    assert max(found.values(), default=0.0) < 0.005
+
+
+def test_the_prediction_is_what_the_saved_model_answers(plain, plain_fit, tmp_path):
+    model = dehyst.load_direct(plain_fit.model.save(tmp_path / "m.json"))
+    run = model.simulate(plain.output, plain.time)
+    np.testing.assert_allclose(run.u, plain_fit.predictions[0], rtol=0, atol=1e-9)
+    assert model.card == plain_fit.model.card
+    assert model.card.provenance["verdict"] == plain_fit.verdict
+
+
+@pytest.mark.parametrize("shape", [Shape(5), Shape(3, ("stops", "path", "creep", "viscous"), by_output=True)])
+def test_the_program_reaches_the_optimum_that_another_solver_reaches(plain, shape):
+    data = prepare_direct((plain,), 0.5, {})
+    layout = Layout(Bank(RADII[::4], np.array([0.2, 1.0]), np.array([0.5, 5.0])), 0)
+    rows = fitted_rows(layout, data, "rest")
+    found = solve_shape(layout, shape, rows, rows.shape[0], ridge=1e-4)
+    system, free = layout.select(shape, rows)
+    slopes = shape.degree
+    rms = np.sqrt(np.mean(system[:, free + slopes : -1] ** 2, axis=0))
+    whole = np.vstack([system[:, :-1], np.zeros((rms.size, system.shape[1] - 1))])
+    whole[rows.shape[0] :, free + slopes :] = np.diag(np.sqrt(1e-4 * rows.shape[0]) * rms)
+    target = np.append(system[:, -1], np.zeros(rms.size))
+    low = np.concatenate([[-np.inf] * free, [0.05] * slopes, np.zeros(rms.size)])
+    other = scipy.optimize.lsq_linear(whole, target, (low, np.inf), method="bvls", tol=1e-14, max_iter=1000)
+    assert found.kkt_residual < 1e-12
+    best = np.sum((whole @ other.x - target) ** 2)
+    assert np.sum((whole @ found.unknowns - target) ** 2) <= best * (1 + 1e-9) + 1e-15
+
+
+@given(st.integers(1, 7), st.data())
+def test_polynomials_of_the_program_rise_where_the_data_is(degree, data):
+    weights = np.array(data.draw(st.lists(st.floats(0.05, 10.0), min_size=degree, max_size=degree)))
+    curve = np.polynomial.Polynomial(rising_powers(degree) @ weights)
+    y = np.linspace(-1.0, 1.0, 101)
+    assert np.min(curve.deriv()(y)) >= 0.05 - 1e-9
+    assert abs(curve(-1.0)) < 1e-9
+
+
+def test_noise_on_the_input_does_not_make_the_compensator_worse_as_it_does_through_a_forward_model():
+    t, y = motion()
+    clean = asked(t, y, np.zeros(y.size), stops=STOPS, curve=(1.0, 0.4))
+    new_t, new_y = motion(UNSEEN)
+    truth = asked(new_t, new_y, np.zeros(new_y.size), stops=STOPS, curve=(1.0, 0.4))
+    direct, forward = [], []
+    for seed in range(3):
+        noisy = log(t, y, clean + 0.02 * np.ptp(clean) * np.random.default_rng(seed).standard_normal(t.size))
+        mine = dehyst.identify_direct(noisy, initial_state="rest", train_fraction=1.0).model.simulate(new_y, new_t).u
+        other = dehyst.identify(noisy, train_fraction=1.0).model.inverse().simulate(new_y)
+        direct.append(np.sqrt(np.mean((mine - truth) ** 2)))
+        forward.append(np.sqrt(np.mean((other - truth) ** 2)))
+    assert np.mean(direct) < 0.01 * np.ptp(truth)
+    assert np.mean(direct) < 0.5 * np.mean(forward)
+
+
+def test_creep_is_found_and_what_holds_still_is_told_apart_from_stops():
+    t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.2), (6.0, 0.2)))
+    fit = dehyst.identify_direct(log(t, y, u), initial_state="rest")
+    found = {each.group: each for each in fit.evidence}
+    assert "creep" in fit.settings["groups"]
+    assert found["creep"].there and found["creep"].p < 0.01
+    assert "creep-without-holds" not in codes(fit)
+    assert fit.test.rmse_percent < 0.5
+    without = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
+    assert without.model.time_constants.size == 0
+    assert fit.test.rmse < 0.5 * without.test.rmse
+
+
+def test_time_constants_wrong_by_a_factor_of_three_cost_little():
+    t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.2), (6.0, 0.2)))
+    for factor in (1 / 3, 3.0):
+        times = np.array([1.0, 6.0]) * factor
+        fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep_times=times)
+        assert fit.test.rmse_percent < 1.5
+        assert set(fit.model.time_constants) <= set(times)
+
+
+def test_creep_in_a_log_without_holds_comes_with_a_warning():
+    t, y = motion()
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.5),))
+    assert "creep-without-holds" in codes(dehyst.identify_direct(log(t, y, u), creep=3))
+
+
+def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):
+    fit = dehyst.identify_direct(plain, creep=2, initial_state="rest")
+    assert "creep-no-gain" in codes(fit)
+    far = dehyst.identify_direct(plain, creep_times=[1e-4, 1e4], initial_state="rest")
+    assert "creep-times-outside" in codes(far)
+
+
+def test_rate_dependence_is_found_where_it_is_and_nowhere_else(plain_fit):
+    t, y = motion(stroke=(0.7, 2.0, 5.0))
+    u = asked(t, y, np.gradient(y, t), stops=STOPS, viscous=0.2)
+    noise = 0.002 * np.ptp(u) * np.random.default_rng(0).standard_normal(t.size)
+    with_it = {e.group: e for e in dehyst.identify_direct(log(t, y, u + noise)).evidence}["viscous"]
+    still = asked(t, y, np.gradient(y, t), stops=STOPS)
+    without = {e.group: e for e in dehyst.identify_direct(log(t, y, still + noise)).evidence}["viscous"]
+    assert with_it.there and with_it.p < 0.01 and with_it.kept
+    assert not without.there
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=8))
+def test_the_permutation_test_counts_exchanges(gains):
+    gains = np.array(gains)
+    signs = np.array(np.meshgrid(*[[1, -1]] * gains.size)).reshape(gains.size, -1).T
+    expected = np.mean(signs @ gains >= np.sum(gains) - 1e-12 * np.sum(np.abs(gains)))
+    assert permutation_p(gains) == pytest.approx(expected)
+
+
+def test_a_path_lag_is_found():
+    t, y = motion()
+    u = asked(t, y, np.zeros(y.size), paths=((1.5, 0.6),), curve=(0.0, 0.5))
+    fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
+    assert "path" in fit.settings["groups"]
+    assert fit.test.rmse_percent < 0.3
+
+
+def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit):
+    t, y = motion()
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, share=0.2 + 1.6 * np.clip((y + 10) / 20, 0, 1))
+    fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
+    assert [schedule.name for schedule in fit.model.schedules] == ["output"]
+    assert fit.test.rmse_percent < 0.5
+    assert not plain_fit.model.schedules
+
+
+@pytest.mark.parametrize("name", ["load", "mean_pressure"])
+def test_a_schedule_is_learnt_and_asked_for(name):
+    t, y = motion(TIPS * 2)
+    sigma = 2.0 + 1.5 * np.sin(0.11 * t)
+    low, high = sigma[: t.size // 2].min(), sigma[: t.size // 2].max()
+    share = 0.5 + np.clip((sigma - low) / (high - low), 0, 1)
+    rec = log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS, share=share))
+    fit = dehyst.identify_direct(rec, **{name: sigma}, units={name: "N"}, initial_state="rest", creep=0)
+    (schedule,) = fit.model.schedules
+    assert (schedule.name, schedule.unit) == (name, "N")
+    assert (schedule.low, schedule.high) == pytest.approx((low, high))
+    without = dehyst.identify_direct(rec, initial_state="rest", creep=0)
+    assert fit.test.rmse_percent < 0.5
+    assert fit.test.rmse < 0.3 * without.test.rmse
+    answer = fit.model.simulate(y, t, given={name: sigma}).u
+    np.testing.assert_allclose(answer, fit.predictions[0], atol=1e-9)
+    with pytest.raises(ParameterError, match=name):
+        fit.model.simulate(y, t)
+
+
+def test_a_schedule_that_changes_nothing_is_said_to_be_of_no_use(plain):
+    noise = np.random.default_rng(0).standard_normal(len(plain))
+    fit = dehyst.identify_direct(plain, load=noise, initial_state="rest")
+    assert "schedule-no-gain" in codes(fit)
+
+
+def test_after_a_gap_memory_begins_anew_and_samples_count_once_it_is_known(plain):
+    k = len(plain) // 4
+    gap = dehyst.Recording(
+        input=plain.input, output=plain.output, time=np.where(np.arange(len(plain)) < k, plain.time, plain.time + 50),
+        breaks=(k,),
+    )  # fmt: skip
+    fit = dehyst.identify_direct(gap, initial_state="rest", train_fraction=1.0)
+    assert "unknown-memory" in codes(fit)
+    mask = fit.train_masks[0]
+    assert mask[:k].all() and not mask[k]
+    begins = k + int(np.argmax(mask[k:]))
+    part = plain.output[k:begins]
+    reach = np.ptp(plain.output)
+    assert part.min() < plain.output.min() + 0.03 * reach or part.max() > plain.output.max() - 0.03 * reach
+    assert fit.train.rmse_percent < 0.2
+
+
+def test_uneven_sampling_is_no_noise():
+    t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((2.0, 0.3),))
+    kept = np.sort(np.random.default_rng(0).choice(t.size, t.size // 2, replace=False))
+    turns = dehyst.loops.turning_points(y)
+    kept = np.union1d(kept, turns)
+    fit = dehyst.identify_direct(log(t[kept], y[kept], u[kept]), initial_state="rest", creep_times=[2.0])
+    assert fit.test.rmse_percent < 1.0
+
+
+def test_without_time_stops_are_found_and_creep_is_refused(plain):
+    bare = dehyst.Recording(input=plain.input, output=plain.output)
+    fit = dehyst.identify_direct(bare, initial_state="rest")
+    assert fit.test.rmse_percent < 0.1
+    assert fit.evidence == ()
+    with pytest.raises(ParameterError, match="--time"):
+        dehyst.identify_direct(bare, creep=3)
+
+
+def test_an_unknown_past_is_not_taken_for_rest():
+    t, y = motion((1.0, -1.0) * 6)
+    u = asked(t, y, np.zeros(y.size), stops=((4.0, 1.0),), curve=(0.0, 0.3))
+    begin = int(np.argmax(y)) + 60  # within a falling branch: the stops are loaded
+    late = log(t[begin:], y[begin:], u[begin:])
+    fit = dehyst.identify_direct(late, creep=0)
+    assert fit.settings["start"] != "rest"
+    assert not fit.model.known
+    assert fit.train.rmse_percent < 0.5
+    assert dehyst.identify_direct(late, creep=0, initial_state="rest").train.rmse > 3 * fit.train.rmse
+
+
+def test_the_comparison_is_that_of_the_forward_families_on_the_same_samples(plain, plain_fit):
+    assert [rival.family for rival in plain_fit.rivals] != []
+    for rival in plain_fit.rivals:
+        fit = dehyst.identify(plain, rival.family)
+        assert rival.inverse_percent == pytest.approx(fit.certificate.inverse_miss_percent)
+        assert rival.forward_percent == pytest.approx(fit.test.rmse_percent)
+    best = plain_fit.rivals[0]
+    assert best.inverse_percent == min(rival.inverse_percent for rival in plain_fit.rivals)
+    assert best.family in plain_fit.verdict
+
+
+def test_a_forward_family_that_is_better_is_named():
+    t, y = motion((0.1, -0.1) * 3 + TIPS)
+    u = asked(t, y, np.zeros(y.size), stops=STOPS)
+    fit = dehyst.identify_direct(log(t, y, u), train_fraction=0.2, creep=0)  # hardly anything of the range is fitted
+    assert codes(fit) & {"extrapolation", "forward-better"}
+    assert "good for compensation" not in fit.verdict
+
+
+# Reading the model forward.
+
+
+@st.composite
+def invertible(draw):
+    weight = st.floats(0.0, 2.0)
+    card = ModelCard(SignalCard("u"), SignalCard("y", "", -10.0, 10.0))
+    return dehyst.DirectInverse(
+        radii=[0.3, 2.0, 6.0],
+        stop_weights=[draw(weight) for _ in range(3)],
+        path_lengths=[0.5, 4.0],
+        path_weights=[draw(weight) for _ in range(2)],
+        time_constants=[0.3, 4.0],
+        creep_weights=[draw(weight) for _ in range(2)],
+        polynomial=[draw(st.floats(-1.0, 1.0)), draw(st.floats(0.1, 2.0)), 0.0, draw(st.floats(0.0, 0.01))],
+        viscous=draw(st.floats(0.0, 0.5)),
+        card=card,
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(invertible(), st.sampled_from([(0.5,), (0.5, 2.0)]))
+def test_reading_a_model_forward_undoes_it(model, stroke):
+    t, y = motion((0.9, -0.7, 0.3, -0.2), stroke=stroke, hold=0.2)
+    rate = np.concatenate([[0.0], np.diff(y) / np.diff(t)])
+    u = model.simulate(y, t, rate=rate).u
+    found = follow(model, u, t, start="rest")
+    assert found.missed == 0
+    np.testing.assert_allclose(found.y, y, atol=2e-3)  # the first sample is found on a grid, and what it leaves fades
+    assert np.max(np.abs((found.y - y)[-20:])) < 2e-3
+
+
+def test_an_input_that_nothing_needs_is_counted_and_not_followed():
+    card = ModelCard(SignalCard("u"), SignalCard("y", "", -1.0, 1.0))
+    model = dehyst.DirectInverse(polynomial=[0.0, 1.0], card=card)
+    found = follow(model, [0.0, 1.0, 50.0, 0.5], start="rest")
+    assert found.missed == 1
+    assert found.y.max() <= 1.2 + 1e-9
+    assert found.y[-1] == pytest.approx(0.5)
+
+
+# What is refused.
+
+
+def test_settings_that_are_none_are_refused_with_a_cure(plain):
+    for change, words in (
+        ({"creep": -1}, "creep"),
+        ({"creep": 2.5}, "creep"),
+        ({"creep": "many"}, "creep"),
+        ({"creep": True}, "creep"),
+        ({"creep_times": [3.0, 1.0]}, "increase"),
+        ({"creep_times": [0.0, 1.0]}, "positive"),
+        ({"creep_times": list(range(1, 20))}, "at most"),
+        ({"initial_state": "asleep"}, "initial_state"),
+        ({"train_fraction": 1.5}, "train_fraction"),
+        ({"load": [1.0, 2.0]}, "load"),
+        ({"load": np.full(len(plain), np.nan)}, "not finite"),
+        ({"mean_pressure": "four"}, "mean_pressure"),
+    ):
+        with pytest.raises(ParameterError, match=words):
+            dehyst.identify_direct(plain, **change)
+
+
+def test_signals_that_tell_nothing_are_refused_with_a_cure(plain):
+    for rec, words in (
+        (dehyst.Recording(input=np.ones(100), output=np.sin(np.arange(100.0))), "stays at"),
+        (dehyst.Recording(input=np.sin(np.arange(100.0)), output=np.ones(100)), "stays at"),
+        (dehyst.Recording(input=np.sin(np.arange(20.0)), output=np.sin(np.arange(20.0))), "samples"),
+        (log(plain.time, -plain.output, plain.input), "Turn the sign"),
+    ):
+        with pytest.raises(ExcitationError, match=words):
+            dehyst.identify_direct(rec)
+    with pytest.raises(ExcitationError, match="stays at"):
+        dehyst.identify_direct(plain, load=np.full(len(plain), 3.0))
+
+
+def test_identify_leads_there_and_refuses_settings_of_other_families(plain, plain_fit):
+    fit = dehyst.identify(plain, "direct-inverse", initial_state="rest")
+    assert isinstance(fit, dehyst.DirectFit)
+    assert fit.test == plain_fit.test
+    for change in ({"n": 50}, {"eps": 0.1}, {"thresholds": [0.0, 1.0]}, {"weights": np.ones(len(plain))}):
+        with pytest.raises(ParameterError, match=next(iter(change))):
+            dehyst.identify(plain, "direct-inverse", **change)
+
+
+def test_loops_that_run_the_other_way_are_not_called_a_compensator():
+    t, y = motion()
+    u = 0.5 * y - 0.05 * np.gradient(y, t) * 3.0  # the input lags: no term can show it
+    fit = dehyst.identify_direct(log(t, y, u))
+    assert {"static-as-good", "poor-fit"} & codes(fit)
+    assert "do not compensate with it" in fit.verdict
+
+
+def test_several_recordings_are_fitted_together(plain):
+    t, y = motion(UNSEEN)
+    second = log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002)))
+    fit = dehyst.identify_direct([plain, second], initial_state="rest")
+    assert [p.size for p in fit.predictions] == [len(plain), len(second)]
+    assert fit.test.rmse_percent < 0.2
+
+
+def test_what_a_log_separates_and_how_long_it_holds_is_measured():
+    t, y = motion((1.0, -1.0), stroke=2.0, hold=5.0)
+    data = prepare_direct((log(t, y, y),), 1.0, {})
+    low, high = separable(data)
+    assert high == pytest.approx(t[-1] / 3)
+    assert low == pytest.approx(max(0.06, high / 300))
+    assert longest_hold(data) == pytest.approx(5.0, abs=0.5)

@@ -1,0 +1,135 @@
+"""dehyst identify --family direct-inverse, compensate and simulate with its model, and its report."""
+
+import json
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst.io import write_csv
+from direct_samples import TIPS, asked, motion
+
+U, Y = "pressure_bar", "angle_deg"
+STOPS = ((0.4, 0.5), (3.0, 0.3))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A log with creep and a load, and a reference."""
+    place = tmp_path_factory.mktemp("direct")
+    t, y = motion(TIPS, stroke=(1.0, 3.0, 5.0), hold=2.0)
+    sigma = 30.0 + 20.0 * np.sin(0.17 * t)
+    share = 0.5 + np.clip((sigma - 10.0) / 40.0, 0, 1)
+    u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((4.0, 0.3),), share=share)
+    write_csv(place / "log.csv", {"time_s": t, U: u, Y: y, "load_N": sigma, "mean_bar": 3.0 + 0.01 * sigma})
+    write_csv(place / "plain.csv", {"time_s": t, U: asked(t, y, np.zeros(y.size), stops=STOPS), Y: y})
+    t, y = motion((0.8, -0.6, 0.3))
+    write_csv(place / "reference.csv", {"time_s": t, Y: y, "load_N": 20.0 + 0 * t, "pressure_bar": 0.9 * y})
+    return place
+
+
+def identify(run, folder, *more, log="log.csv"):
+    return run("identify", folder / log, "--input", U, "--output", Y, "--family", "direct-inverse", *more)
+
+
+def test_the_verdict_the_comparison_and_the_evidence_are_printed(run, folder):
+    status, out, err = identify(run, folder, "--creep", "3", "--load", "load_N")
+    assert (status, err) == (0, "")
+    flat = " ".join(out.split())
+    for words in ("direct-inverse,", "against modified-pi: input", "dependence on time (creep): found", "read",
+                  "schedules load", "next: repeat with --save"):  # fmt: skip
+        assert words in flat, words
+
+
+def test_json_holds_both_directions_and_the_rivals(run, folder):
+    status, out, err = identify(run, folder, "--creep-times", "4", "--load", "load_N", "--json")
+    assert (status, err) == (0, "")
+    result = json.loads(out, parse_constant=pytest.fail)
+    assert result["family"] == "direct-inverse"
+    assert set(result["test"]) == set(result["forward_test"]) == {"rmse", "rmse_percent", "nrmse", "max"}
+    assert result["test"]["rmse_percent"] < 1.0
+    assert result["schedules"] == ["load"]
+    assert result["time_constants"] == [4.0]
+    assert result["kkt_residual"] < 1e-10
+    assert {"family", "inverse_percent", "forward_percent"} == set(result["rivals"][0])
+    assert {"viscous", "creep"} == {each["group"] for each in result["evidence"]}
+    rec = dehyst.read_log(folder / "log.csv", U, Y)
+    load = dehyst.read_signal(folder / "log.csv", "load_N").values
+    fit = dehyst.identify_direct(rec, load=load, units={"load": "N"}, creep_times=[4.0])
+    assert result["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-9)
+
+
+def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder, tmp_path):
+    model, out = tmp_path / "m.json", tmp_path / "u.csv"
+    assert identify(run, folder, "--save", model, "--load", "load_N", "--creep", "2")[0] == 0
+    arguments = ("compensate", model, folder / "reference.csv", "--output", Y)
+    status, _, err = run(*arguments, "--load", "load_N", "--out", out)
+    assert status == 0, err
+    loaded = dehyst.load_direct(model)
+    reference = dehyst.read_signal(folder / "reference.csv", Y)
+    asked_for = dehyst.read_signal(out, f"compensated_{loaded.card.input.name}").values
+    expected = loaded.simulate(reference.values, reference.time, given={"load": np.full(reference.values.size, 20.0)})
+    np.testing.assert_allclose(asked_for, expected.u, rtol=1e-9, atol=1e-12)
+    assert run(*arguments)[0] == 2
+    assert "--load" in run(*arguments)[2]
+    status, text, err = run("simulate", model, folder / "reference.csv", "--input", U, "--load", "load_N")
+    assert status == 0, err
+    assert text.splitlines()[0].endswith("model_angle [deg]")
+
+
+def test_a_model_without_schedule_refuses_a_column_for_one_and_needs_time_only_for_creep(run, folder, tmp_path):
+    model = tmp_path / "m.json"
+    assert identify(run, folder, "--save", model, "--creep", "0", log="plain.csv")[0] == 0
+    status, _, err = run("compensate", model, folder / "reference.csv", "--output", Y, "--load", "load_N")
+    assert status == 2 and "does not depend on load" in err
+    status, text, _ = run("compensate", model, folder / "reference.csv", "--output", Y)
+    assert status == 0 and "compensated_pressure [bar]" in text.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--n", "50"), "--n"),
+        (("--eps", "0.1"), "--eps"),
+        (("--thresholds", "0,1"), "--thresholds"),
+        (("--stream",), "--stream"),
+        (("--creep", "-2"), "creep"),
+        (("--creep-times", "4,a"), "--creep-times"),
+        (("--load", "mean_bar"), "force or torque"),
+        (("--mean-pressure", "load_N"), "pressure"),
+        (("--load", "no_such"), "no_such"),
+        (("--initial-state", "asleep"), "initial_state"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_a_cure(run, folder, arguments, words):
+    status, out, err = identify(run, folder, *arguments)
+    assert (status, out) == (2, "")
+    assert words in err
+    assert "Traceback" not in err
+
+
+def test_other_families_refuse_its_options(run, folder):
+    for option in (("--creep", "3"), ("--load", "load_N"), ("--mean-pressure", "mean_bar"), ("--creep-times", "4")):
+        status, _, err = run("identify", folder / "log.csv", "--input", U, "--output", Y, *option)
+        assert status == 2 and option[0] in err and "direct-inverse" in err
+
+
+def test_commands_for_forward_models_name_the_way_out(run, folder, tmp_path):
+    model = tmp_path / "m.json"
+    identify(run, folder, "--save", model, "--creep", "0", log="plain.csv")
+    status, _, err = run("export", model, "--target", "c", "--out", tmp_path / "out")
+    assert status == 2 and "direct inverse" in err
+
+
+def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path):
+    page, figures = tmp_path / "r.html", tmp_path / "figures"
+    status, _, err = identify(run, folder, "--load", "load_N", "--creep", "3", "--report", page, "--figures", figures)
+    assert status == 0, err
+    text = page.read_text(encoding="utf-8")
+    assert "<script" not in text and "http" not in text.split("</style>")[1].replace("http://www.w3.org", "")
+    titles = ["The loop, from output to input", "Error of the input", "Read forward", "What the model is made of",
+              "Against forward families", "What was compared"]  # fmt: skip
+    at = [text.index(f"{k} {title}</h2>") for k, title in enumerate(titles, 1)]
+    assert at == sorted(at)
+    assert {path.name for path in figures.glob("*.svg")} >= {"figure-1-loop.svg", "figure-4-weights.svg"}
+    assert "load_direct" in text
