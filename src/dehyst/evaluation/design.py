@@ -7,7 +7,7 @@ A plan consists of sections, in shares of half the range around its middle:
   through the radii of the stops; again at a tenth of the rate, over a part of the range;
 - holds: times at rest, each three times as long as the one before, at places on both sides;
 - loops and holds again with all signs changed, so that creep to either side cancels;
-- test: loops that none of the above contains, at half the rate, for judging what was identified;
+- test: loops that none of the above contains, at two thirds of the rate, for judging what was identified;
 - home.
 
 How many loops and holds, how far the slow loops go and how long the holds are is chosen among candidates by the
@@ -35,7 +35,7 @@ Array = npt.NDArray[np.float64]
 PARTS = ("home", "loops", "holds", "test")
 FULL_STROKE_S = 4.0  # of the whole range, where no rate is given
 DECADE = 10.0  # fast by slow rate
-TEST_SLOWER = 2.0
+TEST_SLOWER = 1.5
 HOLD_RATIO = 3.0  # of a hold to the one before
 LONGEST_HOLD = 1.0  # by the longest time constant
 SHORTEST_HOLD_S = 1.0
