@@ -46,10 +46,13 @@ def test_the_samples_are_those_of_the_table_and_read_back_as_a_log(tmp_path, cap
     assert [a for a, b in zip(order, [None, *order], strict=False) if a != b] == [
         "home", "loops", "holds", "loops", "holds", "test", "home"
     ]  # fmt: skip
-    begin, end = (float(word) for word in re.search(r"--from ([\d.]+) --to ([\d.]+)", out).groups())
-    fitted = {part for t, part in zip(time, order, strict=True) if begin + 0.1 < t < end - 0.1}
+    found = re.search(r"--from ([\d.]+) --to ([\d.]+) --train-fraction ([\d.]+)", out).groups()
+    begin, last, fraction = (float(word) for word in found)
+    end = begin + fraction * (last - begin)
+    fitted = {part for t, part in zip(time, order, strict=True) if begin + 0.1 < t < end - 0.2}
     assert fitted == {"loops", "holds"}
-    assert order[np.searchsorted(time, end + 0.1)] == "test"
+    held = {part for t, part in zip(time, order, strict=True) if end + 0.2 < t < last - 0.1}
+    assert held == {"test"}
     signal = read_signal(path, column="command [deg]")
     assert signal.unit == "deg" and signal.values.size == time.size
     assert "wrote" in err

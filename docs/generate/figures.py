@@ -303,6 +303,21 @@ def speed_over_operators() -> Figure:
     return figure
 
 
+def excitation() -> Figure:
+    """A designed excitation: what is run when."""
+    plan = dehyst.design_excitation(-30.0, 30.0, rate=40.0, time_limit=360.0, unit="deg")
+    time, angle, part = plan.signal(0.05)
+    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    axes = figure.subplots()
+    for name, colour in (("home", GREY), ("loops", BLUE), ("holds", GREEN), ("test", ORANGE)):
+        mine = part == name
+        mine[1:] |= mine[:-1]  # no gap where the next one begins
+        axes.plot(time, np.where(mine, angle, np.nan), color=colour, lw=1.6, label=name)
+    axes.set(xlabel="time [s]", ylabel="command [deg]", xlim=(0, plan.duration), ylim=(-32, 44))
+    axes.legend(loc="upper right", ncols=4)
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "loop": loop,
@@ -311,6 +326,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "families": families,
     "creep": creep,
     "stack": stack,
+    "excitation": excitation,
     "speed": speed_over_operators,
 }
 if not speed.RESULT.exists():

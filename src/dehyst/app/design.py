@@ -242,9 +242,12 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
     plan = designed.plan
     if request.out is None:
         return "next: the same line with --out FILE.csv writes it as samples"
-    test = plan.begins[[each.part for each in plan.sections].index("test")]
+    parts = [each.part for each in plan.sections]
+    first, test, last = plan.begins[1], plan.begins[parts.index("test")], plan.begins[-1]
+    fraction = (test - first) / (last - first)
     return (
         f"next: bring the rig to {plan.middle:.4g}, run {shlex.quote(str(request.out))}, log what it got and what it "
-        f"did; identify --from {plan.begins[1]:.1f} --to {test:.1f} --initial-state zero, and try the model --from "
-        f"{test:.1f}"
+        f"did; then, judged on the part test:\n"
+        f"dehyst identify LOG --input COLUMN --output COLUMN --family direct-inverse --initial-state rest "
+        f"--from {first:.1f} --to {last:.1f} --train-fraction {fraction:.3f}"
     )

@@ -19,7 +19,8 @@ from dehyst.evaluation.strokes import Limits
 Array = npt.NDArray[np.float64]
 
 NODES = 64  # of the grid of amplitudes besides the radii themselves
-BISECTIONS = 24  # of the price of what remains
+LEVELS = 400  # steps of the tolerance in which what remains is counted
+ROUNDING = 1e-6  # of a level
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class Homing:
     --------
     >>> homing = shortest_homing([0.1, 0.3, 0.5], -1.0, 1.0, Limits(1.0), tolerance=0.05)
     >>> homing.residual <= 0.05, homing.bound_s <= homing.duration, round(homing.travel, 1)
-    (True, True, 2.7)
+    (True, True, 2.5)
     """
 
     points: Array
@@ -124,10 +125,10 @@ def shortest_homing(
 
     .. math:: \sum_i s_i |E_i| = \sum_i s_i \min_k |r_i - a_k|
 
-    a median problem on a line, with the strokes' time as the price of a tip. It is solved exactly over amplitudes of
-    radii and a grid by dynamic programming, the tolerance as a price (Lagrange) that is bisected; the dual gives
-    ``bound_s``. The first tip only serves to make the memory known, so it is then made as short as the tolerance
-    allows.
+    a median problem on a line, with the strokes' time as the price of a tip. It is solved by dynamic programming over
+    amplitudes (the radii and a grid) and what is left of the tolerance, in 400 levels: rounded up for the motion,
+    rounded down for ``bound_s``. The first tip only serves to make the memory known, so it is then made as short as
+    the tolerance allows.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def shortest_homing(
     ([0.0, 1.0], True)
     >>> spent = shortest_homing([0.1, 0.5], -1.0, 1.0, Limits(1.0), tolerance=0.01)
     >>> spent.points.round(2).tolist(), round(spent.residual, 3)
-    ([0.0, 0.49, -0.5, 0.1, 0.0], 0.01)
+    ([0.0, 0.49, -0.49, 0.1, 0.0], 0.01)
     """
     r, s = _bank(radii, weights)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
@@ -250,34 +251,53 @@ def _spent(
     room = min(high - end, end - low)
     grid = np.linspace(0.0, min(room, float(r[-1])), NODES + 1)
     nodes = np.unique(np.concatenate([grid, r[r <= room]]))[::-1]  # falling, the last one 0: the end
-    way = nodes[:, None] + nodes[None, :]
-    time = limits.stroke_time(way)
-    left = _left_between(r, s, nodes)
-    above = np.array([float(s @ np.maximum(0.0, r - a)) for a in nodes])
+    time = limits.stroke_time(nodes[:, None] + nodes[None, :])
+    level = tolerance / LEVELS
+    left = _left_between(r, s, nodes) / level
+    above = np.array([float(s @ np.maximum(0.0, r - a)) for a in nodes]) / level
+    least, following = _budgeted(time, _levels(np.ceil(left - ROUNDING)))
     whole = limits.stroke_time(nodes) + limits.stroke_time(2 * nodes)  # to the first tip, and over to the second
-    best, bound, price_low, price_high = None, 0.0, 0.0, None
-    price = float(limits.stroke_time(2 * room)) / tolerance
-    for _ in range(BISECTIONS):
-        chain, _, remains = _cheapest(nodes, time, left, whole, above, price)
-        if remains <= tolerance * (1 + 1e-12):
-            best, price_high = chain, price
-        else:
-            price_low = price
-            if price > 1e12 * (1.0 + float(whole.max())):
-                break
-        bound = max(bound, _dual(nodes, time, left, _first_leg(r, s, nodes, limits, price), price, tolerance))
-        price = 2.0 * price if price_high is None else 0.5 * (price_low + price_high)
-    if best is None:
-        least = float(s @ np.min(np.abs(r[:, None] - nodes[None, :]), axis=1))
+    budget = LEVELS - _levels(np.ceil(above - ROUNDING))
+    total = np.where(budget >= 0, whole + least[np.arange(nodes.size), np.maximum(budget, 0)], np.inf)
+    at = int(np.argmin(total))
+    if not np.isfinite(total[at]):
+        most = float(s @ np.min(np.abs(r[:, None] - nodes[None, :]), axis=1))
         raise ParameterError(
-            f"within {low:g} to {high:g} a homing that ends at {end:g} leaves {least:.3g} of the stops' output "
+            f"within {low:g} to {high:g} a homing that ends at {end:g} leaves {most:.3g} of the stops' output "
             f"(largest radius {r[-1]:g}, room {room:g}), more than the tolerance {tolerance:g}. Allow a wider range, "
             f"a tolerance of that size, or leave out larger radii.",
-            residual=least,
+            residual=most,
         )
-    points = _with_first_tip(best, r, s, begin, end, tolerance, (low, high), limits)
+    chain, remaining = [float(nodes[at])], int(budget[at])
+    costs = _levels(np.ceil(left - ROUNDING))
+    while at < nodes.size - 1:
+        step = int(following[at, remaining])
+        remaining -= int(costs[at, step])
+        at = step
+        chain.append(float(nodes[at]))
+    points = _with_first_tip(chain, r, s, begin, end, tolerance, (low, high), limits)
     stroke = limits.stroke_time(np.abs(np.diff(points)))
-    return _homing(points, stroke, r, s, bound)
+    return _homing(points, stroke, r, s, _bound(r, s, nodes, time, left, level, limits))
+
+
+def _levels(values: Array) -> npt.NDArray[np.int64]:
+    """Whole levels of the tolerance; whatever is beyond it is one more than there are."""
+    return np.minimum(values, LEVELS + 1).astype(np.int64)
+
+
+def _budgeted(time: Array, cost: npt.NDArray[np.int64]) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Return least time from each amplitude to the end for each budget, (N, levels + 1), and the next amplitude."""
+    count = time.shape[0]
+    least, following = np.full((count, LEVELS + 1), np.inf), np.zeros((count, LEVELS + 1), dtype=np.int64)
+    least[-1] = 0.0
+    budget = np.arange(LEVELS + 1)
+    for j in range(count - 2, -1, -1):
+        after = np.arange(j + 1, count)
+        rest = budget - cost[j, after][:, None]
+        options = np.where(rest >= 0, least[after[:, None], np.maximum(rest, 0)], np.inf) + time[j, after][:, None]
+        following[j] = j + 1 + np.argmin(options, axis=0)
+        least[j] = options.min(axis=0)
+    return least, following
 
 
 def _left_between(r: Array, s: Array, nodes: Array) -> Array:
@@ -290,51 +310,21 @@ def _left_between(r: Array, s: Array, nodes: Array) -> Array:
     return left
 
 
-def _cheapest(
-    nodes: Array, time: Array, left: Array, first: Array, above: Array, price: float
-) -> tuple[list[float], float, float]:
-    """Return the chain of amplitudes of least time + price * remains, and both; backwards from the end."""
-    count = nodes.size
-    cost, following = np.zeros(count), np.zeros(count, dtype=np.int64)
-    edge = time + price * left
-    for j in range(count - 2, -1, -1):
-        options = edge[j, j + 1 :] + cost[j + 1 :]
-        following[j] = j + 1 + int(np.argmin(options))
-        cost[j] = options.min()
-    at = int(np.argmin(first + price * above + cost))
-    duration, remains, chain = float(first[at]), float(above[at]), [float(nodes[at])]
-    while at < count - 1:
-        step = int(following[at])
-        duration, remains = duration + float(time[at, step]), remains + float(left[at, step])
-        at = step
-        chain.append(float(nodes[at]))
-    return chain, duration, remains
+def _bound(r: Array, s: Array, nodes: Array, time: Array, left: Array, level: float, limits: Limits) -> float:
+    """Return a time that no motion of the kind that keeps the tolerance undercuts: everything is rounded down.
 
-
-def _first_leg(r: Array, s: Array, nodes: Array, limits: Limits, price: float) -> Array:
-    """Return least time + price * remains of the way to a first tip a_0 and over to each second one, (N,).
-
-    A stop of radius r > a_1 keeps |E| up to r - min(a_0, a_1) if 2 r > a_0 + a_1, else r - a_1. Between two amplitudes
-    of the grid the time of the smaller and the rest of the larger one are taken: no first tip is cheaper.
+    After the first tip a_0 and the second one a_1 a stop of radius r >= a_1 keeps |E| up to r - min(a_0, a_1) if
+    2 r > a_0 + a_1, else r - a_1. Between two amplitudes of the grid the first tip takes the time of the smaller and
+    leaves the rest of the larger one.
     """
-    smaller, larger = np.concatenate([nodes[1:], nodes[-1:]]), nodes  # intervals of a_0, and zero itself
+    least, _ = _budgeted(time, _levels(np.floor(left + ROUNDING)))
+    smaller, larger = np.concatenate([nodes[1:], nodes[-1:]])[:, None], nodes[:, None]  # intervals of a_0, and zero
     second = nodes[None, :]
-    time = limits.stroke_time(smaller)[:, None] + limits.stroke_time(smaller[:, None] + second)
-    kept = np.where(
-        2.0 * r > (larger[:, None] + second)[..., None],
-        np.minimum(larger[:, None], second)[..., None],
-        second[..., None],
-    )
-    remains = np.where(r > second[..., None], r - kept, 0.0) @ s
-    return np.asarray((time + price * remains).min(axis=0))
-
-
-def _dual(nodes: Array, time: Array, left: Array, first: Array, price: float, tolerance: float) -> float:
-    """Return a lower bound of the time: no motion of the kind that keeps the tolerance is shorter."""
-    cost = np.zeros(nodes.size)
-    for j in range(nodes.size - 2, -1, -1):
-        cost[j] = (time[j, j + 1 :] + price * left[j, j + 1 :] + cost[j + 1 :]).min()
-    return float((first + cost).min()) - price * tolerance
+    kept = np.where(2.0 * r > (larger + second)[..., None], np.minimum(larger, second)[..., None], second[..., None])
+    remains = (np.where(r >= second[..., None], r - kept, 0.0) @ s) / level
+    budget = LEVELS - _levels(np.floor(remains + ROUNDING))
+    rest = np.where(budget >= 0, least[np.arange(nodes.size)[None, :], np.maximum(budget, 0)], np.inf)
+    return float((limits.stroke_time(smaller) + limits.stroke_time(smaller + second) + rest).min())
 
 
 def _with_first_tip(
