@@ -42,17 +42,22 @@ def identified(seed: int, cycles: int, family: str, minor: bool) -> tuple[Any, d
     return dehyst.identify(log, family, n=30).model, log
 
 
-def quietly(seeds: int, cycles: int, family: str, referred: bool, minor: bool, logs: int = 1) -> dict[str, Any]:
+def quietly(
+    seeds: int, cycles: int, family: str, referred: bool, minor: bool, logs: int, least: float | None
+) -> dict[str, Any]:
     """Share of seeds in which an actuator that has not changed is called drifted."""
     alarms, begin = dict.fromkeys(PROMISES, 0), time.perf_counter()
     for seed in range(seeds):
         model, reference = identified(seed, min(cycles, 60), family, minor)
         later = [cycling_log(100 * seed + k, cycles, minor=minor) for k in range(logs)]
         for promise in PROMISES:
-            found = dehyst.drift(model, later, reference=reference if referred else None, false_alarm=promise)
+            found = dehyst.drift(
+                model, later, reference=reference if referred else None, false_alarm=promise, least=least
+            )
             alarms[promise] += found.status != "unchanged"
     return {
-        "cycles": cycles, "family": family, "reference": referred, "minor": minor, "logs": logs, "seeds": seeds,
+        "cycles": cycles, "family": family, "reference": referred, "minor": minor, "logs": logs, "least": least,
+        "seeds": seeds,
         "alarms": {str(promise): count / seeds for promise, count in alarms.items()},
         "seconds": time.perf_counter() - begin,
     }  # fmt: skip
@@ -106,13 +111,13 @@ def main() -> int:
         rows.append(work())
         print(json.dumps(rows[-1]), flush=True)
 
-    for cycles, family, referred, minor, logs in (
-        (12, "auto", True, True, 1), (12, "auto", False, True, 1), (12, "pi", True, False, 1),
-        (12, "pi", False, False, 1), (40, "auto", True, True, 1), (40, "auto", True, False, 1),
-        (12, "auto", True, True, 6),
+    for cycles, family, referred, minor, logs, least in (
+        (12, "auto", True, True, 1, 0.0), (12, "pi", True, False, 1, 0.0), (40, "auto", True, True, 1, 0.0),
+        (12, "auto", True, True, 6, 0.0), (12, "auto", True, True, 1, None), (12, "auto", False, True, 1, None),
+        (12, "pi", False, False, 1, None), (40, "auto", False, True, 1, None),
     ):  # fmt: skip
-        add(lambda c=cycles, f=family, r=referred, m=minor, n=logs: quietly(given.seeds, c, f, r, m, n))
-    add(lambda: quietly(max(5, given.seeds // 4), 490, "auto", True, True))
+        add(lambda c=cycles, f=family, r=referred, m=minor, n=logs, d=least: quietly(given.seeds, c, f, r, m, n, d))
+    add(lambda: quietly(max(5, given.seeds // 4), 490, "auto", True, True, 1, None))
     for name in CHANGES:
         for referred in (True, False):
             add(lambda n=name, r=referred: changed(max(5, given.seeds // 4), 24, n, r))

@@ -332,6 +332,9 @@ def drift(
     least: Annotated[
         float | None, typer.Option("--least", help="Smallest change worth a word, rms in percent of range.")
     ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option("--ignore", help="Part that does not count, e.g. offset; repeat for more.")
+    ] = None,
     refit: Annotated[
         Path | None, typer.Option("--refit", help="Identify anew; write this JSON file only if it is better.")
     ] = None,
@@ -345,7 +348,7 @@ def drift(
     run_drift(
         DriftRequest(
             model, tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, reference, false_alarm,
-            least, refit, report, overwrite, json,
+            least, tuple(ignore or ()), refit, report, overwrite, json,
         )
     )  # fmt: skip
 

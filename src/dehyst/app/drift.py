@@ -42,6 +42,7 @@ class DriftRequest:
     reference: Path | None
     false_alarm: float
     least: float | None
+    ignore: tuple[str, ...]
     refit: Path | None
     report: Path | None
     overwrite: bool
@@ -62,6 +63,7 @@ def run_drift(request: DriftRequest) -> None:
             reference=reference,
             false_alarm=request.false_alarm,
             least=request.least,
+            ignore=request.ignore,
             refit=request.refit is not None,
         ).with_unusable(unusable)
     accepted = found.acceptance is not None and found.acceptance.accepted

@@ -38,6 +38,7 @@ def drift(
     reference: Recording | None = None,
     false_alarm: float = FALSE_ALARM,
     least: float | None = None,
+    ignore: Sequence[str] = (),
     refit: bool = False,
 ) -> Drift:
     """Tell whether an actuator has changed since its model was identified, in which part, and since when.
@@ -62,6 +63,8 @@ def drift(
         Smallest change worth a word: RMS of what it does, percent of the response's range. By default 0.1 with a
         reference that was moved alike; without one at least the error that the card names (half of it for the offset),
         because a model's own error may look like a change.
+    ignore
+        Parts whose change does not count, "offset" for a sensor that is zeroed at every start.
     refit
         Whether to identify the family anew on the first half of each log, and to accept that model if it is better on
         the other half.
@@ -95,6 +98,12 @@ def drift(
         )
     if least is not None and not 0.0 <= parameter_number(least, "least") <= 100.0:
         raise ParameterError(f"least = {least:g} must lie between 0 and 100, percent of range.", least=least)
+    unknown = [part for part in ignore if part not in (*design.PARTS, design.REST)]
+    if unknown or isinstance(ignore, str):
+        raise ParameterError(
+            f"ignore = {ignore!r} names no part; parts are {', '.join((*design.PARTS, design.REST))}. "
+            f"Write ignore=['offset'], or --ignore offset."
+        )
     findings: list[Finding] = []
     subject = Subject.of(model)
     known = reference_log(subject, reference, findings)
@@ -110,7 +119,7 @@ def drift(
         known = None
     if known is None:
         known = next((log for log in logs if log.reference and not log.why_not), None)
-    return _judge(subject, logs, known, rate, least, refit, findings)
+    return _judge(subject, logs, known, rate, least, tuple(ignore), refit, findings)
 
 
 def _checked(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
@@ -129,6 +138,7 @@ def _judge(
     known: Log | None,
     rate: float,
     least: float | None,
+    ignore: tuple[str, ...],
     refit: bool,
     findings: list[Finding],
 ) -> Drift:
@@ -147,7 +157,7 @@ def _judge(
         before = design.estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps)
     tested = [log for log in logs if not log.why_not and log.cycles]
     own = own_error(subject.model) if before is None else 100.0 * rms(before.error) / scale.span
-    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 1)), least, own)
+    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 1)), least, own, ignore)
     entries, first = [], 0
     for log in logs:
         entries.append(_entry(subject, log, known, before, steps, scale, rule, first, findings))
@@ -165,7 +175,7 @@ def _judge(
         reference=named,
         trends=trends_of(entries, rate),
         findings=tuple(findings),
-        settings={"false_alarm": rate, "least": least, "level": rule.level, "refit": refit},
+        settings={"false_alarm": rate, "least": least, "ignore": list(ignore), "level": rule.level, "refit": refit},
     )
     if not refit:
         return result

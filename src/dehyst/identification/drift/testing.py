@@ -50,11 +50,18 @@ class Rule:
         Smallest change worth a word, percent of range, or None for the built-in one.
     own_error
         Error of the model when it was identified, percent of range; None if unknown.
+    ignored
+        Parts that are measured and never count.
     """
 
     level: float
     least: float | None
     own_error: float | None
+    ignored: tuple[str, ...] = ()
+
+    def counts(self, part: str, p_value: float) -> bool:
+        """Whether a change of that probability is one."""
+        return p_value < self.level and part not in self.ignored
 
     def tolerance(self, part: str, referred: bool) -> float:
         """Change of a part that does not count, percent of range."""
@@ -106,7 +113,7 @@ def _change(part: str, tested: Contrast, tolerance: float, rule: Rule, percent: 
         effect_percent=percent * abs(tested.estimate),
         detectable=factor * tested.detectable(tolerance, rule.level),
         p_value=p_value,
-        drifted=p_value < rule.level,
+        drifted=rule.counts(part, p_value),
     )
 
 
@@ -129,4 +136,4 @@ def _rest(now: Estimates, before: Estimates | None, scale: Scale, rule: Rule) ->
     if size < rule.tolerance(OFFSET, True):
         p_value = 1.0
     detectable = float(np.expm1(min(20.0, tested.detectable(float(np.log(allowed)), rule.level))))
-    return Change(REST, growth, low, high, "%", size, 100.0 * detectable, p_value, p_value < rule.level)
+    return Change(REST, growth, low, high, "%", size, 100.0 * detectable, p_value, rule.counts(REST, p_value))

@@ -25,7 +25,7 @@ NAMES = {
     VISCOUS: "viscosity",
     BEND: "bend of the curve",
     S_BEND: "S of the curve",
-    CREEP: "new creep",
+    CREEP: "creep",
     REST: "unexplained rest",
 }
 
