@@ -349,11 +349,56 @@ def test_a_direct_inverse_says_which_of_its_parts_changed(worn, part, size):
     assert dehyst.drift(old, dehyst.Recording(input=same, output=y, time=t)).status == "unchanged"
 
 
+def test_a_direct_inverse_that_depends_on_a_load_needs_it():
+    schedule = dehyst.models.Schedule("load", 0.0, 10.0, "N")
+    sets = {"radii": [0.3], "stop_weights": [[0.5], [1.5]], "polynomial": [[0.0, 2.0], [0.0, 3.0]]}
+    model = direct(**{**sets, "schedules": (schedule,)})
+    y = np.sin(np.linspace(0.0, 24 * np.pi, 2401))
+    t, load = np.linspace(0.0, 24.0, 2401), np.linspace(0.0, 10.0, 2401)
+    u = model.simulate(y, t, given={"load": load}).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
+    later = dehyst.Recording(input=u, output=y, time=t)
+    assert "--load" in dehyst.drift(model, later).verdict
+    assert dehyst.drift(model, later, load=load).status == "unchanged"
+    assert dehyst.drift(model, later, load=np.full(2401, 10.0)).status == "drifted"
+
+
+def test_a_direct_inverse_is_identified_anew_and_accepted_only_if_better():
+    y = np.sin(np.linspace(0.0, 48 * np.pi, 4801)) * (1.0 - 0.4 * (np.arange(4801) // 300 % 2))
+    t = np.linspace(0.0, 48.0, 4801)
+    noise = 0.01 * np.random.default_rng(1).standard_normal(y.size)
+    old, worn = direct(), direct(stop_weights=[0.7, 0.4])
+    better, same = (
+        dehyst.drift(old, dehyst.Recording(input=m.simulate(y, t).u + noise, output=y, time=t), refit=True)
+        for m in (worn, old)
+    )
+    assert better.acceptance.accepted and isinstance(better.model, DirectInverse) and better.model is not old
+    assert not same.acceptance.accepted and same.model is old
+
+
+def test_a_sheared_model_is_identified_anew_with_its_shear(new):
+    log = cycling_log(1003, 24, WITHIN, minor=True)
+    model = dehyst.identify(log, "pi", n=30, shear=0.2).model
+    found = dehyst.drift(
+        model, cycling_log(4, 40, {**WITHIN, "hysteresis": 0.7}, minor=True), reference=log, refit=True
+    )
+    assert found.status == "drifted" and found.change("hysteresis").drifted
+    assert found.acceptance.accepted and found.model.shear == model.shear
+
+
+def test_parts_that_are_ignored_are_measured_and_do_not_count(new):
+    model, log = new
+    later = cycling_log(5, 24, {**PURE, "offset": 0.5}, minor=True)
+    found = dehyst.drift(model, later, reference=log, ignore=["offset"])
+    assert found.status == "unchanged"
+    assert found.change("offset").estimate == pytest.approx(0.5, abs=0.05) and not found.change("offset").drifted
+
+
 # --- hostile input ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    "settings", [{"false_alarm": 0.0}, {"false_alarm": 0.5}, {"false_alarm": float("nan")}, {"least": -1.0}]
+    "settings",
+    [{"false_alarm": 0.0}, {"false_alarm": 0.5}, {"false_alarm": float("nan")}, {"least": -1.0}, {"ignore": "offset"}],
 )
 def test_settings_outside_their_range_are_refused(new, settings):
     with pytest.raises(ParameterError):

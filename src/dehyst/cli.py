@@ -332,6 +332,10 @@ def drift(
     least: Annotated[
         float | None, typer.Option("--least", help="Smallest change worth a word, rms in percent of range.")
     ] = None,
+    load: Annotated[str | None, typer.Option("--load", help="Column of the load, if the model depends on it.")] = None,
+    mean_pressure: Annotated[
+        str | None, typer.Option("--mean-pressure", help="Column of the mean pressure, if the model depends on it.")
+    ] = None,
     ignore: Annotated[
         list[str] | None, typer.Option("--ignore", help="Part that does not count, e.g. offset; repeat for more.")
     ] = None,
@@ -348,7 +352,7 @@ def drift(
     run_drift(
         DriftRequest(
             model, tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, reference, false_alarm,
-            least, tuple(ignore or ()), refit, report, overwrite, json,
+            least, tuple(ignore or ()), refit, report, overwrite, json, load, mean_pressure,
         )
     )  # fmt: skip
 

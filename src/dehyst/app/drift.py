@@ -4,22 +4,30 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.identify import _finite
+from dehyst.app.identify_direct import schedule_of
 from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, DehystError, ExcitationError, OutputError, RecordingError
 from dehyst.files import write_atomically
-from dehyst.identification.drift import Drift, drift
+from dehyst.identification.drift import Change, Drift, drift
+from dehyst.identification.drift.parts import Subject
+from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.io import read_log
-from dehyst.models import HysteresisModel, load_model
+from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models.storage import load_any
 from dehyst.recording import Recording
+
+Read: TypeAlias = tuple[Path, str | None, Recording]
 
 # Exit status by the verdict, so that a script can act on it; faults end with 2, as in every command.
 STATUS = {"unchanged": 0, "drifted": 1, "not comparable": 3}
@@ -47,27 +55,30 @@ class DriftRequest:
     report: Path | None
     overwrite: bool
     json: bool
+    load: str | None = None
+    mean_pressure: str | None = None
 
 
 def run_drift(request: DriftRequest) -> None:
     """Read, compare, refit if asked to, report, print; the exit status is the verdict's."""
     _refuse_clashes(request)
-    model = load_model(request.model)
+    model = load_any(request.model)
     with ask_progress("reading", request.json):
-        records, unusable = _read_all(request, model)
+        read, unusable = _read_all(request, model)
         reference = None if request.reference is None else _read(request, model, request.reference, None)
+        signals = _signals(request, read, reference)
     with ask_progress("comparing", request.json):
         found = drift(
             model,
-            records,
+            [record for _, _, record in read],
             reference=reference,
             false_alarm=request.false_alarm,
             least=request.least,
             ignore=request.ignore,
             refit=request.refit is not None,
+            **signals,
         ).with_unusable(unusable)
-    accepted = found.acceptance is not None and found.acceptance.accepted
-    if request.refit is not None and accepted and isinstance(found.model, HysteresisModel):
+    if request.refit is not None and found.acceptance is not None and found.acceptance.accepted:
         found.model.save(request.refit)
     if request.report is not None:
         with ask_progress("drawing", request.json):
@@ -80,24 +91,38 @@ def run_drift(request: DriftRequest) -> None:
     sys.exit(STATUS[found.status])
 
 
-def _read_all(request: DriftRequest, model: HysteresisModel) -> tuple[list[Recording], list[tuple[str, str]]]:
-    """Return the recordings, and the logs that hold other columns or nothing that moves, with the reason."""
-    records: list[Recording] = []
+def _read_all(
+    request: DriftRequest, model: HysteresisModel | DirectInverse
+) -> tuple[list[Read], list[tuple[str, str]]]:
+    """Return recordings with log and run; and logs of other columns or without motion, with the reason."""
+    read: list[Read] = []
     unusable: list[tuple[str, str]] = []
     fault: DehystError | None = None
     for log in request.logs:
         for run in request.runs or (None,):
             try:
-                records.append(_read(request, model, log, run))
+                read.append((log, run, _read(request, model, log, run)))
             except (ColumnError, ExcitationError, RecordingError) as failed:
                 unusable.append((log.name, str(failed)))
                 fault = failed
-    if not records and fault is not None:
+    if not read and fault is not None:
         raise fault
-    return records, unusable
+    return read, unusable
 
 
-def _read(request: DriftRequest, model: HysteresisModel, log: Path, run: str | None) -> Recording:
+def _signals(request: DriftRequest, read: list[Read], reference: Recording | None) -> dict[str, Any]:
+    """Scheduling signals by name, one for each recording and the reference, in the unit of the first."""
+    if reference is not None and request.reference is not None:
+        read = [*read, (request.reference, None, reference)]
+    found: dict[str, Any] = {}
+    for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
+        if column is not None:
+            runs, records = [(log, run) for log, run, _ in read], [record for _, _, record in read]
+            found[name] = schedule_of(name, column, (request.time, request.time_unit), runs, records)[0]
+    return found
+
+
+def _read(request: DriftRequest, model: HysteresisModel | DirectInverse, log: Path, run: str | None) -> Recording:
     return read_log(
         log,
         request.input or model.card.input.name,
@@ -134,16 +159,16 @@ def _report(found: Drift, request: DriftRequest) -> None:
 
 
 def _print(found: Drift, request: DriftRequest) -> None:
-    out = terminal()
+    out, other = terminal(), other_way(Subject.of(found.model).backward)
     out.print(Text(found.verdict, style=STYLES[found.status]))
     for entry in found.logs:
         out.print()
         error = f", error {entry.error_percent:.3g} % of range rms" if entry.error_percent is not None else ""
-        inverse = f", inverse {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
+        inverse = f", {other} {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
         tested = f" ({entry.tested} tested)" if 0 < entry.tested < entry.cycles else ""
         out.print(Text(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}"), soft_wrap=True)
         if entry.changes:
-            out.print(_table(found, entry.changes))
+            out.print(_table(entry.changes))
     for trend in found.trends:
         if trend.clear:
             out.print(
@@ -164,13 +189,11 @@ def _print(found: Drift, request: DriftRequest) -> None:
         out.print(Text("next: repeat with --refit new.json; it is written only if it is better"), soft_wrap=True)
 
 
-def _table(found: Drift, changes: object) -> Table:
-    from dehyst.identification.drift.words import NAMES
-
+def _table(changes: Sequence[Change]) -> Table:
     table = Table(box=None, pad_edge=False)
     for name in ("", "change", "95 % interval", "effect [%]", "seen from", "p"):
         table.add_column(Text(name), justify="left" if not name else "right")
-    for change in changes:  # type: ignore[attr-defined]
+    for change in changes:
         unit = f" {change.unit}" if change.unit else ""
         table.add_row(
             Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),

@@ -68,7 +68,7 @@ def identify_from(request: IdentifyRequest, records: list[Recording]) -> DirectF
     with ask_progress("reading", request.json):
         for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
             if column is not None:
-                given[name], units[name] = _schedule(name, column, request, runs, records)
+                given[name], units[name] = schedule_of(name, column, (request.time, request.time_unit), runs, records)
     signals: dict[str, Any] = dict(given)
     with ask_progress("identifying", request.json):
         return identify_direct(
@@ -93,10 +93,10 @@ def _times(text: str | None) -> list[float] | None:
         ) from None
 
 
-def _schedule(
+def schedule_of(
     name: str,
     column: str,
-    request: IdentifyRequest,
+    clock: tuple[str | None, str | None],
     runs: list[tuple[Path, str | None]],
     records: list[Recording],
 ) -> tuple[list[Array], str]:
@@ -104,7 +104,7 @@ def _schedule(
     option = f"--{name.replace('_', '-')}"
     arrays, unit = [], ""
     for (log, run), record in zip(runs, records, strict=True):
-        signal = read_signal(log, column, time=request.time, run=run, time_unit=request.time_unit, missing="drop")
+        signal = read_signal(log, column, time=clock[0], run=run, time_unit=clock[1], missing="drop")
         refuse_unit(option, name, signal)
         unit = unit or signal.unit
         values = convert(signal.values, signal.unit, unit) if signal.unit != unit else signal.values

@@ -18,7 +18,8 @@ from dehyst import __version__
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
 from dehyst.identification.drift import Drift, LogDrift
-from dehyst.identification.drift.words import NAMES
+from dehyst.identification.drift.parts import Subject
+from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
 from dehyst.report.svg import panel_svg
 from dehyst.report.tables import Table
@@ -36,6 +37,8 @@ PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
     ("hysteresis", TEST),
     ("gain", TRAIN),
     ("creep", SIXTH),
+    ("own-creep", SIXTH),
+    ("viscous", MUTED),
     ("bend", FIFTH),
     ("s-bend", STATIC),
 )
@@ -117,7 +120,7 @@ def drift_figures(found: Drift) -> tuple[Figure, ...]:
     if not scored:
         return ()
     drawn = [_error_figure(found, scored), _parts_figure(scored)]
-    loop = _loop_figure(scored)
+    loop = _loop_figure(scored, Subject.of(found.model))
     return tuple(figure for figure in (*drawn, loop) if figure is not None)
 
 
@@ -136,15 +139,15 @@ def _series(scored: Sequence[LogDrift], part: str) -> list[tuple[Array, Array]]:
 def _error_figure(found: Drift, scored: Sequence[LogDrift]) -> Figure:
     known = found.identified_percent
     line = "" if known is None else f" The dashed line is the error when the model was identified, {number(known)} %."
-    drawn = partial(_draw_over_cycles, scored, INVERSE, None, "rms error [% of the input's range]")
-    words = says("RMS of the input that the inverse asks for less the one applied, over the number of the cycle.")
-    inverse = (Panel("Error of the inverse", drawn, words),) if _series(scored, "inverse") else ()
+    way = "forward" if Subject.of(found.model).backward else "as its inverse"
+    drawn = partial(_draw_over_cycles, scored, INVERSE, None, "rms error [% of range]")
+    words = says("RMS error of the model read the other way, over the number of the cycle.")
+    inverse = (Panel(f"Read {way}", drawn, words),) if _series(scored, "inverse") else ()
     return Figure(
         "error",
         "Error over the cycles",
         "How far the model as identified is from the logs, a dot for each cycle or block of cycles, log after log; "
-        f"vertical lines part the logs.{line} The inverse's error is that of the drive it asks for, percent of the "
-        "drive's range.",
+        f"vertical lines part the logs.{line} On the right the model is read the other way.",
         (
             Panel(
                 "Error of the model",
@@ -200,7 +203,7 @@ def _draw_over_cycles(
         add_legend(axes)
 
 
-def _loop_figure(scored: Sequence[LogDrift]) -> Figure | None:
+def _loop_figure(scored: Sequence[LogDrift], subject: Subject) -> Figure | None:
     now = next((entry for entry in reversed(scored) if entry.tested), scored[-1])
     if now.recording is None or now.response is None or now.shown[1] <= now.shown[0]:
         return None
@@ -212,38 +215,40 @@ def _loop_figure(scored: Sequence[LogDrift]) -> Figure | None:
         (
             Panel(
                 "Loop",
-                partial(_draw_loop, now),
+                partial(_draw_loop, now, subject),
                 says(f"Measured loop of {now.name} and that of the model."),
             ),
             Panel(
                 "Difference",
-                partial(_draw_difference, now),
+                partial(_draw_difference, now, subject),
                 says("Measured less model over the same input."),
             ),
         ),
     )
 
 
-def _draw_loop(now: LogDrift, axes: Axes) -> None:
+def _draw_loop(now: LogDrift, subject: Subject, axes: Axes) -> None:
     record = now.recording
     assert record is not None and now.response is not None
     span = slice(*now.shown)
-    x, y, model = record.input[span], record.output[span], now.response[span]
+    drive, measured = subject.signals(record)
+    x, y, model = drive[span], measured[span], now.response[span]
     window = Window.around((x, y), (x, model))
-    label_axes(axes, window, record.input_label, record.output_label)
+    label_axes(axes, window, subject.drive.label, subject.response.label)
     draw_path(axes, x, y, window, DATA, label="now", width=2.2)
     draw_path(axes, x, model, window, MODEL, label="then (model)", width=1.0, outline=True)
     add_legend(axes)
 
 
-def _draw_difference(now: LogDrift, axes: Axes) -> None:
+def _draw_difference(now: LogDrift, subject: Subject, axes: Axes) -> None:
     record = now.recording
     assert record is not None and now.response is not None
     span = slice(*now.shown)
-    x, missed = record.input[span], record.output[span] - now.response[span]
+    drive, measured = subject.signals(record)
+    x, missed = drive[span], measured[span] - now.response[span]
     window = Window.around((x, missed), (x[:1], np.zeros(1)))
-    unit = f" [{record.output_unit}]" if record.output_unit else ""
-    label_axes(axes, window, record.input_label, f"now less then{unit}")
+    unit = f" [{subject.response.unit}]" if subject.response.unit else ""
+    label_axes(axes, window, subject.drive.label, f"now less then{unit}")
     axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
     draw_path(axes, x, missed, window, TEST, label="difference", width=0.9)
 
@@ -253,7 +258,13 @@ def _tables(found: Drift) -> tuple[Table, ...]:
         (entry.name, entry.status, str(entry.cycles), number(entry.error_percent), number(entry.inverse_percent))
         for entry in found.logs
     )
-    head = ("log", "verdict", "cycles", "error [% of range]", "inverse [% of range]")
+    head = (
+        "log",
+        "verdict",
+        "cycles",
+        "error [% of range]",
+        f"{other_way(Subject.of(found.model).backward)} [% of range]",
+    )
     logs = Table("Logs", head, rows)
     changes = tuple(
         Table(

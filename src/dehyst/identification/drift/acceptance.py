@@ -10,16 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import DehystError
-from dehyst.identification.drift.cycles import Cycle, groups_of, samples_of
-from dehyst.identification.drift.design import Measured, Scale
-from dehyst.identification.drift.parts import Subject
+from dehyst.identification.data import split_of
+from dehyst.identification.direct.fit import DirectFit
+from dehyst.identification.direct.procedure import identify_direct
+from dehyst.identification.direct.times import AUTO
+from dehyst.identification.drift.cycles import groups_of, samples_of
+from dehyst.identification.drift.design import Scale
+from dehyst.identification.drift.opening import Log
+from dehyst.identification.drift.parts import Model, Subject, predict
 from dehyst.identification.drift.result import Acceptance
 from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import identify
-from dehyst.models import HysteresisModel, ModelCard
+from dehyst.models import DirectInverse, ModelCard, ShearedPrandtlIshlinskii
 from dehyst.models.storage import model_to_dict
-from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
@@ -29,27 +33,23 @@ FITTED = 0.5
 LEVEL, WORTH = 0.01, 0.02
 MOST_PAIRS, FEWEST_PAIRS = 16, 4
 OPERATORS, EPS = 100, 0.001
-
-Log = tuple[Recording, Sequence[Cycle], Measured | None]
+CUMULATIVE = ("pi", "pi-cumulative")
 
 
 def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
     """Identify the family of a model anew on the first half of each log and compare both on the other half.
 
-    The errors of both models are squared, averaged over groups of held-out cycles and compared group by group.
+    Both models run over the logs in the same way, from a past of their whole range. Their errors are squared, averaged
+    over groups of held-out cycles and compared group by group.
     """
     if not logs:
         return Acceptance(False, "no log is comparable, so nothing was identified; the old model stays")
-    model = subject.model
-    if not isinstance(model, HysteresisModel) or subject.backward:
-        return Acceptance(
-            False, f"a {model.family} model is identified anew by `dehyst identify` only; the old one stays"
-        )
     try:
-        fit = identify([record for record, _, _ in logs], train_fraction=FITTED, **_settings(model))
+        fit = _identified(subject.model, logs)
+        renewed = Subject.of(fit.model)
+        pairs = _pairs(renewed, logs) if renewed.backward == subject.backward else []
     except DehystError as fault:
         return Acceptance(False, f"no new model could be identified; the old one stays ({fault})")
-    pairs = _pairs(fit, logs)
     if len(pairs) < FEWEST_PAIRS:
         return Acceptance(
             False,
@@ -58,36 +58,48 @@ def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
             fit.model,
             groups=len(pairs),
         )
-    return _decide(model, fit, np.array(pairs), scale)
+    return _decide(subject.model, fit.model, np.array(pairs), scale)
 
 
-def _settings(model: HysteresisModel) -> dict[str, Any]:
-    """Family and settings that a model was identified with; hostile ones are left to `identify` to refuse."""
-    given = model.card.provenance
-    listed = given.get("settings")
+def _identified(model: Model, logs: Sequence[Log]) -> Fit | DirectFit:
+    """Fit the first half of each log with the settings of a model; hostile ones are refused by the identification."""
+    records = [log.record for log in logs]
+    listed = model.card.provenance.get("settings")
     settings: dict[str, Any] = listed if isinstance(listed, dict) else {}
-    family = given.get("identified_family")
-    kinds = {"pi": ("pi", "pi-cumulative")}.get(model.family, (model.family,))
+    if isinstance(model, DirectInverse):
+        signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in _scheduled(model)}
+        times = settings.get("creep_times") or None
+        creep = AUTO if times is None else len(times)
+        return identify_direct(records, creep=creep, creep_times=times, train_fraction=FITTED, **signals)
+    family = model.card.provenance.get("identified_family")
+    kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]
-    return {"family": known, "n": settings.get("n", OPERATORS), "eps": settings.get("eps", EPS)}
+    shear = model.shear if isinstance(model, ShearedPrandtlIshlinskii) else None
+    n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
+    return identify(records, known, n=n, eps=eps, train_fraction=FITTED, shear=shear)
 
 
-def _pairs(fit: Fit, logs: Sequence[Log]) -> list[tuple[float, float]]:
+def _scheduled(model: DirectInverse) -> list[str]:
+    return [schedule.name for schedule in model.outside if schedule.name in ("load", "mean_pressure")]
+
+
+def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
     """Mean squared errors of the old and the new model in each group of held-out cycles."""
     found = []
     share = max(1, MOST_PAIRS // len(logs))
-    for (record, cycles, measured), mask, new in zip(logs, fit.test_masks, fit.predictions, strict=True):
-        held = [cycle for cycle in cycles if mask[cycle.begin : cycle.end].all()]
-        if measured is None or not held:
+    for log in logs:
+        split = split_of(len(log.record), FITTED)
+        held = [cycle for cycle in log.cycles if cycle.begin >= split]
+        if log.measured is None or not held:
             continue
+        missed = log.measured.response - predict(renewed, log.record, log.given).response
         for group in groups_of(held, share):
             place = samples_of(group)
-            old = float(np.mean(measured.error[place] ** 2))
-            found.append((old, float(np.mean((record.output - new)[place] ** 2))))
+            found.append((float(np.mean(log.measured.error[place] ** 2)), float(np.mean(missed[place] ** 2))))
     return found
 
 
-def _decide(model: HysteresisModel, fit: Fit, pairs: Array, scale: Scale) -> Acceptance:
+def _decide(old_model: Model, new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
     tested = contrast(pairs[:, 0] - pairs[:, 1])
     old, new = (100.0 * float(np.sqrt(np.mean(pairs[:, k]))) / scale.span for k in (0, 1))
     p_value = tested.p_value(0.0, sided=1)
@@ -98,10 +110,10 @@ def _decide(model: HysteresisModel, fit: Fit, pairs: Array, scale: Scale) -> Acc
     )
     rule = f"accepted are gains of more than {100 * WORTH:g} % with p < {LEVEL:g}"
     reason = f"{numbers}: the new model is accepted" if better else f"{numbers}: the old model stays; {rule}"
-    return Acceptance(better, reason, _signed(fit.model, model, reason), old, new, p_value, len(pairs))
+    return Acceptance(better, reason, _signed(new_model, old_model, reason), old, new, p_value, len(pairs))
 
 
-def _signed(new: HysteresisModel, old: HysteresisModel, reason: str) -> HysteresisModel:
+def _signed(new: Model, old: Model, reason: str) -> Model:
     """The new model, with what it replaces and why in its provenance."""
     provenance = dict(new.card.provenance)
     provenance["replaces"] = {"sha256": model_to_dict(old)["sha256"], "reason": reason}

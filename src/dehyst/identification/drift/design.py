@@ -71,7 +71,7 @@ def columns_of(record: Recording, x: Array, prediction: Prediction, scale: Scale
         BEND: scale.response[1] * 0.5 * (3.0 * xi**2 - 1.0),
         S_BEND: scale.response[1] * 0.5 * (5.0 * xi**3 - 3.0 * xi),
     }
-    if prediction.viscous is not None:
+    if prediction.viscous is not None and np.any(prediction.viscous):
         found[VISCOUS] = prediction.viscous
     if prediction.creep is not None and np.any(prediction.creep):
         found[OWN_CREEP] = prediction.creep

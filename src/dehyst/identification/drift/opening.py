@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from dehyst.findings import Finding
 from dehyst.identification.drift import comparable, design, parts
 from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Measured, Scale
-from dehyst.identification.drift.parts import Model, Subject
+from dehyst.identification.drift.parts import Given, Model, Subject
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -32,36 +32,37 @@ class Log:
     cycles: tuple[Cycle, ...] = ()
     reference: tuple[Cycle, ...] = ()
     measured: Measured | None = None
+    given: Given = field(default_factory=dict)
 
 
-def reference_log(subject: Subject, reference: Recording | None, findings: list[Finding]) -> Log | None:
+def reference_log(subject: Subject, reference: Recording | None, given: Given, findings: list[Finding]) -> Log | None:
     """Open a recording all of whose cycles are the reference."""
     if reference is None:
         return None
-    log = opened(subject, reference, True, findings)
+    log = opened(subject, reference, given, True, findings)
     return replace(log, cycles=(), reference=(*log.reference, *log.cycles))
 
 
-def opened(subject: Subject, record: Recording, others: bool, findings: list[Finding]) -> Log:
+def opened(subject: Subject, record: Recording, given: Given, others: bool, findings: list[Finding]) -> Log:
     """Convert a recording, check its range, cut it into cycles, and set those apart that the model was made from."""
     record, found, why = comparable.in_units_of(record, (subject.model.card.input, subject.model.card.output))
     findings += [finding for finding in found if finding not in findings]
     if why:
         return Log(record, why)
     x, _ = subject.signals(record)
-    why = subject.cannot(record) or comparable.uncovered(x, subject.drive)
+    why = subject.cannot(record, given) or comparable.uncovered(x, subject.drive)
     if why:
         return Log(record, why)
     cycles = cycles_of(x, record.pieces, float(np.min(x)), float(np.max(x)))
     share = _fitted_share(subject.model, record)
     if share is None:
         groups = groups_of(now_of(cycles), MOST_GROUPS)
-        return Log(record, comparable.too_few(groups, cycles), cycles)
+        return Log(record, comparable.too_few(groups, cycles), cycles, given=given)
     split = len(record) if others else int(share * len(record))
     old = tuple(cycle for cycle in cycles if cycle.end <= split)
     new = tuple(cycle for cycle in cycles if cycle.begin >= split)
     why = comparable.too_few(groups_of(old, MOST_GROUPS), old)
-    return Log(record, why, new, old)
+    return Log(record, why, new, old, given=given)
 
 
 def _fitted_share(model: Model, record: Recording) -> float | None:
@@ -121,7 +122,7 @@ def with_model(subject: Subject, log: Log, scale: Scale) -> Log:
     if log.why_not:
         return log
     x, y = subject.signals(log.record)
-    prediction = parts.predict(subject, log.record)
+    prediction = parts.predict(subject, log.record, log.given)
     missed = None if prediction.drive is None else prediction.drive - x
     columns = design.columns_of(log.record, x, prediction, scale)
     return replace(log, measured=Measured(log.record, x, y, prediction, y - prediction.response, missed, columns))

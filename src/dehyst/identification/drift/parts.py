@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.identification.direct.forward import follow
 from dehyst.identification.memory import state_before
 from dehyst.models import (
     GROUPS,
@@ -25,6 +26,7 @@ from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 Model: TypeAlias = HysteresisModel | DirectInverse
+Given: TypeAlias = Mapping[str, Array]
 
 CREEPING, VISCOUS = GROUPS.index("creep"), GROUPS.index("viscous")
 
@@ -40,7 +42,7 @@ class Prediction:
     loop
         Part of it that is hysteresis, zero for a curve. [response]
     drive
-        Drive that the inverse asks for to reach the measured response, or None where there is no inverse. [drive]
+        Drive that the measured response needs, the model read the other way; None where that does not exist. [drive]
     creep, viscous
         Parts of it that creep and viscosity are, of models that have them. [response]
     """
@@ -93,43 +95,48 @@ class Subject:
         """Drive and response of a recording."""
         return (record.output, record.input) if self.backward else (record.input, record.output)
 
-    def cannot(self, record: Recording) -> str:
+    def cannot(self, record: Recording, given: Given) -> str:
         """Return why a recording does not hold what the model needs, or ""."""
         model = self.runs
         if not isinstance(model, DirectInverse):
             return ""
-        missing = [schedule.name for schedule in model.outside if schedule.name not in given_of(record)]
+        missing = [schedule.name for schedule in model.outside if schedule.name not in given]
         if missing:
-            return f"the model depends on '{missing[0]}', which the recording does not hold"
+            option = missing[0].replace("_", "-")
+            return f"the model depends on '{missing[0]}', which was not given. Name its column: --{option}"
         timed = bool(np.any(model.creep_weights > 0.0)) or bool(np.any(model.viscous > 0.0))
         if timed and record.time is None:
             return "the model has creep or viscosity, but the log has no time stamps. Name its time column with --time"
         return ""
 
 
-def given_of(record: Recording) -> dict[str, Array]:
-    """Signals of a recording that schedules may depend on, by name."""
-    given = getattr(record, "given", None)
-    return dict(given) if given else {}
-
-
-def predict(subject: Subject, record: Recording) -> Prediction:
+def predict(subject: Subject, record: Recording, given: Given | None = None) -> Prediction:
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
     if isinstance(subject.runs, DirectInverse):
-        return _direct(subject.runs, record)
+        return _direct(subject.runs, record, given or {})
     joined = [np.concatenate(part) for part in zip(*_pieces(subject, subject.runs, record), strict=True)]
     drive = None if subject.backward else joined[2]
     return Prediction(joined[0], joined[0] - joined[1], drive)
 
 
-def _direct(model: DirectInverse, record: Recording) -> Prediction:
+def _direct(model: DirectInverse, record: Recording, given: Given) -> Prediction:
     """Run a direct inverse with any past: what it does not know yet is not used before both ends were visited."""
     restart = np.zeros(len(record), dtype=np.bool_)
     restart[list(record.breaks)] = True
     time = record.time if record.time is not None else np.arange(len(record), dtype=np.float64)
-    ran = model.with_known(False).simulate(record.output, time, given=given_of(record), restart=restart)
+    ran = model.with_known(False).simulate(record.output, time, given=given, restart=restart)
     loop = np.sum(np.delete(ran.parts, (CREEPING, VISCOUS), axis=1), axis=1)
-    return Prediction(ran.u, loop, None, ran.parts[:, CREEPING].copy(), ran.parts[:, VISCOUS].copy())
+    drive = None if model.card.output.low is None else _followed(model, record, time, given)
+    return Prediction(ran.u, loop, drive, ran.parts[:, CREEPING].copy(), ran.parts[:, VISCOUS].copy())
+
+
+def _followed(model: DirectInverse, record: Recording, time: Array, given: Given) -> Array:
+    """Output that the logged input gives, by the model solved for it."""
+    parts = []
+    for piece in record.pieces:
+        held = {name: np.ascontiguousarray(values[piece]) for name, values in given.items()}
+        parts.append(follow(model, record.input[piece], np.ascontiguousarray(time[piece]), held).y)
+    return np.concatenate(parts)
 
 
 def _pieces(subject: Subject, model: HysteresisModel, record: Recording) -> Iterator[tuple[Array, Array, Array]]:

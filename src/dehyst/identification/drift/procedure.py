@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
+from dehyst.identification.direct.data import check_given
 from dehyst.identification.drift import comparable, design, testing, words
 from dehyst.identification.drift.acceptance import accept
 from dehyst.identification.drift.cycles import groups_of
@@ -25,6 +26,7 @@ from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
+Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 
 FALSE_ALARM, HIGHEST_FALSE_ALARM = 0.01, 0.08
 REFERENCE = "reference"
@@ -40,6 +42,8 @@ def drift(
     least: float | None = None,
     ignore: Sequence[str] = (),
     refit: bool = False,
+    load: Signals = None,
+    mean_pressure: Signals = None,
 ) -> Drift:
     """Tell whether an actuator has changed since its model was identified, in which part, and since when.
 
@@ -68,6 +72,9 @@ def drift(
     refit
         Whether to identify the family anew on the first half of each log, and to accept that model if it is better on
         the other half.
+    load, mean_pressure
+        Signals that the weights of a direct inverse may depend on: an array (T,) for each recording, and one more for
+        the reference if there is one.
 
     Returns
     -------
@@ -106,8 +113,10 @@ def drift(
         )
     findings: list[Finding] = []
     subject = Subject.of(model)
-    known = reference_log(subject, reference, findings)
-    logs = [opened(subject, record, len(records) > 1 or reference is not None, findings) for record in records]
+    given = _given([*records, *([] if reference is None else [reference])], load=load, mean_pressure=mean_pressure)
+    known = reference_log(subject, reference, given[-1], findings)
+    others = len(records) > 1 or reference is not None
+    logs = [opened(subject, record, held, others, findings) for record, held in zip(records, given, strict=False)]
     if known is not None and known.why_not:
         findings.append(
             Finding(
@@ -130,6 +139,16 @@ def _checked(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ..
             "output=...) or dehyst.Recording(input=x, output=y)."
         )
     return records
+
+
+def _given(records: Sequence[Recording], **signals: Signals) -> list[dict[str, Array]]:
+    """Scheduling signals of each recording by name."""
+    given: list[dict[str, Array]] = [{} for _ in records]
+    for name, values in signals.items():
+        if values is not None:
+            for held, array in zip(given, check_given(name, values, records), strict=True):
+                held[name] = array
+    return given
 
 
 def _judge(
@@ -168,7 +187,7 @@ def _judge(
     against = "against the model" if named is None else f"against {named}"
     result = Drift(
         status=status,
-        verdict=words.verdict_of(status, entries, own, against),
+        verdict=words.verdict_of(status, entries, own, against, subject.backward),
         model=subject.model,
         logs=tuple(entries),
         identified_percent=own,
@@ -181,7 +200,7 @@ def _judge(
         return result
     since = next((k for k, entry in enumerate(entries) if entry.status == DRIFTED), 0)
     chosen = [log for log in logs[since:] if not log.why_not and log.cycles]
-    decision = accept(subject, [(log.record, log.cycles, log.measured) for log in chosen], scale)
+    decision = accept(subject, chosen, scale)
     replaced = decision.model if decision.accepted else None
     return replace(result, acceptance=decision, model=subject.model if replaced is None else replaced)
 

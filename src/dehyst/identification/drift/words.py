@@ -53,7 +53,7 @@ def status_of(logs: Sequence[LogDrift]) -> str:
     return DRIFTED if DRIFTED in tested else UNCHANGED
 
 
-def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, against: str) -> str:
+def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, against: str, backward: bool) -> str:
     """Return the judgement in one or two sentences."""
     if status == NOT_COMPARABLE:
         failed = [entry for entry in logs if entry.status == NOT_COMPARABLE]
@@ -65,14 +65,19 @@ def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, agai
         last = tested[-1]
         bounds = ", ".join(_bound(change) for change in last.changes if change.part in (OFFSET, GAIN, HYSTERESIS))
         limits = f" A change of {bounds} would have been found nine times in ten." if bounds else ""
-        return f"unchanged since it was identified ({against}); {_error(last, before)}.{limits}"
+        return f"unchanged since it was identified ({against}); {_error(last, before, backward)}.{limits}"
     changed = [entry for entry in tested if entry.status == DRIFTED]
     last = changed[-1]
     parts = sorted((c for c in last.changes if c.drifted), key=lambda c: -c.effect_percent)
     since = f", first seen in {changed[0].name}" if len(tested) > 1 else ""
     if last is not tested[-1]:
         since += f"; {tested[-1].name}, the last log, does not show it"
-    return f"drifted ({against}): {', '.join(map(in_words, parts))}{since}; {_error(last, before)}."
+    return f"drifted ({against}): {', '.join(map(in_words, parts))}{since}; {_error(last, before, backward)}."
+
+
+def other_way(backward: bool) -> str:
+    """What a model is called, read against its direction."""
+    return "forward" if backward else "inverse"
 
 
 def _bound(change: Change) -> str:
@@ -80,7 +85,7 @@ def _bound(change: Change) -> str:
     return f"{NAMES[change.part]} by {change.detectable:.2g}{unit}"
 
 
-def _error(entry: LogDrift, before: float | None) -> str:
+def _error(entry: LogDrift, before: float | None, backward: bool) -> str:
     was = f", against {before:.3g} % when it was identified" if before is not None else ""
-    inverse = f"; inverse {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
+    inverse = f"; {other_way(backward)} {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
     return f"error {entry.error_percent:.3g} % of range rms{was}{inverse}"

@@ -1,0 +1,143 @@
+"""`dehyst drift` as a user meets it: exit status by the verdict, files that are not overwritten, JSON, the page."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+import dehyst
+from dehyst.io import write_csv
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from drift_rig import cycling_log
+
+PURE = {"creep": 0.0}
+
+
+def write(path, record, **names):
+    x, y = names.get("x", "pressure_bar"), names.get("y", "angle_deg")
+    write_csv(path, {"time_s": record.time, x: record.input, y: record.output})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Logs of an actuator when it was new, later, and worn; other columns; another motion; a model of the first."""
+    place = tmp_path_factory.mktemp("drift")
+    write(place / "new.csv", cycling_log(1, 24, PURE, minor=True))
+    write(place / "later.csv", cycling_log(2, 24, PURE, minor=True))
+    write(place / "worn.csv", cycling_log(3, 24, {**PURE, "hysteresis": 0.8}, minor=True))
+    write(place / "other.csv", cycling_log(4, 24, PURE), x="voltage_V")
+    write(place / "small.csv", cycling_log(5, 24, PURE, amplitude=0.8))
+    dehyst.identify(dehyst.read_log(place / "new.csv", "pressure", "angle"), "pi", n=30).model.save(
+        place / "model.json"
+    )
+    return place
+
+
+def test_an_unchanged_actuator_ends_with_status_0_and_says_what_would_have_been_found(run, folder):
+    status, out, err = run("drift", folder / "model.json", folder / "new.csv", folder / "later.csv")
+    assert (status, err) == (0, "")
+    flat = " ".join(out.split())
+    assert "unchanged since it was identified (against new.csv)" in flat
+    assert re.search(r"A change of offset by \S+ deg, gain by \S+ %, hysteresis size by \S+ %", flat)
+    assert "new.csv: reference" in flat
+
+
+def test_a_worn_actuator_ends_with_status_1_and_the_next_line_to_type(run, folder):
+    status, out, _ = run("drift", folder / "model.json", folder / "new.csv", folder / "later.csv", folder / "worn.csv")
+    flat = " ".join(out.split())
+    assert status == 1
+    assert flat.startswith("drifted") and "first seen in worn.csv" in flat and "--refit new.json" in flat
+
+
+def test_the_reference_may_be_named(run, folder):
+    status, out, _ = run(
+        "drift", folder / "model.json", folder / "later.csv", "--reference", folder / "new.csv", "--json"
+    )
+    assert status == 0 and json.loads(out)["reference"] == "new.csv"
+
+
+def test_another_motion_ends_with_status_3(run, folder):
+    status, out, _ = run("drift", folder / "model.json", folder / "small.csv")
+    assert status == 3
+    assert "not comparable" in out and "80 %" in out
+
+
+def test_a_log_of_other_columns_is_an_error_alone_and_one_line_among_others(run, folder):
+    status, _, err = run("drift", folder / "model.json", folder / "other.csv")
+    assert status == 2 and err.startswith("ColumnError")
+    status, out, _ = run("drift", folder / "model.json", folder / "other.csv", folder / "later.csv", "--json")
+    logs = {log["log"]: log["status"] for log in json.loads(out)["logs"]}
+    assert status == 0 and logs == {"later.csv": "unchanged", "other.csv": "not comparable"}
+
+
+def test_json_is_only_json_and_its_keys_are_documented(run, folder):
+    arguments = (folder / "worn.csv", "--json", "--refit", folder / "json.json")
+    status, out, err = run("drift", folder / "model.json", *arguments)
+    assert (status, err) == (1, "")
+    result = json.loads(out, parse_constant=pytest.fail)
+
+    def keys(value):
+        if isinstance(value, dict):
+            return set(value).union(*map(keys, value.values()))
+        return set().union(*map(keys, value)) if isinstance(value, list) else set()
+
+    page = (Path(__file__).parents[1] / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
+    assert not keys(result) - set(re.findall(r"`([\w-]+)`", page))
+    assert result["refit"]["accepted"] is True
+    assert dehyst.load_model(folder / "json.json").card.provenance["replaces"]["reason"] == result["refit"]["reason"]
+
+
+def test_a_model_that_is_no_better_is_not_written(run, folder):
+    target = folder / "no_better.json"
+    status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", target)
+    assert status == 0 and not target.exists()
+    assert "the old model stays" in " ".join(out.split()) and "nothing was written" in " ".join(out.split())
+
+
+@pytest.mark.parametrize("name", ["model.json", "worn.csv", "taken.json"])
+def test_nothing_that_exists_is_overwritten(run, folder, name):
+    model = (folder / "model.json").read_bytes()
+    (folder / "taken.json").write_bytes(model)  # a model of dehyst, in use on a machine perhaps
+    before = (folder / name).read_bytes()
+    status, _, err = run("drift", folder / "model.json", folder / "worn.csv", "--refit", folder / name)
+    assert status == 2 and err.startswith("OutputError")
+    assert (folder / name).read_bytes() == before
+    if name != "taken.json":
+        assert run("drift", folder / "model.json", folder / "worn.csv", "--refit", folder / name, "--overwrite")[0] == 2
+        assert (folder / name).read_bytes() == before
+
+
+def test_the_page_begins_with_the_error_over_the_cycles_and_runs_nothing(run, folder):
+    page = folder / "drift.html"
+    status, _, _ = run("drift", folder / "model.json", folder / "new.csv", folder / "worn.csv", "--report", page)
+    text = page.read_text(encoding="utf-8")
+    assert status == 1
+    assert re.findall(r"<h2>([^<]*)</h2>", text)[:3] == [
+        "1 Error over the cycles", "2 What changed", "3 The loop then and now",
+    ]  # fmt: skip
+    assert (
+        "default-src 'none'" in text and "<script" not in text and "http" not in re.sub(r'xmlns[^"]*"[^"]*"', "", text)
+    )
+    assert "hysteresis size" in text
+
+
+def test_names_of_logs_are_text_on_the_page(run, folder):
+    hostile = folder / "<b>log.csv"
+    hostile.write_bytes((folder / "worn.csv").read_bytes())
+    run("drift", folder / "model.json", hostile, "--report", folder / "hostile.html")
+    text = (folder / "hostile.html").read_text(encoding="utf-8")
+    assert "<b>" not in text and "&lt;b&gt;log.csv" in text
+
+
+def test_a_direct_inverse_is_compared_in_units_of_the_input(run, folder):
+    log = dehyst.read_log(folder / "new.csv", "pressure", "angle")
+    dehyst.identify_direct(log, creep=0).model.save(folder / "direct.json")
+    status, out, _ = run("drift", folder / "direct.json", folder / "new.csv", folder / "worn.csv", "--json")
+    change = {c["part"]: c for c in json.loads(out)["logs"][1]["changes"]}
+    assert status == 1
+    assert change["offset"]["unit"] == "bar"
+    assert change["hysteresis"]["drifted"] and -30.0 < change["hysteresis"]["estimate"] < -15.0
