@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 import dehyst
@@ -12,7 +14,7 @@ TIPS = (1.0, -1.0, 0.75, -0.5, 0.35, -0.65, 0.5, -0.15, -1.0, 1.0, -0.75, 0.5, -
 def motion(tips=TIPS, stroke=2.0, hold=0.0, step=0.02, reach=10.0):
     """Smooth strokes between tips, each followed by a hold: time and output."""
     points, parts = (0.0, *tips, 0.0), [np.zeros(1)]
-    for k, (a, b) in enumerate(zip(points[:-1], points[1:], strict=True)):
+    for k, (a, b) in enumerate(itertools.pairwise(points)):
         seconds = stroke[k % len(stroke)] if isinstance(stroke, tuple) else stroke
         share = np.arange(1, round(seconds / step) + 1) / round(seconds / step)
         parts += [a + (b - a) * (3.0 - 2.0 * share) * share**2, np.full(round(hold / step), b)]

@@ -182,6 +182,9 @@ def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit
     assert [schedule.name for schedule in fit.model.schedules] == ["output"]
     assert fit.test.rmse_percent < 0.5
     assert not plain_fit.model.schedules
+    held = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0, position_schedule=False)
+    assert not held.model.schedules and held.certificate.rises
+    assert held.test.rmse > 3 * fit.test.rmse
 
 
 @pytest.mark.parametrize("name", ["load", "mean_pressure"])

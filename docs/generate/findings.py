@@ -349,7 +349,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "slope-not-guaranteed": (
             "Weights change with the output by more than the curve rises: after some past the input may fall while the "
             "output rises.",
-            "None for a compensator. Do not let an adaptation scale such a model.",
+            "None for a compensator. Where it is to be adapted or read forward: `--no-position-schedule`.",
         ),
         "creep-without-holds": (
             "Creep was fitted, but the input never holds still: loops at one speed cannot tell creep from stops.",

@@ -105,6 +105,13 @@ def identify(
     ] = None,
     load: LoadColumn = None,
     mean_pressure: MeanPressureColumn = None,
+    position_schedule: Annotated[
+        bool,
+        typer.Option(
+            "--position-schedule/--no-position-schedule",
+            help="direct-inverse: whether weights may change with the output.",
+        ),
+    ] = True,
     save: Annotated[Path | None, typer.Option("--save", help="Write the model to this JSON file.")] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
     figures: Annotated[
@@ -134,6 +141,7 @@ def identify(
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
         stream=stream, spool_dir=spool_dir, shear=shear, max_inverse_gain=max_inverse_gain,
         creep=creep, creep_times=creep_times, load=load, mean_pressure=mean_pressure,
+        position_schedule=position_schedule,
     )  # fmt: skip
     run_identify(request)
 

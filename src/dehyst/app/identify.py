@@ -53,6 +53,7 @@ class IdentifyRequest:
     creep_times: str | None = None
     load: str | None = None
     mean_pressure: str | None = None
+    position_schedule: bool = True
 
 
 def run_identify(request: IdentifyRequest) -> None:

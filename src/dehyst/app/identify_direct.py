@@ -35,6 +35,7 @@ def refuse_options(request: IdentifyRequest) -> None:
         "--creep-times": request.creep_times is not None,
         "--load": request.load is not None,
         "--mean-pressure": request.mean_pressure is not None,
+        "--no-position-schedule": not request.position_schedule,
     }
     forward = {
         "--n": request.n != "100",
@@ -76,6 +77,7 @@ def identify_from(request: IdentifyRequest, records: list[Recording]) -> DirectF
             creep="auto" if request.creep is None else request.creep,
             creep_times=_times(request.creep_times),
             units=units,
+            position_schedule=request.position_schedule,
             initial_state=request.initial_state,
             train_fraction=request.train_fraction,
             **signals,

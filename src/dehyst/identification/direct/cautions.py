@@ -127,7 +127,8 @@ def about_direct_fit(
             "slope-not-guaranteed",
             "the weights change with the output, and more than the curve rises: after some past the input may fall "
             "while the output rises. A compensator that plays it forward stays bounded, but it has no unique output "
-            "for an input there, and learned scales are not guaranteed to stay invertible.",
+            "for an input there, and learned scales are not guaranteed to stay invertible. Where that matters, "
+            "identify with --no-position-schedule.",
         )
     if nothing_held_out:
         yield Finding(

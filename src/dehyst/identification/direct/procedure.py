@@ -46,6 +46,7 @@ def identify_direct(
     load: Given = None,
     mean_pressure: Given = None,
     units: Mapping[str, str] | None = None,
+    position_schedule: bool = True,
     initial_state: str = AUTO,
     train_fraction: float = 0.5,
 ) -> DirectFit:
@@ -76,6 +77,9 @@ def identify_direct(
         (T,), or one such array for each recording.
     units
         Units of the scheduling signals by name, ``{"load": "N", "mean_pressure": "bar"}``.
+    position_schedule
+        Whether the weights may change with the output, for loops that are not symmetric; they do if held-out error says
+        so. Without it the input is guaranteed to rise with the output, whatever the past.
     initial_state
         Past before the first sample: "unknown" (a stop answers in the middle of what it may be), "rest", "rising" or
         "falling" (within a periodic motion), or "auto", by held-out error.
@@ -125,7 +129,7 @@ def identify_direct(
         creeps = ("creep",) if bank.time_constants.size else ()
         required = creeps if asked else ()
         optional = ("path", *(creeps if not asked else ()), *(("viscous",) if data.timed else ()))
-        chosen = choose_shape(trials, required, optional, starts)
+        chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
         settings = _settings(creep, times, initial_state, fraction, chosen.shape, bank, data)
         return _fitted(records, data, layout, trials, chosen, bool(required), settings)
 

@@ -85,7 +85,7 @@ def without_given(data: DirectData) -> DirectData:
 
 
 def choose_shape(
-    trials: Trials, required: tuple[str, ...], optional: tuple[str, ...], starts: tuple[str, ...]
+    trials: Trials, required: tuple[str, ...], optional: tuple[str, ...], starts: tuple[str, ...], *, by_output: bool
 ) -> TriedShape:
     """Choose terms, schedule of the output, degree and start.
 
@@ -99,15 +99,16 @@ def choose_shape(
     shape = Shape(DEGREES[2], start=begun)
     for group in required:
         shape = shape.with_group(group)
-    chosen = _grown(trials, shape, optional)
+    chosen = _grown(trials, shape, optional, by_output)
     chosen = trials.simplest([replace(chosen.shape, degree=degree) for degree in DEGREES])
     return trials.simplest([replace(chosen.shape, start=start) for start in starts])
 
 
-def _grown(trials: Trials, shape: Shape, optional: tuple[str, ...]) -> TriedShape:
+def _grown(trials: Trials, shape: Shape, optional: tuple[str, ...], by_output: bool) -> TriedShape:
     best = trials(shape)
     additions: list[Callable[[Shape], Shape]] = [_adding(group) for group in optional]
-    additions.append(lambda now: replace(now, by_output=True))
+    if by_output:
+        additions.append(lambda now: replace(now, by_output=True))
     while True:
         tried = [trials(grown) for add in additions if (grown := add(best.shape)) != best.shape]
         better = min(tried, key=lambda trial: trial.error, default=best)

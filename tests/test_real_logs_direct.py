@@ -1,0 +1,44 @@
+"""The direct inverse on measured logs: smaller held-out error of the input than the inverse of every forward family."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import dehyst
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "benchmarks"))
+
+import direct_inverse as table  # noqa: E402 - found through the path above
+
+pytestmark = pytest.mark.skipif(
+    not (table.DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs in ../shared"
+)
+BETTER = [run for run in table.RUNS if run[0] in (table.PIEZO, table.ARM, table.CAVATAPPI)]
+DECISION = next((ROOT / "docs" / "decisions").glob("0025-*.md"))
+
+
+@pytest.mark.parametrize("run", BETTER, ids=lambda run: table.name_of(*run).replace(" ", "-"))
+def test_the_input_is_closer_than_through_any_forward_family_and_the_decision_shows_it(run):
+    row = table.measure(*run)
+    assert row["held_out"]
+    assert row["input"] < row["input_forward"]
+    lines = [line for line in DECISION.read_text(encoding="utf-8").splitlines() if line.startswith(f"| {row['log']} |")]
+    assert len(lines) == 1
+    shown = [float(cell.strip("* ").split()[0].strip("*")) for cell in lines[0].split("|")[2:6]]
+    measured = [row["input"], row["input_forward"], row["output"], row["output_forward"]]
+    assert shown == pytest.approx(measured, rel=0.02, abs=0.02)
+
+
+def test_read_forward_it_is_the_best_model_of_the_piezo():
+    for run in table.RUNS[:3]:
+        row = table.measure(*run)
+        assert row["output"] < row["output_forward"]
+
+
+def test_a_damper_is_not_called_a_compensator():
+    rec = dehyst.read_log(table.DATA / "mr_damper" / "data.csv.gz", *table.DAMPER[1:], run="ensaio1.2")
+    fit = dehyst.identify_direct(rec)
+    assert {"poor-fit", "static-as-good"} <= {finding.code for finding in fit.warnings}
+    assert "do not compensate with it" in fit.verdict
