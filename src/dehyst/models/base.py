@@ -6,7 +6,7 @@ import os
 import warnings
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import ClassVar, Literal, Self, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,10 @@ from dehyst._native import StackStepper, Stepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, signal_array
 from dehyst.models.card import ModelCard
+from dehyst.models.unknown import ROUNDING, Plays, half_strokes, half_width, held, start_states
+
+if TYPE_CHECKING:
+    from dehyst.models.monotone import MonotoneMap
 
 __all__ = ["HysteresisModel", "RejectedSamplesWarning", "StackStepper", "StepMethod", "Stepper"]
 
@@ -134,6 +138,93 @@ class HysteresisModel(ABC):
                 stacklevel=2,
             )
         return y
+
+    def interval(self, x: npt.ArrayLike, known: float | None = None) -> tuple[Array, Array]:
+        r"""Return the interval in which the output lies whatever the actuator did before the first sample.
+
+        Parameters
+        ----------
+        x
+            Input samples, (T,). [input]
+        known
+            Radius up to which the plays are in the model's state, such as the half stroke of a homing; larger ones may
+            be in any state that goes with it. None: nothing is known, not even where the input came from. [input]
+
+        Returns
+        -------
+        low, high : (T,)
+            Smallest and largest output over all admissible start states; both are attained, whatever the signs of the
+            weights. Infinite before the first finite sample. [output]
+
+        Raises
+        ------
+        ParameterError
+            If `known` is negative.
+
+        Notes
+        -----
+        The interval of an operator never grows, and is a point from the first stroke of length 2 r_n on. That of a
+        model with an output map is the map of it. Docs: explanation/unknown-memory.md.
+
+        Examples
+        --------
+        >>> from dehyst import PrandtlIshlinskii
+        >>> low, high = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).interval([0.0, 0.4, 1.0, 0.2])
+        >>> low.round(12).tolist(), high.round(12).tolist()
+        ([-0.5, 0.3, 1.5, 0.7], [0.5, 0.9, 1.5, 0.7])
+        """
+        return self._bounds(signal_array(x, "input x"), known)
+
+    def certainty(self, x: npt.ArrayLike, known: float | None = None) -> Array:
+        """Return how much of the memory is known, (T,): 0 for nothing, 1 once no start state matters; never falling.
+
+        It is one less the width of the operator's interval as a share of the largest it can have.
+
+        Examples
+        --------
+        >>> from dehyst import PrandtlIshlinskii
+        >>> PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).certainty([0.0, 0.4, 1.0, 0.2]).round(12).tolist()
+        [0.0, 0.4, 1.0, 1.0]
+        """
+        plays, before, _ = self._plays()
+        values, first = held(signal_array(x, "input x"), _native.INPUT_LIMIT)
+        if first == values.size:
+            return np.zeros(values.size)
+        u = values if before is None else before(values)
+        start = start_states(plays, float(u[0]), known)
+        whole = float(half_width(plays, 0.0))
+        strokes = half_strokes(u - plays.center, start)
+        share = np.ones(u.size) if whole == 0.0 else 1.0 - half_width(plays, strokes) / whole
+        share[:first] = 0.0
+        return share
+
+    def _plays(self) -> tuple[Plays, MonotoneMap | None, MonotoneMap | None]:
+        """The operator inside, and the maps before and after it."""
+        raise NotImplementedError(f"a {type(self).__name__} does not say what its memory is")
+
+    def _bounds(self, x: Array, known: float | None) -> tuple[Array, Array]:
+        plays, before, after = self._plays()
+        values, first = held(x, _native.INPUT_LIMIT)
+        if first == values.size:
+            return np.full(x.size, -np.inf), np.full(x.size, np.inf)
+        u = values if before is None else before(values)
+        start = start_states(plays, float(u[0]), known)
+        inner = self._inner()
+        ends = [inner.with_state(state).simulate(u) for state in (start.lowest, start.highest)]
+        width = half_width(plays, half_strokes(u - plays.center, start))
+        middle = 0.5 * (ends[0] + ends[1])
+        size = float(np.abs(plays.weights) @ (plays.thresholds + np.max(np.abs(u - plays.center))))
+        slack = np.where(width > 0.0, ROUNDING * size, 0.0)
+        low = np.minimum(middle - width - slack, np.minimum(*ends))
+        high = np.maximum(middle + width + slack, np.maximum(*ends))
+        if after is not None:
+            low, high = (after(low), after(high)) if after.increasing else (after(high), after(low))
+        low[:first], high[:first] = -np.inf, np.inf
+        return low, high
+
+    def _inner(self) -> HysteresisModel:
+        """The operator alone."""
+        return self
 
     def final_state(self, x: npt.ArrayLike) -> Array:
         """Return the play states (n,) after an input signal, for ``with_state``."""

@@ -13,6 +13,7 @@ from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Steppe
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.unknown import Plays
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,6 +107,12 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
             before=None if self.after is None else self.after.inverse(),
             card=self.card.swapped(),
         )
+
+    def _plays(self) -> tuple[Plays, MonotoneMap | None, MonotoneMap | None]:
+        return self.hysteresis._plays()[0], self.before, self.after
+
+    def _inner(self) -> HysteresisModel:
+        return self.hysteresis
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, hysteresis=self.hysteresis.with_state(state))

@@ -13,6 +13,7 @@ from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, check_state, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.unknown import Plays
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,6 +167,9 @@ class PrandtlIshlinskii(HysteresisModel):
                 f"{np.min(np.abs(self.partial_sums)):g} to {np.max(np.abs(self.partial_sums)):g} in partial sums; "
                 f"raise eps or merge operators that lie close together.",
             ) from None
+
+    def _plays(self) -> tuple[Plays, None, None]:
+        return Plays(self.thresholds, self.weights, self.center, self._state), None, None
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))

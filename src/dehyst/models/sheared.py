@@ -13,6 +13,7 @@ from dehyst.models.arrays import parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.unknown import Plays
 
 # Key in the provenance of a compensator that subtracts k y itself: nobody must subtract it a second time.
 SUBTRACTED = "shear_subtracted"
@@ -143,6 +144,12 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
         operators = f"{self.nonzero_weights} of {self.hysteresis.thresholds.size} operators"
         signals = f"{self.card.input!s} -> {self.card.output!s}"
         return f"<{type(self).__name__} {self.family!r}: k = {self.shear:.4g}, {operators}, {signals}>"
+
+    def _plays(self) -> tuple[Plays, None, None]:
+        return self.as_play()._plays()
+
+    def _inner(self) -> HysteresisModel:
+        return self.as_play()
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the same model starting from another state (n,) of H."""

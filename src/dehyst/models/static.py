@@ -11,6 +11,8 @@ import numpy.typing as npt
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.unknown import Plays
 
 _IDENTITY = np.ones(1)
 _ZERO = np.zeros(1)
@@ -53,6 +55,12 @@ class StaticCurve(HysteresisModel):
     def inverse(self) -> StaticCurve:
         """Return the inverse curve."""
         return StaticCurve(self.curve.inverse(), self.card.swapped())
+
+    def _plays(self) -> tuple[Plays, MonotoneMap, None]:
+        return Plays(_ZERO, _IDENTITY, 0.0, _ZERO), self.curve, None
+
+    def _inner(self) -> HysteresisModel:
+        return PrandtlIshlinskii(_ZERO, _IDENTITY)
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the curve itself: it has no memory."""

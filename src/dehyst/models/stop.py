@@ -14,6 +14,7 @@ from dehyst.models.arrays import Array, parameter_array, parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.unknown import Plays
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,6 +100,12 @@ class StopOperatorModel(HysteresisModel):
     def inverse(self) -> PrandtlIshlinskii:
         """Return the closed inverse; it is a play operator with non-negative weights when s >= 0."""
         return self.as_play().inverse()
+
+    def _plays(self) -> tuple[Plays, None, None]:
+        return self.as_play()._plays()
+
+    def _inner(self) -> HysteresisModel:
+        return self.as_play()
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))

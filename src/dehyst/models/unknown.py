@@ -1,0 +1,116 @@
+r"""What a model can answer when nobody knows what the actuator did before the first sample.
+
+With M and m the largest and smallest input so far, a play of radius r has forgotten its start as soon as
+:math:`M - m \ge 2 r`. The others lie anywhere in :math:`[M - r, m + r]`, neighbours at most :math:`r_{i+1} - r_i`
+apart: with :math:`a = (M - m)/2` the increments of their deviation from the middle :math:`(M + m)/2` are free within
+:math:`r_i - r_{i-1}`, the first within :math:`r_i - a`. A sum over increments takes each at its end, so that the output
+lies within the output of the middle and
+
+.. math:: W(a) = \int_a^\infty \Big| \sum_{r_i \ge r} w_i \Big| \, dr
+
+of it, for weights of any sign; both ends are attained. W falls with a, a never falls: the interval never grows, and is
+a point from the first stroke of length :math:`2 r_n` on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array, parameter_number
+
+# Rounding of a sum of plays, as a share of the sum of their largest values: what keeps a guarantee a guarantee.
+ROUNDING = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Plays:
+    """A sum of plays without its constant: thresholds r (n,), weights w (n,), centre of the input, start state (n,)."""
+
+    thresholds: Array
+    weights: Array
+    center: float
+    state: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The extreme states that the past allows, (n,), and the extremes of the input known by then, centred."""
+
+    lowest: Array
+    highest: Array
+    top: float
+    bottom: float
+
+
+def start_states(plays: Plays, first: float, known: float | None) -> Start:
+    """Return what is possible before the first sample.
+
+    Parameters
+    ----------
+    plays
+        The operator.
+    first
+        First input that counts.
+    known
+        Plays of radius up to it are in the state of the model; None: nothing is known.
+
+    Raises
+    ------
+    ParameterError
+        If `known` is negative or no number.
+    """
+    r = plays.thresholds
+    if known is not None and parameter_number(known, "known") < 0.0:
+        raise ParameterError(
+            f"known = {known:g} is negative; it is the radius up to which the plays are in the model's state, such as "
+            f"the half stroke of a homing. None stands for a memory of which nothing is known.",
+            known=known,
+        )
+    v = first - plays.center
+    sure = 0 if known is None else int(np.searchsorted(r, known, side="right"))
+    if sure == 0:
+        return Start(v - r, v + r, v, v)
+    z, last = float(plays.state[sure - 1]), float(r[sure - 1])
+    reach = np.maximum(r - last, 0.0)
+    held = np.arange(r.size) < sure
+    return Start(np.where(held, plays.state, z - reach), np.where(held, plays.state, z + reach), z + last, z - last)
+
+
+def half_width(plays: Plays, half_stroke: npt.ArrayLike) -> Array:
+    r"""Return :math:`W(a) = \int_a^\infty |\sum_{r_i \ge r} w_i| dr` at a, (T,). [output]
+
+    Examples
+    --------
+    >>> plays = Plays(np.array([0.0, 1.0, 2.0]), np.array([1.0, -3.0, 2.0]), 0.0, np.zeros(3))
+    >>> half_width(plays, [0.0, 0.5, 1.0, 1.5, 2.0, 9.0]).tolist()
+    [3.0, 2.5, 2.0, 1.0, 0.0, 0.0]
+    """
+    knots = np.concatenate([[0.0], plays.thresholds])
+    tails = np.cumsum(plays.weights[::-1])[::-1]
+    pieces = np.abs(tails) * np.diff(knots)
+    left = np.concatenate([np.cumsum(pieces[::-1])[::-1], [0.0]])
+    width: Array = np.interp(np.asarray(half_stroke, dtype=np.float64), knots, left)
+    return width
+
+
+def half_strokes(centred: Array, start: Start) -> Array:
+    """Half of what the input has swept so far, (T,), never falling."""
+    top = np.maximum(np.maximum.accumulate(centred), start.top)
+    bottom = np.minimum(np.minimum.accumulate(centred), start.bottom)
+    return 0.5 * (top - bottom)
+
+
+def held(x: Array, limit: float) -> tuple[Array, int]:
+    """Input with rejected samples replaced by the last good one, and the index of the first good one (T if none)."""
+    good = np.abs(x) <= limit
+    if good.all():
+        return x, 0
+    if not good.any():
+        return x, x.size
+    first = int(np.argmax(good))
+    places = np.maximum.accumulate(np.where(good, np.arange(x.size), first))
+    return x[places], first
