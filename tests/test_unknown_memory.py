@@ -89,7 +89,7 @@ def test_the_interval_is_a_point_from_a_stroke_of_twice_the_largest_radius_on(mo
 
 
 def extreme_start(model, x, side):
-    """Admissible start state that brings the output after x to an end of its interval, from the formula's increments."""
+    """Admissible start state that brings the output after x to an end of its interval, by the formula's increments."""
     r, w, v = model.thresholds, model.weights, x - model.center
     top, bottom = v.max(), v.min()
     a, middle = (top - bottom) / 2, (top + bottom) / 2

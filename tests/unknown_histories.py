@@ -1,4 +1,4 @@
-"""Random histories of many actuators at once, with plays of plain numpy: what the benchmark and the tests count with."""
+"""Random histories of many actuators at once, with plays of plain numpy, for the tests to count with."""
 
 import numpy as np
 

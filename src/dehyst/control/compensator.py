@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.models import HysteresisModel, subtracted_shear
+from dehyst.models import HysteresisModel, StackStepper, Stepper, subtracted_shear
 from dehyst.models.arrays import parameter_number, signal_array
 
 Array = npt.NDArray[np.float64]
@@ -104,6 +104,75 @@ class InverseCompensator:
     def output(self) -> float:
         """Return the present term. [Pa]"""
         return self.unit * self._step.output - self.shear * self._angle
+
+
+class RampedCompensator(InverseCompensator):
+    r"""The compensator without a homing: its memory is unknown, and it answers with the middle of what is possible.
+
+    The term is the middle of the guaranteed interval, the mean of two inverses that begin with the lowest and the
+    highest memory that any past can have left. At first that is the straight line through the loop, then it ramps in
+    with every stroke, and from a stroke of twice the largest radius on it is that of `InverseCompensator`. Any other
+    answer would be wrong by more for some past.
+
+    Parameters
+    ----------
+    inverse, shear, unit
+        As in `InverseCompensator`.
+    past
+        Range (low, high) that the angle has not left since the memory was that of the inverse's start state: what can
+        be remembered then is less. None: it may have been anywhere, which the range of travel seldom allows. [rad]
+
+    Raises
+    ------
+    ParameterError
+        As in `InverseCompensator`.
+
+    Examples
+    --------
+    Nothing is known at first, everything after a stroke of 0.2 rad; the doubt is the half width of the interval:
+
+    >>> from dehyst import PrandtlIshlinskii, ShearedPrandtlIshlinskii
+    >>> model = ShearedPrandtlIshlinskii(PrandtlIshlinskii([0.0, 0.1], [0.5, 0.5]), shear=1.0)
+    >>> compensator = RampedCompensator(model.inverse(), shear=0.0)
+    >>> compensator.reset(0.0)
+    >>> [(round(compensator.step(q, 0.0)), round(compensator.doubt)) for q in (0.0, 0.05, 0.1, 0.05)]
+    [(0, 5000), (2500, 2500), (5000, 0), (0, 0)]
+    """
+
+    def __init__(
+        self, inverse: HysteresisModel, shear: float, unit: float = 1e5, past: tuple[float, float] | None = None
+    ) -> None:
+        super().__init__(inverse, shear, unit)
+        self.past = past
+        self._steps = self._ends(0.0)
+
+    def _ends(self, angle: float) -> tuple[Stepper | StackStepper, Stepper | StackStepper]:
+        lowest, highest = self.inverse.extreme_states(angle, past=self.past)
+        return self.inverse.with_state(lowest).stepper(), self.inverse.with_state(highest).stepper()
+
+    def reset(self, angle: float) -> None:
+        """Forget everything; the angle is the first of the path."""
+        self._steps = self._ends(angle)
+        self.step(angle, 0.0)
+
+    def step(self, angle: float, velocity: float) -> float:
+        """Return the term for the next desired angle."""
+        for step in self._steps:
+            step(angle)
+        if not self._steps[0].rejected:
+            self._angle = angle
+        return self.output()
+
+    def output(self) -> float:
+        """Return the present term. [Pa]"""
+        first, second = (step.output for step in self._steps)
+        return self.unit * 0.5 * (first + second) - self.shear * self._angle
+
+    @property
+    def doubt(self) -> float:
+        """Guaranteed half width: with its true past the inverse's term lies so near to this one. [Pa]."""
+        first, second = (step.output for step in self._steps)
+        return self.unit * 0.5 * abs(first - second)
 
 
 def refuse_second_shear(inverse: HysteresisModel, shear: float) -> None:

@@ -16,7 +16,7 @@ from dehyst._native import StackStepper, Stepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, signal_array
 from dehyst.models.card import ModelCard
-from dehyst.models.unknown import ROUNDING, Plays, half_strokes, half_width, held, start_states
+from dehyst.models.unknown import Past, Plays, half_width, held, start_states
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
@@ -139,7 +139,7 @@ class HysteresisModel(ABC):
             )
         return y
 
-    def interval(self, x: npt.ArrayLike, known: float | None = None) -> tuple[Array, Array]:
+    def interval(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> tuple[Array, Array]:
         r"""Return the interval in which the output lies whatever the actuator did before the first sample.
 
         Parameters
@@ -149,17 +149,21 @@ class HysteresisModel(ABC):
         known
             Radius up to which the plays are in the model's state, such as the half stroke of a homing; larger ones may
             be in any state that goes with it. None: nothing is known, not even where the input came from. [input]
+        past
+            Range (low, high) that the input has not left since the memory was that of the model's start state, such as
+            the actuator's range of travel. None: it may have been anywhere. [input]
 
         Returns
         -------
         low, high : (T,)
-            Smallest and largest output over all admissible start states; both are attained, whatever the signs of the
-            weights. Infinite before the first finite sample. [output]
+            Smallest and largest output over all admissible start states. Both are attained, whatever the signs of the
+            weights; with a past range, if all weights but the first have one sign. Infinite before the first finite
+            sample. [output]
 
         Raises
         ------
         ParameterError
-            If `known` is negative.
+            If `known` is negative, or `past` is no range.
 
         Notes
         -----
@@ -173,12 +177,29 @@ class HysteresisModel(ABC):
         >>> low.round(12).tolist(), high.round(12).tolist()
         ([-0.5, 0.3, 1.5, 0.7], [0.5, 0.9, 1.5, 0.7])
         """
-        return self._bounds(signal_array(x, "input x"), known)
+        return self._bounds(signal_array(x, "input x"), known, past)
 
-    def certainty(self, x: npt.ArrayLike, known: float | None = None) -> Array:
+    def extreme_states(self, first: float, known: float | None = None, past: Past = None) -> tuple[Array, Array]:
+        """Return the lowest and the highest play states (n,) that a past can have left before a first input.
+
+        Every admissible state lies between them, play by play, and stays there along any input; for weights of one
+        sign (the first may differ: its play has radius 0) the outputs of both are the ends of `interval`.
+
+        Examples
+        --------
+        >>> from dehyst import PrandtlIshlinskii
+        >>> [state.tolist() for state in PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).extreme_states(2.0)]
+        [[2.0, 1.5], [2.0, 2.5]]
+        """
+        plays, before, _ = self._plays()
+        value = float(first) if before is None else float(before([first])[0])
+        start = start_states(plays, value, known, _mapped(past, before))
+        return start.lowest, start.highest
+
+    def certainty(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> Array:
         """Return how much of the memory is known, (T,): 0 for nothing, 1 once no start state matters; never falling.
 
-        It is one less the width of the operator's interval as a share of the largest it can have.
+        It is one less the width of the operator's interval as a share of the largest that it can have.
 
         Examples
         --------
@@ -186,41 +207,40 @@ class HysteresisModel(ABC):
         >>> PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).certainty([0.0, 0.4, 1.0, 0.2]).round(12).tolist()
         [0.0, 0.4, 1.0, 1.0]
         """
-        plays, before, _ = self._plays()
-        values, first = held(signal_array(x, "input x"), _native.INPUT_LIMIT)
-        if first == values.size:
-            return np.zeros(values.size)
-        u = values if before is None else before(values)
-        start = start_states(plays, float(u[0]), known)
-        whole = float(half_width(plays, 0.0))
-        strokes = half_strokes(u - plays.center, start)
-        share = np.ones(u.size) if whole == 0.0 else 1.0 - half_width(plays, strokes) / whole
-        share[:first] = 0.0
+        plays, _, _ = self._plays()
+        low, high, first = self._operator_interval(signal_array(x, "input x"), known, past)
+        whole = 2.0 * float(half_width(plays, 0.0))
+        share = np.zeros(low.size)
+        if first < low.size:
+            width = (high - low)[first:]
+            share[first:] = 1.0 if whole == 0.0 else np.maximum.accumulate(np.clip(1.0 - width / whole, 0.0, 1.0))
         return share
 
     def _plays(self) -> tuple[Plays, MonotoneMap | None, MonotoneMap | None]:
         """The operator inside, and the maps before and after it."""
         raise NotImplementedError(f"a {type(self).__name__} does not say what its memory is")
 
-    def _bounds(self, x: Array, known: float | None) -> tuple[Array, Array]:
-        plays, before, after = self._plays()
-        values, first = held(x, _native.INPUT_LIMIT)
-        if first == values.size:
-            return np.full(x.size, -np.inf), np.full(x.size, np.inf)
-        u = values if before is None else before(values)
-        start = start_states(plays, float(u[0]), known)
-        inner = self._inner()
-        ends = [inner.with_state(state).simulate(u) for state in (start.lowest, start.highest)]
-        width = half_width(plays, half_strokes(u - plays.center, start))
-        middle = 0.5 * (ends[0] + ends[1])
-        size = float(np.abs(plays.weights) @ (plays.thresholds + np.max(np.abs(u - plays.center))))
-        slack = np.where(width > 0.0, ROUNDING * size, 0.0)
-        low = np.minimum(middle - width - slack, np.minimum(*ends))
-        high = np.maximum(middle + width + slack, np.maximum(*ends))
-        if after is not None:
-            low, high = (after(low), after(high)) if after.increasing else (after(high), after(low))
-        low[:first], high[:first] = -np.inf, np.inf
+    def _bounds(self, x: Array, known: float | None, past: Past) -> tuple[Array, Array]:
+        _, _, after = self._plays()
+        low, high, first = self._operator_interval(x, known, past)
+        if after is not None and first < x.size:
+            ends = after(low[first:]), after(high[first:])
+            low[first:], high[first:] = ends if after.increasing else ends[::-1]
         return low, high
+
+    def _operator_interval(self, x: Array, known: float | None, past: Past) -> tuple[Array, Array, int]:
+        """Bounds of the operator's output, infinite before the first good sample, and the index of that."""
+        _, before, _ = self._plays()
+        values, first = held(x, _native.INPUT_LIMIT)
+        low, high = np.full(x.size, -np.inf), np.full(x.size, np.inf)
+        if first < x.size:
+            u = values[first:] if before is None else before(values[first:])
+            low[first:], high[first:] = self._inner()._operator_bounds(u, known, _mapped(past, before))
+        return low, high, first
+
+    def _operator_bounds(self, u: Array, known: float | None, past: Past) -> tuple[Array, Array]:
+        """Bounds of an operator's output along finite inputs."""
+        raise NotImplementedError(f"a {type(self).__name__} is no operator")
 
     def _inner(self) -> HysteresisModel:
         """The operator alone."""
@@ -243,6 +263,14 @@ class HysteresisModel(ABC):
         from dehyst.models.storage import save_model  # same room; the storage knows all families
 
         return save_model(self, path)
+
+
+def _mapped(past: Past, before: MonotoneMap | None) -> Past:
+    """Past range behind a map in front."""
+    if past is None or before is None:
+        return past
+    ends = before(list(past))
+    return float(np.min(ends)), float(np.max(ends))
 
 
 def make_stepper(

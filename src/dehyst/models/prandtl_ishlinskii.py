@@ -13,7 +13,7 @@ from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, check_state, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
-from dehyst.models.unknown import Plays
+from dehyst.models.unknown import ROUNDING, Past, Plays, half_strokes, half_width, start_states
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -170,6 +170,28 @@ class PrandtlIshlinskii(HysteresisModel):
 
     def _plays(self) -> tuple[Plays, None, None]:
         return Plays(self.thresholds, self.weights, self.center, self._state), None, None
+
+    def _operator_bounds(self, u: Array, known: float | None, past: Past) -> tuple[Array, Array]:
+        plays = self._plays()[0]
+        start = start_states(plays, float(u[0]), known, past)
+        low, high = (self.with_state(state).simulate(u) for state in (start.lowest, start.highest))
+        rest = self.weights[int(self.thresholds[0] == 0.0) :]  # a play of radius 0 has no memory
+        if np.all(rest >= 0.0) or np.all(rest <= 0.0):
+            return np.minimum(low, high), np.maximum(low, high)
+        if past is not None:
+            return self._mixed_bounds(u, known, past)
+        width = half_width(plays, half_strokes(u - self.center, start))
+        size = float(np.abs(self.weights) @ (self.thresholds + np.max(np.abs(u - self.center))))
+        slack = np.where(width > 0.0, ROUNDING * size, 0.0)
+        middle = 0.5 * (low + high)
+        return middle - width - slack, middle + width + slack
+
+    def _mixed_bounds(self, u: Array, known: float | None, past: Past) -> tuple[Array, Array]:
+        """With a past range: those of the weights of either sign by themselves, and those of any past; both hold."""
+        rising = replace(self, weights=np.maximum(self.weights, 0.0))._operator_bounds(u, known, past)
+        falling = replace(self, weights=np.minimum(self.weights, 0.0), offset=0.0)._operator_bounds(u, known, past)
+        any_past = self._operator_bounds(u, known, None)
+        return np.maximum(rising[0] + falling[0], any_past[0]), np.minimum(rising[1] + falling[1], any_past[1])
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))

@@ -46,7 +46,10 @@ class Start:
     bottom: float
 
 
-def start_states(plays: Plays, first: float, known: float | None) -> Start:
+Past = tuple[float, float] | None
+
+
+def start_states(plays: Plays, first: float, known: float | None, past: Past = None) -> Start:
     """Return what is possible before the first sample.
 
     Parameters
@@ -57,11 +60,13 @@ def start_states(plays: Plays, first: float, known: float | None) -> Start:
         First input that counts.
     known
         Plays of radius up to it are in the state of the model; None: nothing is known.
+    past
+        Range that the input has not left since the memory was that of the model's start state; None: any.
 
     Raises
     ------
     ParameterError
-        If `known` is negative or no number.
+        If `known` is negative or no number, or `past` no range.
     """
     r = plays.thresholds
     if known is not None and parameter_number(known, "known") < 0.0:
@@ -71,13 +76,37 @@ def start_states(plays: Plays, first: float, known: float | None) -> Start:
             known=known,
         )
     v = first - plays.center
+    lowest, highest = v - r, v + r
+    if past is not None:
+        bottom, top = _range(past, first)
+        # Pushed by the input only: down to bottom + r, up to top - r, if it began above or below.
+        lowest = np.maximum(lowest, np.minimum(plays.state, bottom - plays.center + r))
+        highest = np.minimum(highest, np.maximum(plays.state, top - plays.center - r))
     sure = 0 if known is None else int(np.searchsorted(r, known, side="right"))
     if sure == 0:
-        return Start(v - r, v + r, v, v)
+        return Start(lowest, highest, v, v)
     z, last = float(plays.state[sure - 1]), float(r[sure - 1])
     reach = np.maximum(r - last, 0.0)
-    held = np.arange(r.size) < sure
-    return Start(np.where(held, plays.state, z - reach), np.where(held, plays.state, z + reach), z + last, z - last)
+    sure_ones = np.arange(r.size) < sure
+    low = np.maximum(z - reach, lowest if past is not None else -np.inf)
+    high = np.minimum(z + reach, highest if past is not None else np.inf)
+    return Start(np.where(sure_ones, plays.state, low), np.where(sure_ones, plays.state, high), z + last, z - last)
+
+
+def _range(past: tuple[float, float], first: float) -> tuple[float, float]:
+    """Past range, widened to the first input: it is part of the past of what follows."""
+    try:
+        bottom, top = (parameter_number(end, "past") for end in past)
+    except (TypeError, ValueError):
+        raise ParameterError(f"past = {past!r:.60} is no pair of numbers; pass past=(low, high).") from None
+    if not bottom < top:
+        raise ParameterError(
+            f"past = ({bottom:g}, {top:g}) is no range; pass the smallest input that was possible first, then the "
+            f"largest.",
+            low=bottom,
+            high=top,
+        )
+    return min(bottom, first), max(top, first)
 
 
 def half_width(plays: Plays, half_stroke: npt.ArrayLike) -> Array:
