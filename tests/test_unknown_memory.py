@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+import dehyst
 from dehyst import (
     ModifiedPrandtlIshlinskii,
     PrandtlIshlinskii,
@@ -12,9 +14,13 @@ from dehyst import (
     StaticCurve,
     StopOperatorModel,
 )
-from dehyst.errors import ParameterError
-from dehyst.models import DirectInverse, MonotoneMap
-from unknown_histories import contained, outputs, random_states, turning_path
+from dehyst.cli import app
+from dehyst.control import InverseCompensator, along
+from dehyst.control.compensator import RampedCompensator
+from dehyst.errors import OutputError, ParameterError
+from dehyst.io import write_csv
+from dehyst.models import DirectInverse, ModelCard, MonotoneMap, SignalCard
+from unknown_histories import contained, follow, outputs, parts, random_states, turning_path
 
 RADII = np.array([0.0, 0.1, 0.25, 0.5, 1.0, 1.6])
 WEIGHTS = np.array([1.0, 0.5, 0.4, 0.3, 0.2, 0.1])
@@ -215,3 +221,99 @@ def test_the_oracle_steps_as_the_model_does():
         y = outputs(model, states, x)
         for k in range(5):
             np.testing.assert_allclose(model.with_state(states[k]).simulate(x), y[k], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_past_within_a_range_keeps_the_truth_and_narrows_the_interval(name):
+    """Strokes from the model's start state that never leave the range."""
+    model = MODELS[name]
+    draw = np.random.default_rng(11)
+    inner, before, _ = parts(model)
+    ends = (-0.4, 0.5) if before is None else (-0.3, 0.3)
+    shift = inner.center if before is None else 0.0
+    past = (ends[0] + shift, ends[1] + shift)
+    z = np.zeros((2000, inner.thresholds.size))
+    for _ in range(15):
+        x = draw.uniform(*past, 2000)
+        z = follow(z, inner.thresholds, (x if before is None else before(x)) - inner.center)
+    x = np.clip(turning_path(draw, 40, 0.3) + shift, *past)
+    low, high = model.interval(x, past=past)
+    y = outputs(model, z, x)
+    slack = 1e-12 * (1 + np.abs(y).max())
+    assert np.all((low - slack <= y) & (y <= high + slack))
+    any_low, any_high = model.interval(x)
+    assert np.all((low >= any_low - slack) & (high <= any_high + slack))
+    assert (high - low)[0] < 0.9 * (any_high - any_low)[0]
+    certainty = model.certainty(x, past=past)
+    assert certainty[0] > 0.0
+    assert np.all(np.diff(certainty) >= 0.0)
+
+
+def test_a_past_range_is_attained_at_both_ends():
+    x = np.array([0.1, 0.25, 0.05])
+    low, high = PLAY.interval(x, past=(-0.8, 0.6))
+    ends = []
+    for path in ([-0.8, 0.1], [0.6, 0.1]):  # from the start state down or up to the end of the range, then to x
+        ends.append(PLAY.with_state(PLAY.final_state(path)).simulate(x))
+    np.testing.assert_allclose([high, low], sorted(ends, key=lambda y: -y[0]), atol=1e-12)
+
+
+@pytest.mark.parametrize("past", [(1.0, -1.0), (0.0,), "ab", (0.0, np.nan)])
+def test_a_past_that_is_no_range_is_refused(past):
+    for name in ("pi", "map in front"):
+        with pytest.raises(ParameterError, match="past"):
+            MODELS[name].interval([0.0], past=past)
+
+
+def test_the_compensator_without_a_homing_is_the_middle_of_the_interval_and_ends_as_the_known_one():
+    inverse = MODELS["compensator"]
+    path = np.concatenate([turning_path(np.random.default_rng(4), 30, 0.5), [-9.0, 9.0, 0.3, 0.1]]) + inverse.center
+    ramped = RampedCompensator(inverse, shear=0.0)
+    low, high = inverse.interval(path)
+    np.testing.assert_allclose(along(ramped, path), 1e5 * (low + high) / 2, atol=1e-6)
+    assert ramped.doubt == 0.0
+    known = along(InverseCompensator(inverse, shear=0.0), path)
+    np.testing.assert_allclose(along(ramped, path)[-3:], known[-3:], atol=1e-6)
+    ramped.reset(path[0])
+    assert ramped.doubt == pytest.approx(1e5 * (high - low)[0] / 2)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("unknown")
+    model = MODELS["saturating"].with_card(ModelCard(SignalCard("p", "bar", -2.0, 2.0), SignalCard("q", "deg", -1, 3)))
+    model.save(folder / "m.json")
+    x = turning_path(np.random.default_rng(9), 80, 1.2)
+    write_csv(folder / "log.csv", {"time_s": 0.1 * np.arange(x.size), "p_bar": x, "q_deg": np.clip(x, -0.5, 1.5)})
+    return folder
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "column"), [("simulate", "--input", "p_bar"), ("compensate", "--output", "q_deg")]
+)
+def test_the_command_line_writes_middle_low_high_certainty_and_a_picture(files, tmp_path, command, option, column):
+    line = [command, files / "m.json", files / "log.csv", option, column, "--unknown-state"]
+    answer = run(*line, "--figure", tmp_path / "band.svg")
+    table = np.loadtxt(answer.stdout.splitlines()[1:], delimiter=",")
+    model = dehyst.load_model(files / "m.json")
+    low, high = (model if command == "simulate" else model.inverse()).interval(table[:, 1])
+    np.testing.assert_allclose(table[:, 2:5], np.column_stack([(low + high) / 2, low, high]), rtol=1e-12)
+    assert table[0, 5] == 0.0
+    assert "memory-unknown" in answer.stderr
+    picture = (tmp_path / "band.svg").read_text(encoding="utf-8")
+    assert "any past" in picture
+    assert run(*line, "--figure", tmp_path / "band.svg").exit_code == 0  # its own picture is drawn anew
+
+
+def test_options_of_the_band_are_refused_without_it_and_a_picture_over_the_log(files):
+    line = ["simulate", files / "m.json", files / "log.csv", "--input", "p_bar"]
+    with pytest.raises(ParameterError, match="--past belongs to --unknown-state"):
+        run(*line, "--past", "-1", "1")
+    with pytest.raises(OutputError, match="is the log or the model itself"):
+        run(*line, "--unknown-state", "--figure", files / "log.csv")
+    with pytest.raises(OutputError, match="neither SVG nor PNG"):
+        run(*line, "--unknown-state", "--figure", files / "band.csv")

@@ -406,6 +406,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "reference jumps or is noisy, or the inverse is steep after reversals.",
             "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
+        "memory-unknown": (
+            "With `--unknown-state` nothing is assumed of the past: the column is the middle of a band, which closes "
+            "with every stroke.",
+            "Begin with a stroke over the whole range, or a homing; `--past LO HI` tells the range of travel.",
+        ),
         "round-trip": (
             "The model's answer to the computed input differs from the reference by more than 1e-9 of its range: the "
             "inverse loses digits.",

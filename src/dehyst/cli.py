@@ -146,6 +146,16 @@ def identify(
     run_identify(request)
 
 
+UnknownState = Annotated[
+    bool, typer.Option("--unknown-state", help="Assume nothing of the past: middle, low and high instead of one value.")
+]
+Past = Annotated[
+    tuple[float, float] | None,
+    typer.Option("--past", metavar="LO HI", help="What the signal cannot have left before, with --unknown-state."),
+]
+Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]
+
+
 @app.command()
 def simulate(
     model: Model,
@@ -159,12 +169,20 @@ def simulate(
     out: Out = None,
     load: LoadColumn = None,
     mean_pressure: MeanPressureColumn = None,
+    unknown_state: UnknownState = False,
+    past: Past = None,
+    figure: Band = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Print a model's output for a logged input, as CSV."""
     from dehyst.app.play import PlayRequest, run_simulate
 
-    run_simulate(PlayRequest(model, log, input, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure))
+    run_simulate(
+        PlayRequest(
+            model, log, input, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure,
+            unknown_state, past, figure,
+        )
+    )  # fmt: skip
 
 
 @app.command()
@@ -180,14 +198,20 @@ def compensate(
     out: Out = None,
     load: LoadColumn = None,
     mean_pressure: MeanPressureColumn = None,
+    unknown_state: UnknownState = False,
+    past: Past = None,
+    figure: Band = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Print the input that makes the actuator follow a reference, as CSV."""
     from dehyst.app.play import PlayRequest, run_compensate
 
     run_compensate(
-        PlayRequest(model, reference, output, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure)
-    )
+        PlayRequest(
+            model, reference, output, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure,
+            unknown_state, past, figure,
+        )
+    )  # fmt: skip
 
 
 @app.command()

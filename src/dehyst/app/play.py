@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings
+from dehyst.app.unknown import column, refuse_without_unknown_state, with_any_past
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import OutputError, ParameterError
 from dehyst.files import write_atomically
@@ -43,6 +44,9 @@ class PlayRequest:
     time_unit: str | None = None
     load: str | None = None
     mean_pressure: str | None = None
+    unknown_state: bool = False
+    past: tuple[float, float] | None = None
+    figure: Path | None = None
 
 
 def run_simulate(request: PlayRequest) -> None:
@@ -56,8 +60,13 @@ def run_simulate(request: PlayRequest) -> None:
     _refuse_schedules(request)
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
-    y = model.simulate(x)
-    write(request, signal, {column(model.card.input): x, column(model.card.output, "model"): y})
+    given = {column(model.card.input): x}
+    if request.unknown_state:
+        columns, more = with_any_past(model, x, model.card.output, "model", signal, request.figure, request.past)
+        findings += more
+    else:
+        columns = {column(model.card.output, "model"): model.simulate(x)}
+    write(request, signal, given | columns)
     print_findings([*about(signal, "input"), *findings], stderr=True)
 
 
@@ -73,16 +82,24 @@ def run_compensate(request: PlayRequest) -> None:
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
-    x = model.inverse().simulate(y)
+    inverse = model.inverse()
+    if request.unknown_state:
+        columns, more = with_any_past(inverse, y, model.card.input, "compensated", signal, request.figure, request.past)
+        x = next(iter(columns.values()))
+        findings += more
+    else:
+        x = inverse.simulate(y)
+        columns = {column(model.card.input, "compensated"): x}
+        findings += _proof(model, x, y)
     findings += outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(x, model.card.input, signal)
-    findings += _proof(model, x, y)
-    write(request, signal, {column(model.card.output): y, column(model.card.input, "compensated"): x})
+    write(request, signal, {column(model.card.output): y, **columns})
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
 def _read(request: PlayRequest) -> tuple[HysteresisModel | DirectInverse, Signal]:
     _refuse_sources(request)
+    refuse_without_unknown_state(request.unknown_state, request.past, request.figure, request.overwrite)
     signal = read_signal(
         request.log,
         request.column,
@@ -102,12 +119,6 @@ def _refuse_schedules(request: PlayRequest) -> None:
             f"{' and '.join(wrong)} {'belongs' if len(wrong) == 1 else 'belong'} to a direct inverse with such a "
             f"schedule, and '{request.model}' holds another model. Leave it out."
         )
-
-
-def column(card: SignalCard, prefix: str = "") -> str:
-    """Return the head of a column: name and unit of a signal."""
-    name = f"{prefix}_{card.name}" if prefix else card.name
-    return f"{name} [{card.unit}]" if card.unit else name
 
 
 def in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
@@ -216,8 +227,11 @@ def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
 def _refuse_sources(request: PlayRequest) -> None:
     """Refuse to write over the log or the model, whatever option is given."""
     out = request.out
-    if out is not None and out.resolve() in {request.log.resolve(), request.model.resolve()}:
-        raise OutputError(f"'{out}' is the log or the model itself; writing there would lose it. Name another file.")
+    for target in (out, request.figure):
+        if target is not None and target.resolve() in {request.log.resolve(), request.model.resolve()}:
+            raise OutputError(
+                f"'{target}' is the log or the model itself; writing there would lose it. Name another file."
+            )
 
 
 def write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from dehyst.app.identify_direct import DIMENSIONS, at_samples, refuse_unit
 from dehyst.app.play import PlayRequest, about, column, in_units_of, jumps, outside, write
 from dehyst.app.terminal import print_findings
+from dehyst.app.unknown import band_columns
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ParameterError, TimeError
 from dehyst.findings import Finding
@@ -24,11 +25,21 @@ def compensate_direct(request: PlayRequest, model: DirectInverse, signal: Signal
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the curve of the model is held there")
     given, more = _given(request, model, signal)
+    if request.unknown_state:
+        _refuse_past(request)
+        model = model.with_known(False)
     run = model.simulate(y, _time(request, model, signal), given=given)
     findings += more + outside(run.u, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(run.u, model.card.input, signal, "")
     columns = {column(model.card.output): y, column(model.card.input, "compensated"): run.u}
-    if np.any(run.doubt > 0.0):
+    if request.unknown_state:
+        certainty = 1.0 - run.doubt / max(float(run.doubt.max()), 1e-300)
+        band, told = band_columns(
+            run.u - run.doubt, run.u + run.doubt, certainty, model.card.input, "compensated", signal, request.figure
+        )
+        columns |= band
+        findings += told
+    elif np.any(run.doubt > 0.0):
         columns[column(model.card.input, "doubt")] = run.doubt
     write(request, signal, columns)
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
@@ -36,6 +47,11 @@ def compensate_direct(request: PlayRequest, model: DirectInverse, signal: Signal
 
 def simulate_direct(request: PlayRequest, model: DirectInverse, signal: Signal) -> None:
     """Write time, input and the output for which the model asks for that input."""
+    if request.unknown_state:
+        raise ParameterError(
+            "--unknown-state gives the band of what is computed, and a direct inverse computes the input: use it with "
+            "`dehyst compensate`, or leave it out."
+        )
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     given, more = _given(request, model, signal)
@@ -51,6 +67,14 @@ def simulate_direct(request: PlayRequest, model: DirectInverse, signal: Signal) 
         )
     write(request, signal, {column(model.card.input): x, column(model.card.output, "model"): found.y})
     print_findings([*about(signal, "input"), *findings, *more], stderr=True)
+
+
+def _refuse_past(request: PlayRequest) -> None:
+    if request.past is not None:
+        raise ParameterError(
+            "--past does not go with a direct inverse, whose stops begin with any past. Leave it out: the band is the "
+            "wider one."
+        )
 
 
 def _time(request: PlayRequest, model: DirectInverse, signal: Signal) -> Array:

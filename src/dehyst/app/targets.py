@@ -12,6 +12,7 @@ MODEL = '"format": "dehyst-model"'
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
+BAND = "dehyst band: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
 _BEGINNING = 2000
 
@@ -49,6 +50,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         PAGE: "no report of dehyst",
         SWEEP: "no picture of a sweep",
         EXCITATION: "no picture of dehyst design",
+        BAND: "no picture of an unknown memory",
         REPRODUCTION: "no result of dehyst reproduce",
     }
     kind = "" if own is None else f" and is {kinds[own]}"

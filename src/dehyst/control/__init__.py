@@ -2,7 +2,7 @@
 
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
-from dehyst.control.compensator import Compensator, InverseCompensator, along
+from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.control.storage import load_controller, save_controller
@@ -21,6 +21,7 @@ __all__ = [
     "JointOutput",
     "JointReference",
     "Pneumatics",
+    "RampedCompensator",
     "along",
     "load_controller",
     "save_controller",

@@ -16,7 +16,7 @@ from dehyst._native import StackStepper, Stepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, signal_array
 from dehyst.models.card import ModelCard
-from dehyst.models.unknown import Past, Plays, half_width, held, start_states
+from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
@@ -267,6 +267,7 @@ class HysteresisModel(ABC):
 
 def _mapped(past: Past, before: MonotoneMap | None) -> Past:
     """Past range behind a map in front."""
+    past = check_past(past)
     if past is None or before is None:
         return past
     ends = before(list(past))

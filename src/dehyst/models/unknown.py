@@ -78,7 +78,7 @@ def start_states(plays: Plays, first: float, known: float | None, past: Past = N
     v = first - plays.center
     lowest, highest = v - r, v + r
     if past is not None:
-        bottom, top = _range(past, first)
+        bottom, top = min(past[0], first), max(past[1], first)  # the first input is part of the past of what follows
         # Pushed by the input only: down to bottom + r, up to top - r, if it began above or below.
         lowest = np.maximum(lowest, np.minimum(plays.state, bottom - plays.center + r))
         highest = np.minimum(highest, np.maximum(plays.state, top - plays.center - r))
@@ -93,12 +93,21 @@ def start_states(plays: Plays, first: float, known: float | None, past: Past = N
     return Start(np.where(sure_ones, plays.state, low), np.where(sure_ones, plays.state, high), z + last, z - last)
 
 
-def _range(past: tuple[float, float], first: float) -> tuple[float, float]:
-    """Past range, widened to the first input: it is part of the past of what follows."""
+def check_past(past: Past) -> Past:
+    """Return a past range, or refuse it.
+
+    Raises
+    ------
+    ParameterError
+        If it is no pair of numbers, the smallest first.
+    """
+    if past is None:
+        return None
     try:
-        bottom, top = (parameter_number(end, "past") for end in past)
+        bottom, top = past
     except (TypeError, ValueError):
         raise ParameterError(f"past = {past!r:.60} is no pair of numbers; pass past=(low, high).") from None
+    bottom, top = parameter_number(bottom, "past[0]"), parameter_number(top, "past[1]")
     if not bottom < top:
         raise ParameterError(
             f"past = ({bottom:g}, {top:g}) is no range; pass the smallest input that was possible first, then the "
@@ -106,7 +115,7 @@ def _range(past: tuple[float, float], first: float) -> tuple[float, float]:
             low=bottom,
             high=top,
         )
-    return min(bottom, first), max(top, first)
+    return bottom, top
 
 
 def half_width(plays: Plays, half_stroke: npt.ArrayLike) -> Array:

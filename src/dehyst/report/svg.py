@@ -72,9 +72,23 @@ def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
 
 def write_canvas(canvas: Canvas, folder: Path, stem: str, title: str) -> list[Path]:
     """Write what was drawn as STEM.svg and STEM.png; return the files."""
+    picture = png_file(canvas, title)
+    return [
+        write_atomically(folder / f"{stem}.svg", svg_file(canvas, title)),
+        write_atomically(folder / f"{stem}.png", picture),
+    ]
+
+
+def png_file(canvas: Canvas, title: str) -> bytes:
+    """Return what was drawn as the content of a PNG file."""
     picture = io.BytesIO()
     FigureCanvasAgg(canvas)
     _save(canvas, picture, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(title)})
+    return picture.getvalue()
+
+
+def svg_file(canvas: Canvas, title: str) -> str:
+    """Return what was drawn as the content of an SVG file."""
     drawing = io.StringIO()
     FigureCanvasSVG(canvas)
     _save(canvas, drawing, format="svg", metadata=_NO_METADATA)
@@ -85,11 +99,7 @@ def write_canvas(canvas: Canvas, folder: Path, stem: str, title: str) -> list[Pa
     root.insert(0, heading)
     ElementTree.register_namespace("", _SVG[1:-1])
     ElementTree.register_namespace("xlink", _XLINK[1:-1])
-    text = '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
-    return [
-        write_atomically(folder / f"{stem}.svg", text),
-        write_atomically(folder / f"{stem}.png", picture.getvalue()),
-    ]
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def _save(canvas: Canvas, stream: io.StringIO | io.BytesIO, **options: Any) -> None:

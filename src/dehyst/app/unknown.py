@@ -1,0 +1,100 @@
+"""dehyst simulate and compensate with --unknown-state: the band that the output lies in, whatever was before."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.app.targets import BAND, refuse_existing
+from dehyst.errors import ParameterError
+from dehyst.findings import Finding
+from dehyst.io import Signal
+from dehyst.models import HysteresisModel, SignalCard
+
+Array = npt.NDArray[np.float64]
+
+# A band narrower than this share of its largest width has closed.
+CLOSED = 1e-6
+
+
+def column(card: SignalCard, prefix: str = "") -> str:
+    """Name of a column: that of the signal with its unit."""
+    name = f"{prefix}_{card.name}" if prefix else card.name
+    return f"{name} [{card.unit}]" if card.unit else name
+
+
+def refuse_without_unknown_state(
+    unknown: bool, past: tuple[float, float] | None, figure: Path | None, overwrite: bool
+) -> None:
+    """Refuse options that speak of the band when none is asked for, and a picture that cannot be written."""
+    if figure is not None:
+        from dehyst.report.sweep import require_picture_name
+
+        refuse_existing(require_picture_name(figure), overwrite, own=BAND)
+    if unknown or (past is None and figure is None):
+        return
+    option = "--past" if past is not None else "--figure"
+    raise ParameterError(
+        f"{option} belongs to --unknown-state, which gives the band that the output lies in; add that, or leave it out."
+    )
+
+
+def with_any_past(
+    model: HysteresisModel,
+    x: Array,
+    card: SignalCard,
+    prefix: str,
+    signal: Signal,
+    figure: Path | None,
+    past: tuple[float, float] | None,
+) -> tuple[dict[str, Array], list[Finding]]:
+    """Return columns middle, low, high and certainty of a model along an input, and what to say about them.
+
+    Nothing is known at the first sample, and nothing new is unknown at a gap: the memory is carried on across it.
+    """
+    low, high = model.interval(x, past=past)
+    return band_columns(low, high, model.certainty(x, past=past), card, prefix, signal, figure)
+
+
+def band_columns(
+    low: Array, high: Array, certainty: Array, card: SignalCard, prefix: str, signal: Signal, figure: Path | None
+) -> tuple[dict[str, Array], list[Finding]]:
+    """Return columns middle, low, high and certainty, and what to say about them; draw them if a picture is wanted."""
+    middle = 0.5 * (low + high)
+    columns = {
+        column(card, prefix): middle,
+        column(card, f"{prefix}_low"): low,
+        column(card, f"{prefix}_high"): high,
+        "certainty": certainty,
+    }
+    if figure is not None:
+        from dehyst.report.band import write_band
+
+        time, across = _abscissa(signal)
+        write_band(figure, time, low, high, certainty, across, column(card, prefix))
+    return columns, [_finding(low, high, card.unit, column(card, prefix), signal)]
+
+
+def _abscissa(signal: Signal) -> tuple[Array, str]:
+    if signal.time is None:
+        return np.arange(signal.values.size, dtype=np.float64), "sample number"
+    return signal.time, "time [s]"
+
+
+def _finding(low: Array, high: Array, unit: str, name: str, signal: Signal) -> Finding:
+    width = high - low
+    unit = f" {unit}" if unit else ""
+    closed = np.flatnonzero(width <= CLOSED * max(float(width[0]), 1e-300))
+    if closed.size:
+        k = int(closed[0])
+        where = f"sample {k + 1}" if signal.time is None else f"{signal.time[k]:.6g} s"
+        end = f"it is known from {where} on"
+    else:
+        end = f"at the end it is still {0.5 * float(width[-1]):.3g}{unit}: begin with a stroke over the whole range"
+    return Finding(
+        "memory-unknown",
+        f"nothing was assumed of the past: the first value is known to {0.5 * float(width[0]):.3g}{unit} to either "
+        f"side, and {end}. The column {name} is the middle of the band.",
+    )

@@ -1,0 +1,64 @@
+"""Picture of an unknown memory: the band that the output lies in, and how it closes."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure as Canvas
+
+from dehyst.files import write_atomically
+from dehyst.report.figures.panel import Axes, add_legend, draw_series, label_axes
+from dehyst.report.svg import HEIGHT, WIDTH, png_file, svg_file
+from dehyst.report.sweep import require_picture_name
+from dehyst.report.theme import DATA, MODEL, PAPER, TEST, settings, style
+from dehyst.report.thin import Window
+
+Array = npt.NDArray[np.float64]
+TITLE = "dehyst band: "  # by which a picture is known that may be drawn anew
+
+
+def write_band(
+    path: str | PathLike[str], time: Array, low: Array, high: Array, certainty: Array, across: str, up: str
+) -> Path:
+    """Write the picture of an interval over time, with how much of the memory is known below it.
+
+    Parameters
+    ----------
+    path
+        File to write, ``.svg`` or ``.png``.
+    time, low, high, certainty
+        Abscissa, ends of the interval, share of the memory that is known, (T,) each.
+    across, up
+        Labels of abscissa and of the interval, with units.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written or has another ending.
+    """
+    target = require_picture_name(path)
+    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": "band"}
+    with settings(style() | face):
+        canvas = Canvas(figsize=(1.5 * WIDTH, 1.5 * HEIGHT), layout="constrained")
+        above, below = canvas.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        _draw_band(above, time, low, high, up)
+        _draw_certainty(below, time, certainty, across)
+        png = target.suffix.lower() == ".png"
+        return write_atomically(target, png_file(canvas, TITLE + up) if png else svg_file(canvas, TITLE + up))
+
+
+def _draw_band(axes: Axes, time: Array, low: Array, high: Array, up: str) -> None:
+    label_axes(axes, Window.around((time, low), (time, high)), "", up)
+    axes.fill_between(time, low, high, color=DATA.light, alpha=0.6, lw=0, label="any past")
+    draw_series(axes, time, low, TEST, label="lowest", width=0.8)
+    draw_series(axes, time, high, TEST, label="highest", width=0.8, dashes="dashed")
+    draw_series(axes, time, 0.5 * (low + high), MODEL, label="middle")
+    add_legend(axes)
+
+
+def _draw_certainty(axes: Axes, time: Array, certainty: Array, across: str) -> None:
+    label_axes(axes, Window(float(time[0]), float(time[-1]), -0.04, 1.04), across, "share of the memory that is known")
+    draw_series(axes, time, certainty, MODEL, label="certainty")
