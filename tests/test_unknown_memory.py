@@ -317,3 +317,20 @@ def test_options_of_the_band_are_refused_without_it_and_a_picture_over_the_log(f
         run(*line, "--unknown-state", "--figure", files / "log.csv")
     with pytest.raises(OutputError, match="neither SVG nor PNG"):
         run(*line, "--unknown-state", "--figure", files / "band.csv")
+
+
+def test_a_direct_inverse_on_the_command_line_gives_the_band_of_its_own_unknown_memory(files):
+    model = DirectInverse(
+        radii=[0.1, 0.4], stop_weights=[1.0, 0.5], polynomial=[0.0, 0.2],
+        card=ModelCard(SignalCard("p", "bar", -2.0, 2.0), SignalCard("q", "deg", -1.0, 3.0)),
+    )  # fmt: skip
+    model.save(files / "direct.json")
+    line = ["compensate", files / "direct.json", files / "log.csv", "--output", "q_deg", "--unknown-state"]
+    table = np.loadtxt(run(*line).stdout.splitlines()[1:], delimiter=",")
+    expected = model.with_known(False).simulate(table[:, 1], table[:, 0])
+    np.testing.assert_allclose(table[:, 2], expected.u, atol=1e-12)
+    np.testing.assert_allclose(table[:, 4] - table[:, 3], 2 * expected.doubt, atol=1e-12)
+    assert table[0, 5] == 0.0
+    assert table[-1, 5] == 1.0
+    with pytest.raises(ParameterError, match="--past does not go with a direct inverse"):
+        run(*line, "--past", "-1", "1")

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.identify_direct import DIMENSIONS, at_samples, refuse_unit
-from dehyst.app.play import PlayRequest, about, column, in_units_of, jumps, outside, write
+from dehyst.app.play import PlayRequest, about, in_units_of, jumps, outside, write
 from dehyst.app.terminal import print_findings
-from dehyst.app.unknown import band_columns
+from dehyst.app.unknown import band_columns, column
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ParameterError, TimeError
 from dehyst.findings import Finding
