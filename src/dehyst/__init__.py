@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from dehyst.evaluation import Homing as Homing
     from dehyst.evaluation import Limits as Limits
     from dehyst.evaluation import design_excitation as design_excitation
+    from dehyst.evaluation import home_model as home_model
     from dehyst.evaluation import shortest_homing as shortest_homing
     from dehyst.experiments.calibration import calibrate as calibrate
     from dehyst.experiments.compensators import equip as equip
@@ -107,6 +108,7 @@ _HOME = {
     "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
     "design_excitation": "dehyst.evaluation",
+    "home_model": "dehyst.evaluation",
     "shortest_homing": "dehyst.evaluation",
     "drift": "dehyst.identification.drift",
     "equip": "dehyst.experiments.compensators",

@@ -5,6 +5,7 @@ from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
 from dehyst.evaluation.design import ExcitationPlan, Section, design_excitation
 from dehyst.evaluation.excitation import UNSEEN_TIPS, Excitation, decaying_cycles, loops, triangle_sweep
 from dehyst.evaluation.homing import Homing, admissible, shortest_homing
+from dehyst.evaluation.homing_model import home_model
 from dehyst.evaluation.metrics import (
     ErrorSummary,
     VelocityFigures,
@@ -47,6 +48,7 @@ __all__ = [
     "decaying_cycles",
     "design_excitation",
     "error_summary",
+    "home_model",
     "iso9283",
     "joint_errors",
     "line",
