@@ -104,6 +104,9 @@ def test_load_and_unknown_state_reach_the_run():
     unknown = point(run_settings=(("initial_state", "unknown"),))
     assert len({x["slow/off/rms_deg"] for x in (point(), loaded, unknown)}) == 3
     assert all(x["slow/paper/ratio_rms"] < 0.4 for x in (loaded, unknown))
+    ramped = point(run_settings=(("initial_state", "ramped"),))
+    assert ramped["slow/off/rms_deg"] == unknown["slow/off/rms_deg"]
+    assert ramped["slow/paper/ratio_max"] < unknown["slow/paper/ratio_max"]
 
 
 @pytest.mark.parametrize(
@@ -111,7 +114,7 @@ def test_load_and_unknown_state_reach_the_run():
     [
         ({"run_settings": {"load": 3.0}}, "load_Nm, initial_state, identified_on"),
         ({"run_settings": {"identified_on": "there"}}, "here, default"),
-        ({"run_settings": {"initial_state": "hot"}}, "homed, unknown"),
+        ({"run_settings": {"initial_state": "hot"}}, "homed, unknown, ramped"),
         ({"run_settings": {"load_Nm": "much"}}, "load_Nm = 'much'"),
         ({"run_settings": {"load_Nm": float("nan")}}, "finite"),
         ({"experiment": "leg"}, "joint, arm"),

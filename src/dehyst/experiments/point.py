@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.control import RampedCompensator
 from dehyst.errors import ParameterError
 from dehyst.experiments.calibration import calibrate
 from dehyst.experiments.compensators import equip, local_characteristic, recipe
@@ -59,8 +60,9 @@ def evaluate_point(
         What is run.
     run_settings
         ``load_Nm``: constant torque on the joint during the trials, unknown to the controller; ``initial_state``:
-        "homed", or "unknown" (no homing before the trials, and a random history); ``identified_on``: "here", or
-        "default" (calibrated and identified on the robot without `changes` of single keys of the plant).
+        "homed", "unknown" (no homing before the trials, and a random history; the compensator begins as if homed), or
+        "ramped" (the same, and the compensator answers with the middle of what is possible); ``identified_on``: "here",
+        or "default" (calibrated and identified on the robot without `changes` of single keys of the plant).
 
     Returns
     -------
@@ -85,6 +87,8 @@ def evaluate_point(
         equipment = replace(
             equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]]
         )
+        if settings["initial_state"] == "ramped":
+            equipment = ramped(equipment)
         moving = (joint,) if experiment == "joint" else ALL_JOINTS
         for trial in trials:
             run, _ = run_trial(robot, path, equipment, trial, name, moving)
@@ -179,4 +183,15 @@ def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) ->
     excite(arm, shape[:, None] * share, characteristics, every_s=1.0)
 
 
-_HISTORIES = {"homed": home, "unknown": _unknown_history}
+_HISTORIES = {"homed": home, "unknown": _unknown_history, "ramped": _unknown_history}
+USUAL = 0.5  # share of the identified range within which a joint usually moved before
+
+
+def ramped(equipment: Equipment) -> Equipment:
+    """Return the same equipment with compensators that know that their memory is not known."""
+    own = {}
+    for number, inverse in equipment.compensators.items():
+        p, card = equipment.controllers[number], inverse.card.input
+        past = None if card.low is None or card.high is None else (USUAL * card.low, USUAL * card.high)
+        own[number] = RampedCompensator(inverse, p.shear, p.compensator_unit, past)
+    return replace(equipment, compensators={}, own=own)

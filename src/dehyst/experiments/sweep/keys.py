@@ -17,7 +17,7 @@ from dehyst.plant.validation import known_keys
 # Settings of a run that are no parameters of the robot: name -> value if nothing is said, and values allowed.
 RUN_SETTINGS: Mapping[str, tuple[Any, tuple[str, ...] | None]] = {
     "load_Nm": (0.0, None),  # constant torque on the joint; known to the plant, unknown to the controller
-    "initial_state": ("homed", ("homed", "unknown")),  # of the hysteresis, when a trial begins
+    "initial_state": ("homed", ("homed", "unknown", "ramped")),  # of the hysteresis, when a trial begins
     "identified_on": ("here", ("here", "default")),  # the robot that is run, or the one without changes of its plant
 }
 LARGEST_LOAD = 1000.0
