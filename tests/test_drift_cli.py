@@ -141,3 +141,31 @@ def test_a_direct_inverse_is_compared_in_units_of_the_input(run, folder):
     assert status == 1
     assert change["offset"]["unit"] == "bar"
     assert change["hysteresis"]["drifted"] and -30.0 < change["hysteresis"]["estimate"] < -15.0
+
+
+DATA = Path(__file__).parents[1].parent / "shared" / "data"
+
+
+@pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs beside the project")
+def test_a_measured_piezo_drifts_in_its_offset_alone_within_one_log(run, tmp_path):
+    log = DATA / "piezo_dbo" / "data.csv.gz"
+    columns = ("--run", "model", "--from", "2")
+    names = ("--input", "voltage_v", "--output", "displacement_um")
+    assert run("identify", log, *names, *columns, "--save", tmp_path / "model.json")[0] == 0
+    status, out, _ = run("drift", tmp_path / "model.json", log, *columns, "--json")
+    result = json.loads(out)
+    assert status == 1 and result["logs"][0]["cycles"] > 30
+    assert {change["part"] for change in result["logs"][0]["changes"] if change["drifted"]} == {"offset"}
+
+
+@pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs beside the project")
+def test_a_measured_arm_is_the_same_in_three_runs_but_for_zero_and_gain(run, tmp_path):
+    log = DATA / "pneumatic_arm_segment" / "data.csv.gz"
+    names = ("--input", "pressure_interp_psi", "--output", "tilt_rad", "--from", "12")
+    assert run("identify", log, *names, "--run", "oct28_exp1", "--save", tmp_path / "model.json")[0] == 0
+    runs = [word for name in ("oct28_exp1", "oct28_exp5", "oct28_exp9") for word in ("--run", name)]
+    status, out, _ = run("drift", tmp_path / "model.json", log, "--from", "12", *runs, "--json")
+    result = json.loads(out)
+    assert status == 1 and result["reference"].endswith("oct28_exp1")
+    for entry in result["logs"][1:]:
+        assert {change["part"] for change in entry["changes"] if change["drifted"]} <= {"offset", "gain"}

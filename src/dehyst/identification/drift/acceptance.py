@@ -30,7 +30,7 @@ Array = npt.NDArray[np.float64]
 # Share of each log that the new model is fitted to.
 FITTED = 0.5
 # Probability of accepting a model that is no better, and the gain without which a change is not worth it.
-LEVEL, WORTH = 0.01, 0.02
+LEVEL, WORTH = 0.01, 0.1
 MOST_PAIRS, FEWEST_PAIRS = 16, 4
 OPERATORS, EPS = 100, 0.001
 CUMULATIVE = ("pi", "pi-cumulative")
