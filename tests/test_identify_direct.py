@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import follow
+from dehyst.identification.direct import selection
 from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
 from dehyst.identification.direct.data import prepare_direct
 from dehyst.identification.direct.evidence import permutation_p
-from dehyst.identification.direct.program import solve_shape
+from dehyst.identification.direct.program import blocks_of, solve_shape
 from dehyst.identification.direct.times import longest_hold, separable
 from dehyst.models import ModelCard, SignalCard
 from direct_samples import TIPS, asked, log, motion
@@ -71,7 +72,7 @@ def test_the_prediction_is_what_the_saved_model_answers(plain, plain_fit, tmp_pa
 def test_the_program_reaches_the_optimum_that_another_solver_reaches(plain, shape):
     data = prepare_direct((plain,), 0.5, {})
     layout = Layout(Bank(RADII[::4], np.array([0.2, 1.0]), np.array([0.5, 5.0])), 0)
-    rows = fitted_rows(layout, data, "rest")
+    rows = np.concatenate(list(fitted_rows(layout, data, "rest")))
     found = solve_shape(layout, shape, rows, rows.shape[0], ridge=1e-4)
     system, free = layout.select(shape, rows)
     slopes = shape.degree
@@ -278,6 +279,24 @@ def test_a_forward_family_that_is_better_is_named():
     fit = dehyst.identify_direct(log(t, y, u), train_fraction=0.2, creep=0)  # hardly anything of the range is fitted
     assert codes(fit) & {"extrapolation", "forward-better"}
     assert "good for compensation" not in fit.verdict
+
+
+def test_blocks_of_rows_in_parts_are_those_of_all_rows_at_once():
+    rows = np.random.default_rng(0).standard_normal((103, 5))
+    parts = [rows[:1], rows[1:40], rows[40:41], rows[41:]]
+    blocks = blocks_of(parts, 103, 4)
+    assert sum(block.samples for block in blocks) == 103
+    edges = np.cumsum([0, *(block.samples for block in blocks)])
+    for block, a, b in zip(blocks, edges[:-1], edges[1:], strict=True):
+        np.testing.assert_allclose(block.rows.T @ block.rows, rows[a:b].T @ rows[a:b], atol=1e-12)
+
+
+def test_a_long_log_is_chosen_on_a_part_and_fitted_to_all_of_it(plain, plain_fit, monkeypatch):
+    monkeypatch.setattr(selection, "MOST_ROWS", 300)
+    fit = dehyst.identify_direct(plain, initial_state="rest")
+    assert fit.settings["groups"] == plain_fit.settings["groups"]
+    if fit.settings["degree"] == plain_fit.settings["degree"]:
+        np.testing.assert_allclose(fit.predictions[0], plain_fit.predictions[0], atol=1e-6)
 
 
 # Reading the model forward.

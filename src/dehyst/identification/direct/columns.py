@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -18,6 +19,8 @@ Indices = npt.NDArray[np.int64]
 # Memory before the first sample. "unknown": every stop keeps its lowest and highest admissible state.
 STARTS = ("unknown", "rest", "rising", "falling")
 DEGREES = (1, 3, 5, 7)
+# Rows that are made at a time.
+ROWS = 4096
 # Groups of terms of a shape, in the order of columns.
 GROUPS = ("stops", "path", "creep", "viscous")
 # Radii and path lengths, of the half range of the output. None is larger than the range that was visited: beyond it a
@@ -160,19 +163,24 @@ def memory_columns(bank: Bank, y: Array, time: Array | None, start: str) -> Arra
     return np.column_stack([walked, creep])
 
 
-def rows_of(layout: Layout, piece: DirectPiece, start: str) -> Array:
-    """All columns of a piece, (T, width)."""
-    bank, y = layout.bank, np.ascontiguousarray(piece.y)
+def terms_along(layout: Layout, piece: DirectPiece, start: str) -> Array:
+    """What every term of one set would contribute along a piece, (T, terms)."""
+    y = np.ascontiguousarray(piece.y)
+    return np.column_stack([memory_columns(layout.bank, y, piece.time, start), piece.rate])
+
+
+def rows_at(layout: Layout, piece: DirectPiece, terms: Array, at: slice | Indices) -> Array:
+    """All columns at some samples of a piece, (m, width); `terms` are those along the piece."""
+    y, given = piece.y[at], tuple(xi[at] for xi in piece.given)
     out = np.empty((y.size, layout.width))
     powers = np.power(np.clip(y, -1.0, 1.0)[:, None], np.arange(layout.powers))  # held beyond the fitted range
-    for part, share in enumerate(set_shares(piece.given) or [np.ones(y.size)]):
+    for part, share in enumerate(set_shares(given) or [np.ones(y.size)]):
         out[:, layout.powers * part : layout.powers * (part + 1)] = share[:, None] * powers
-    terms = np.column_stack([memory_columns(bank, y, piece.time, start), piece.rate])
     by_output = np.clip(0.5 * (y + 1.0), 0.0, 1.0)
-    for place, share in enumerate(set_shares((by_output, *piece.given))):
+    for place, share in enumerate(set_shares((by_output, *given))):
         begin = layout.polynomials + place * layout.terms
-        np.multiply(terms, share[:, None], out=out[:, begin : begin + layout.terms])
-    out[:, -1] = piece.u
+        np.multiply(terms[at], share[:, None], out=out[:, begin : begin + layout.terms])
+    out[:, -1] = piece.u[at]
     return out
 
 
@@ -181,6 +189,10 @@ def set_shares(schedules: tuple[Array, ...]) -> list[Array]:
     return [part for xi in schedules for part in (1.0 - xi, xi)]
 
 
-def fitted_rows(layout: Layout, data: DirectData, start: str) -> Array:
-    """All columns of all fitted samples, (T, width)."""
-    return np.concatenate([rows_of(layout, piece, start)[piece.mask(True)] for piece in data.pieces])
+def fitted_rows(layout: Layout, data: DirectData, start: str, every: int = 1) -> Iterator[Array]:
+    """All columns of the fitted samples, or of every so manieth of them, in parts that fit into the cache."""
+    for piece in data.pieces:
+        terms = terms_along(layout, piece, start)
+        fitted = np.flatnonzero(piece.mask(True))[::every]
+        for begin in range(0, fitted.size, ROWS):
+            yield rows_at(layout, piece, terms, fitted[begin : begin + ROWS])

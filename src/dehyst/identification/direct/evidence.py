@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.direct.columns import Layout, Shape
-from dehyst.identification.direct.program import Block, blocks_of, held_out
+from dehyst.identification.direct.program import Block, held_out
 
 Array = npt.NDArray[np.float64]
 
-BLOCKS = 10
+MOST_BLOCKS = 10
 # All 2^10 ways to exchange "with" and "without" in the blocks.
-_SIGNS = 1.0 - 2.0 * ((np.arange(1 << BLOCKS)[:, None] >> np.arange(BLOCKS)) & 1)
+_SIGNS = 1.0 - 2.0 * ((np.arange(1 << MOST_BLOCKS)[:, None] >> np.arange(MOST_BLOCKS)) & 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,20 +76,19 @@ class Evidence:
 
 
 def evidence(
-    layout: Layout, shape: Shape, rows: Array, percent: float, groups: tuple[str, ...]
+    layout: Layout, shape: Shape, blocks: list[Block], percent: float, groups: tuple[str, ...]
 ) -> tuple[Evidence, ...]:
     """Test groups of terms, each beside all the others of a shape.
 
     Parameters
     ----------
-    rows
-        All fitted rows.
+    blocks
+        The fitted rows, at most ten blocks of them.
     percent
         What 1 in scaled units is in percent of the input's range.
     groups
         Which of "viscous" and "creep" to test.
     """
-    blocks = blocks_of(rows, BLOCKS)
     return tuple(_test(layout, shape, blocks, percent, group) for group in groups)
 
 

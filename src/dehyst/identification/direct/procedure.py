@@ -15,7 +15,7 @@ from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.direct.build import build_direct
 from dehyst.identification.direct.cautions import about_direct_fit, about_terms, direct_verdict
-from dehyst.identification.direct.columns import LENGTHS, RADII, STARTS, Bank, Layout, Shape, rows_of
+from dehyst.identification.direct.columns import LENGTHS, RADII, ROWS, STARTS, Bank, Layout, Shape, rows_at, terms_along
 from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
 from dehyst.identification.direct.evidence import Evidence, evidence
 from dehyst.identification.direct.fit import DirectCertificate, DirectFit
@@ -208,8 +208,9 @@ def _fitted(
     settings: dict[str, Any],
 ) -> DirectFit:
     shape = chosen.shape
-    estimate = solve_shape(layout, shape, *trials.rows(shape.start))
-    curve = solve_shape(layout, Shape(7, (), False, shape.start), *trials.rows(shape.start))
+    rows, samples = trials.rows(shape.start)
+    estimate = solve_shape(layout, shape, rows, samples)
+    curve = solve_shape(layout, Shape(7, (), False, shape.start), rows, samples)
     model = build_direct(layout, estimate, data, _signals(records, data, {}))
     answers = _answers(records, data, layout, estimate, curve, model)
     inputs, outputs = [r.input for r in records], [r.output for r in records]
@@ -273,9 +274,13 @@ def _answers(
     test = [np.zeros(len(r), dtype=np.bool_) for r in records]
     missed, start = 0, estimate.shape.start
     for piece in data.pieces:
-        rows, at, k = rows_of(layout, piece, start), piece.span, piece.recording
-        inputs[k][at] = data.level + data.amplitude * predict(layout, estimate, rows)
-        statics[k][at] = data.level + data.amplitude * predict(layout, curve, rows)
+        at, k = piece.span, piece.recording
+        terms = terms_along(layout, piece, start)
+        for begin in range(0, piece.y.size, ROWS):
+            part = slice(begin, min(begin + ROWS, piece.y.size))
+            rows, there = rows_at(layout, piece, terms, part), slice(at.start + part.start, at.start + part.stop)
+            inputs[k][there] = data.level + data.amplitude * predict(layout, estimate, rows)
+            statics[k][there] = data.level + data.amplitude * predict(layout, curve, rows)
         given = {g.name: g.low + (g.high - g.low) * xi for g, xi in zip(data.given, piece.given, strict=True)}
         found = follow(model, records[k].input[at], piece.time, given, start)
         outputs[k][at] = found.y
@@ -299,7 +304,7 @@ def _evidence(data: DirectData, layout: Layout, trials: Trials, shape: Shape) ->
     if not data.timed:
         return ()
     groups = ("viscous", "creep") if layout.bank.time_constants.size else ("viscous",)
-    return evidence(layout, shape, trials.full_rows(shape.start), 100.0 * data.amplitude / data.input_range, groups)
+    return evidence(layout, shape, trials.blocks(shape.start), 100.0 * data.amplitude / data.input_range, groups)
 
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:

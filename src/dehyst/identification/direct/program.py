@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,11 +83,33 @@ class Block:
     samples: int
 
 
-def blocks_of(rows: Array, blocks: int) -> list[Block]:
-    """Cut rows into consecutive blocks, each reduced to its triangle."""
+def blocks_of(parts: Iterable[Array], samples: int, blocks: int) -> list[Block]:
+    """Cut `samples` rows, which come in parts, into consecutive blocks, each reduced to its triangle."""
+    edges = np.linspace(0, samples, blocks + 1).round().astype(int).tolist()
+    found: list[Block] = []
+    kept, place = np.zeros((0, 0)), 0
+    for part in parts:
+        while part.shape[0]:
+            taken = min(part.shape[0], edges[len(found) + 1] - place)
+            kept = _reduced(np.vstack([kept, part[:taken]]) if kept.size else part[:taken])
+            part, place = part[taken:], place + taken
+            if place == edges[len(found) + 1]:
+                found.append(Block(kept, edges[len(found) + 1] - edges[len(found)]))
+                kept = np.zeros((0, 0))
+    return found
+
+
+def _reduced(rows: Array) -> Array:
+    return triangle(rows) if rows.shape[0] > rows.shape[1] else rows
+
+
+def merged(blocks: list[Block], together: int) -> list[Block]:
+    """Fewer and larger blocks: always so many of them together."""
     return [
-        Block(triangle(part) if part.shape[0] > part.shape[1] else part, part.shape[0])
-        for part in np.array_split(rows, blocks)
+        Block(
+            np.concatenate([b.rows for b in blocks[k : k + together]]), sum(b.samples for b in blocks[k : k + together])
+        )
+        for k in range(0, len(blocks), together)
     ]
 
 

@@ -10,11 +10,14 @@ import numpy.typing as npt
 
 from dehyst.identification.direct.columns import DEGREES, Layout, Shape, fitted_rows
 from dehyst.identification.direct.data import DirectData
-from dehyst.identification.direct.program import Block, blocks_of, held_out
+from dehyst.identification.direct.program import Block, blocks_of, held_out, merged
 
 Array = npt.NDArray[np.float64]
 
-FOLDS = 5
+# Blocks that rate and time are tested on, and folds that terms are chosen by, of two blocks each.
+BLOCKS, FOLDS = 10, 5
+# Rows of a long log that choices are made on; the model is fitted to all of them.
+MOST_ROWS = 100_000
 # A term is kept if it lowers the error on what was held out by this share; a lower degree is taken within it.
 WORTH = 0.02
 
@@ -43,28 +46,32 @@ class Trials:
 
     def __init__(self, layout: Layout, data: DirectData) -> None:
         self._layout, self._data = layout, data
+        self._every = max(1, data.fitted // MOST_ROWS)
+        self._samples = sum(-(-int(np.count_nonzero(piece.mask(True))) // self._every) for piece in data.pieces)
         self._blocks: dict[str, list[Block]] = {}
         self.done: dict[Shape, TriedShape] = {}
 
     def blocks(self, start: str) -> list[Block]:
-        """The fitted rows under one start, cut."""
+        """The fitted rows under one start, cut into `BLOCKS`; of a long log about 100 000 of them, evenly spread."""
         if start not in self._blocks:
-            self._blocks[start] = blocks_of(fitted_rows(self._layout, self._data, start), FOLDS)
+            parts = fitted_rows(self._layout, self._data, start, self._every)
+            self._blocks[start] = blocks_of(parts, self._samples, BLOCKS)
         return self._blocks[start]
-
-    def full_rows(self, start: str) -> Array:
-        """All fitted rows under one start, as they are."""
-        return fitted_rows(self._layout, self._data, start)
 
     def rows(self, start: str) -> tuple[Array, int]:
         """All fitted rows under one start, reduced, and their number."""
-        blocks = self.blocks(start)
+        if self._every == 1:
+            blocks = self.blocks(start)
+        else:
+            blocks = blocks_of(fitted_rows(self._layout, self._data, start), self._data.fitted, 1)
         return np.concatenate([block.rows for block in blocks]), sum(block.samples for block in blocks)
 
     def __call__(self, shape: Shape) -> TriedShape:
         """Try a shape."""
         if shape not in self.done:
-            self.done[shape] = TriedShape(shape, held_out(self._layout, shape, self.blocks(shape.start)))
+            self.done[shape] = TriedShape(
+                shape, held_out(self._layout, shape, merged(self.blocks(shape.start), BLOCKS // FOLDS))
+            )
         return self.done[shape]
 
     def schedules_worth(self, shape: Shape) -> tuple[float, float]:
