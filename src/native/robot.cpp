@@ -25,10 +25,40 @@ struct Electric {
     double stiffness = 0, damping = 0, inertia = 0;
 };
 
+// What goes wrong while the loop runs: upper bits of a knot's switches, the lower ones are the controller's.
+constexpr uint32_t kControllers = 0xffffu;
+constexpr uint32_t kAngleLost = 1u << 16, kAngleJump = 1u << 17, kAngleFrozen = 1u << 18, kPressureLost = 1u << 19,
+                   kPressureJump = 1u << 20, kPressureFrozen = 1u << 21, kReferenceLost = 1u << 22;
+constexpr double kAngleError = 0.2, kPressureError = 1e5; // of a jump [rad], [Pa]
+
+// Where learned values were at any period of any run.
+struct Learned {
+    double lowest = 1, highest = 1, offset = 0;
+    bool finite = true;
+
+    void see(const dehyst_learning &learning)
+    {
+        for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
+            for (const double scale : {learning.scale[g], learning.applied[g]}) {
+                lowest = scale < lowest ? scale : lowest;
+                highest = scale > highest ? scale : highest;
+                finite = finite && std::isfinite(scale);
+            }
+        }
+        for (const double value : {learning.offset, learning.applied_offset}) {
+            offset = std::fabs(value) > offset ? std::fabs(value) : offset;
+            finite = finite && std::isfinite(value);
+        }
+        finite = finite && std::isfinite(learning.error) && std::isfinite(learning.usual);
+    }
+};
+
 struct Axis {
     PneumaticJoint *plant = nullptr; // null: electric
     JointController *control = nullptr;
     Electric electric;
+    Learned learned;
+    dehyst_joint_sensors last{};
     nb::object keep_plant, keep_control;
 };
 
@@ -115,6 +145,12 @@ class ClosedLoop {
         return Log(kept->data(), {rows, n, kColumns}, owner);
     }
 
+    nb::tuple learned(std::size_t j) const
+    {
+        const Learned &l = axes_.at(j).learned;
+        return nb::make_tuple(l.lowest, l.highest, l.offset, l.finite);
+    }
+
     // For Python's garbage collector: a foreign mechanism may lead back to the arm that this loop belongs to.
     int visit(visitproc visit, void *arg)
     {
@@ -169,9 +205,12 @@ class ClosedLoop {
         plant_joint_state &state = axis.plant->state;
         plant_reading reading{};
         plant_joint_sense(&axis.plant->joint, &state, q, period_, &reading);
-        const dehyst_joint_sensors sensors = {reading.angle, {reading.pressure[0], reading.pressure[1]}};
+        const dehyst_joint_sensors sensors = faulty(axis, reading, switches);
+        dehyst_joint_reference told = reference;
+        if (switches & kReferenceLost) told.angle = std::nan("");
         dehyst_joint_output out{};
-        dehyst_joint_step(&axis.control->joint, &axis.control->state, &sensors, &reference, switches, &out);
+        dehyst_joint_step(&axis.control->joint, &axis.control->state, &sensors, &told, switches & kControllers, &out);
+        if (axis.control->direct) axis.learned.see(axis.control->state.learning);
         const double torque = plant_joint_step(&axis.plant->joint, &state, q, v, out.valve, period_);
         if (first) {
             row[0] = reference.angle, row[1] = q, row[3] = torque;
@@ -183,6 +222,19 @@ class ClosedLoop {
         row[5] += share * reading.pressure[1];
         row[13] = static_cast<double>(static_cast<uint32_t>(row[13]) | out.flags);
         return torque;
+    }
+
+    static dehyst_joint_sensors faulty(Axis &axis, const plant_reading &reading, uint32_t switches)
+    {
+        dehyst_joint_sensors seen = {reading.angle, {reading.pressure[0], reading.pressure[1]}};
+        if (switches & kAngleFrozen) seen.angle = axis.last.angle;
+        if (switches & kPressureFrozen) seen.pressure[1] = axis.last.pressure[1];
+        axis.last = seen;
+        if (switches & kAngleJump) seen.angle += kAngleError;
+        if (switches & kPressureJump) seen.pressure[0] += kPressureError;
+        if (switches & kAngleLost) seen.angle = std::nan("");
+        if (switches & kPressureLost) seen.pressure[0] = std::nan("");
+        return seen;
     }
 
     Step step_;
@@ -220,6 +272,8 @@ void bind_robot(nb::module_ &m)
         .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a)
         .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
         .def("reset_controllers", &ClosedLoop::reset_controllers, "blind"_a)
+        .def("learned", &ClosedLoop::learned, "axis"_a,
+             "Lowest and highest scale, largest offset of any period so far, and whether all were finite.")
         .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "ticks"_a, "every"_a,
              "Log (rows, n, 14) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
 }

@@ -42,6 +42,7 @@ def excite(
     every_s: float,
     mean: Array | None = None,
     hung: Array | None = None,
+    switches: int = 0,
 ) -> ArmLog:
     """Run the pressure differences that belong to target angles.
 
@@ -59,6 +60,8 @@ def excite(
         (K, n) mean pressures; None: the controller's. [Pa]
     hung
         (K, n) known torques on the joints; None: none. [Nm]
+    switches
+        What is on besides: ``SWITCHES["adapt"]`` lets direct inverses learn.
 
     Raises
     ------
@@ -74,7 +77,7 @@ def excite(
             wanted = characteristics[number].difference(targets[:, i], mean[:, i], torque[:, i])
             room = pressure_room(arm.robot, mean[:, i])
             difference[:, i] = np.clip(wanted, -room, room)
-    log = arm.run(Reference.pressures(SPACING, difference, mean, hung), every_s)
+    log = arm.run(Reference.pressures(SPACING, difference, mean, hung, switches), every_s)
     refuse_failed(arm, log)
     return log
 
@@ -96,12 +99,15 @@ def refuse_failed(arm: Arm, log: ArmLog) -> None:
         )
 
 
-def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
-    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent."""
+def home(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int = 0) -> ArmLog:
+    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent.
+
+    With ``SWITCHES["adapt"]`` direct inverses learn from these cycles what their actuators have become.
+    """
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
     share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
-    log = excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05)
+    log = excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05, switches=switches)
     arm.forget()
     return log

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.control import Adaptation, JointControllerParameters
+from dehyst.control.images import refuse
 from dehyst.control.joint import native_controller
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import DirectInverse, HysteresisModel
@@ -36,6 +38,22 @@ Switches = npt.NDArray[np.uint32]
 
 SEEDS = 1 << 32
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
+FAULTS: Mapping[str, int] = MappingProxyType(
+    {
+        name: 1 << (16 + bit)
+        for bit, name in enumerate(
+            (
+                "angle_lost",
+                "angle_jump",
+                "angle_frozen",
+                "pressure_lost",
+                "pressure_jump",
+                "pressure_frozen",
+                "reference_lost",
+            )  # fmt: skip
+        )
+    }
+)  # added to the switches of a knot: what goes wrong from there to the next
 _COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung
 
 
@@ -52,7 +70,8 @@ class Reference:
         mean pressure [Pa], pressure difference [Pa], extra compensation [Pa] and torque that is hung on the joint [Nm],
         of the n moving joints.
     switches
-        (K, n) what is switched on from each knot on: see `dehyst.control`.
+        (K, n) what is switched on from each knot on: see `dehyst.control`; plus values of `FAULTS`, what goes wrong with
+        sensors and reference until the next knot.
 
     Examples
     --------
@@ -68,13 +87,13 @@ class Reference:
     switches: Switches
 
     @classmethod
-    def pressures(cls, spacing: float, difference: Array, mean: Array, hung: Array) -> Reference:
+    def pressures(cls, spacing: float, difference: Array, mean: Array, hung: Array, switches: int = 0) -> Reference:
         """Pressures are applied as they are, without position control; difference, mean [Pa] and torque, (K, n)."""
         values = np.zeros((*difference.shape, _COLUMNS))
         values[:, :, 4] = mean
         values[:, :, 5] = difference
         values[:, :, 7] = hung
-        return cls(spacing, values, np.zeros(difference.shape, np.uint32))
+        return cls(spacing, values, np.full(difference.shape, switches, np.uint32))
 
     @classmethod
     def motion(
@@ -303,6 +322,25 @@ class Arm:
     def learned(self, number: int) -> Array:
         """Scales in use of the groups of a joint's direct inverse, (groups,); empty without one."""
         return np.array(self._controls[number].applied)
+
+    def learned_extremes(self, number: int) -> tuple[float, float, float, bool]:
+        """Lowest and highest scale, largest |offset| [Nm] at any period since the arm was made; whether all were finite."""
+        return self._loop.learned(self.moving.index(number))
+
+    def images(self) -> dict[int, bytes]:
+        """Return images of the controllers' states, as a machine stores them before it is switched off."""
+        return {number: control.save() for number, control in self._controls.items()}
+
+    def restore(self, images: Mapping[int, bytes]) -> None:
+        """Go on with the stored states of controllers.
+
+        Raises
+        ------
+        ParameterError
+            If an image is damaged or of another controller.
+        """
+        for number, image in images.items():
+            refuse(self._controls[number].restore(image), "Restore only what images() of an equal arm returned.")
 
     def run(self, reference: Reference, every_s: float) -> ArmLog:
         """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.
