@@ -450,6 +450,7 @@ typedef struct dehyst_joint {
     const dehyst_direct *direct;          /* q_d -> torque, [Nm]; given: p_m [Pa], Q_load [Nm]; or a null pointer */
     dehyst_adaptation adaptation;         /* of `direct`, [Nm] */
     dehyst_real most_acceleration;        /* of the reference; beyond, inertia would be learned as hysteresis, [rad/s^2] */
+    dehyst_real least_speed;              /* of the reference; below, a drift would be learned as hysteresis, [rad/s] */
     dehyst_real disturbance_pole;         /* of the feedback of the contact torque, [1/s] */
     dehyst_pneumatics pneumatics;
     dehyst_real angle_jump;               /* largest credible distance of the angle from its prediction, [rad]; 0: any */

@@ -32,8 +32,11 @@ static int teaches(const dehyst_joint *joint, const dehyst_joint_state *state, u
                          (uint32_t)DEHYST_PRESSURE_FAULT_2 | (uint32_t)DEHYST_REFERENCE_FAULT | (uint32_t)DEHYST_FAILED;
     const dehyst_real acceleration = state->reference.acceleration;
     const int slow = acceleration <= joint->most_acceleration && acceleration >= -joint->most_acceleration;
+    const dehyst_real velocity = state->reference.velocity;
+    const int moves = !(switches & (uint32_t)DEHYST_POSITION) || velocity > joint->least_speed ||
+                      velocity < -joint->least_speed; /* at rest every drift would fit to every term */
     const int inside = (state->seen.flags & ((uint32_t)DEHYST_LIMITED | (uint32_t)DEHYST_REJECTED)) == 0;
-    return (switches & (uint32_t)DEHYST_ADAPT) && !(flags & bad) && slow && inside && state->started;
+    return (switches & (uint32_t)DEHYST_ADAPT) && !(flags & bad) && slow && moves && inside && state->started;
 }
 
 uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches, uint32_t flags)
@@ -56,9 +59,12 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
     const int learned = dehyst_learning_step(&joint->adaptation, learning, direct->groups, joint->period,
                                              state->delayed.curve[2], part, state->observer.load,
                                              !teaches(joint, state, switches, flags));
+    /* What the observer sees beyond what is fed forward: contact, and where the two memories have come apart. */
+    const dehyst_real apart = dehyst_direct_output(direct, &state->seen, learning->applied) + learning->applied_offset -
+                              state->compensator_share * state->torque_direct;
     const dehyst_real pole = joint->disturbance_pole > 0 ? joint->disturbance_pole : (dehyst_real)0;
-    state->disturbance +=
-        (1 - dehyst_decay(pole * joint->period)) * (dehyst_bounded(state->contact, LARGEST) - state->disturbance);
+    state->disturbance += (1 - dehyst_decay(pole * joint->period)) *
+                          (dehyst_bounded(state->contact + apart, LARGEST) - state->disturbance);
     state->disturbance_share = dehyst_share_step(state->disturbance_share, (switches & (uint32_t)DEHYST_DISTURBANCE) != 0,
                                                  dehyst_fade_part(joint));
     return learned ? (uint32_t)DEHYST_LEARNED : 0u;

@@ -163,6 +163,7 @@ inline void learn_by(const nb::dict &values, dehyst_joint &joint)
     a.offset_limit = from.real("offset_limit");
     a.unit = from.real("unit");
     joint.most_acceleration = from.real("most_acceleration");
+    joint.least_speed = from.real("least_speed");
     joint.disturbance_pole = from.real("disturbance_pole");
     from.done();
     require(a.noise > 0 && a.lowest >= 0 && a.lowest <= 1 && a.highest >= 1 && a.offset_limit >= 0 && a.rate >= 0,

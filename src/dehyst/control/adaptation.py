@@ -53,6 +53,8 @@ class Adaptation:
         u: size that the offset has as a signal beside those of the groups. [Nm]
     most_acceleration
         Of the reference: beyond, what is wrong with the nominal inertia would be learned as hysteresis. [rad/s^2]
+    least_speed
+        Of the reference under position control: below, a drift at rest would be learned as hysteresis. [rad/s]
     disturbance_pole
         Of the feedback of the contact torque, switched by ``SWITCHES["disturbance"]``. [1/s]
 
@@ -81,6 +83,7 @@ class Adaptation:
     offset_limit: float = 2.0
     unit: float = 1.0
     most_acceleration: float = 0.5
+    least_speed: float = 0.002
     disturbance_pole: float = 5.0
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""A joint alone with a direct inverse on the slow path: repeated passes, contact, a hysteresis that is not the identified one."""
+"""A joint alone with a direct inverse on the path: repeated passes, contact, learning."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.control import SWITCHES, Adaptation
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.path import ArmPath
-from dehyst.experiments.quasistatic import home, refuse_failed
+from dehyst.experiments.quasistatic import home, home_and_learn, refuse_failed
 from dehyst.experiments.results import Characteristic
 from dehyst.experiments.trials import SLOW, trial_motion
 from dehyst.models import DirectInverse
@@ -146,18 +146,18 @@ def follow(
     arm, slow = joint.arm(), trial in SLOW
     on = POSITION | (0 if trial == "slow_no_integrator" else INTEGRATOR)
     on |= (COMPENSATOR | switches) if joint.model is not None else 0
-    home(arm, {joint.number: joint.characteristic}, ADAPT if learn_homing else 0)
+    (home_and_learn if learn_homing else home)(arm, {joint.number: joint.characteristic})
     mean = joint.robot.controller.mean_pressure
     motion = trial_motion(joint.robot, joint.path, trial)
     column = [joint.number - 1]
     spacing = KNOT_S[slow]
-    times = spacing * np.arange(int(np.ceil(passes * motion.duration / spacing)) + 1)
-    path = tuple(values[:, column] for values in joint.path.motion(motion, times))
-    start = to_start(arm, path[0][0])
+    times: Array = np.asarray(spacing * np.arange(int(np.ceil(passes * motion.duration / spacing)) + 1))
+    angle, velocity, acceleration = (values[:, column] for values in joint.path.motion(motion, times))
+    start = to_start(arm, angle[0])
     arm.run(Reference.motion(0.01, start, arm.feedforward(*start), mean, on), every_s=1.0)
     hung = np.zeros((times.size, 1)) if push is None else push(times)[:, None]
-    angle, velocity, acceleration = path
-    told = Reference.motion(spacing, (angle, velocity, acceleration), arm.feedforward(*path), mean, on, hung=hung)
+    path = (angle, velocity, acceleration)
+    told = Reference.motion(spacing, path, arm.feedforward(*path), mean, on, hung=hung)
     log = arm.run(told, every_s=LOG_S[slow])
     refuse_failed(arm, log)
     log = log.until(passes * motion.duration)

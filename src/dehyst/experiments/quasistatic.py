@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import FLAGS
+from dehyst.control import FLAGS, SWITCHES
 from dehyst.errors import SimulationError
 from dehyst.evaluation import decaying_cycles
 from dehyst.experiments.results import Characteristic
@@ -99,11 +99,17 @@ def refuse_failed(arm: Arm, log: ArmLog) -> None:
         )
 
 
-def home(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int = 0) -> ArmLog:
-    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent.
+def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
+    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent."""
+    return _homed(arm, characteristics, 0)
 
-    With ``SWITCHES["adapt"]`` direct inverses learn from these cycles what their actuators have become.
-    """
+
+def home_and_learn(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
+    """Home while direct inverses learn what their actuators have become: the cycles excite every term."""
+    return _homed(arm, characteristics, SWITCHES["adapt"])
+
+
+def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int) -> ArmLog:
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])

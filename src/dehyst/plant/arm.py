@@ -38,22 +38,9 @@ Switches = npt.NDArray[np.uint32]
 
 SEEDS = 1 << 32
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
-FAULTS: Mapping[str, int] = MappingProxyType(
-    {
-        name: 1 << (16 + bit)
-        for bit, name in enumerate(
-            (
-                "angle_lost",
-                "angle_jump",
-                "angle_frozen",
-                "pressure_lost",
-                "pressure_jump",
-                "pressure_frozen",
-                "reference_lost",
-            )  # fmt: skip
-        )
-    }
-)  # added to the switches of a knot: what goes wrong from there to the next
+_WRONG = "angle_lost angle_jump angle_frozen pressure_lost pressure_jump pressure_frozen reference_lost"
+# Added to the switches of a knot: what goes wrong from there to the next.
+FAULTS: Mapping[str, int] = MappingProxyType({name: 1 << (16 + bit) for bit, name in enumerate(_WRONG.split())})
 _COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung
 
 
@@ -70,8 +57,8 @@ class Reference:
         mean pressure [Pa], pressure difference [Pa], extra compensation [Pa] and torque that is hung on the joint [Nm],
         of the n moving joints.
     switches
-        (K, n) what is switched on from each knot on: see `dehyst.control`; plus values of `FAULTS`, what goes wrong with
-        sensors and reference until the next knot.
+        (K, n) what is switched on from each knot on: see `dehyst.control`; plus values of `FAULTS`, what goes
+        wrong with sensors and reference until the next knot.
 
     Examples
     --------
@@ -324,7 +311,7 @@ class Arm:
         return np.array(self._controls[number].applied)
 
     def learned_extremes(self, number: int) -> tuple[float, float, float, bool]:
-        """Lowest and highest scale, largest |offset| [Nm] at any period since the arm was made; whether all were finite."""
+        """Lowest and highest scale, largest |offset| [Nm] at any period so far, and whether all were finite."""
         return self._loop.learned(self.moving.index(number))
 
     def images(self) -> dict[int, bytes]:
