@@ -104,6 +104,8 @@ def test_a_csv_that_is_not_ones_own_is_not_overwritten(tmp_path, capsys):
         ({"range": (3.0, 3.0)}, ParameterError, "low < high"),
         ({"figure": Path("plan.pdf")}, OutputError, "neither SVG nor PNG"),
         ({"out": Path("nowhere/x.csv")}, OutputError, "no folder"),
+        ({"out": Path("x.svg"), "figure": Path("x.svg")}, OutputError, "two files"),
+        ({"joint": 1, "range": None, "time_limit": 100.0}, ParameterError, "deg/s and an acceleration"),
         ({"joint": 1, "unit": "bar"}, UnitError, "deg or rad"),
         ({"joint": 3, "range": None}, ParameterError, "joint 3 is electric"),
         ({"joint": 9, "range": None}, ParameterError, "has no joint 9"),

@@ -179,7 +179,11 @@ def test_lags_in_blocks_are_the_recursion(steps, tau, period):
     [
         ({"low": 1.0}, "low < high"),
         ({"high": float("inf")}, "low < high"),
+        ({"low": -1e308, "high": 1e308}, "physical size"),
+        ({"low": 1e16, "high": 1e16 + 4.0}, "low < high"),
         ({"rate": -1.0}, "nothing could move"),
+        ({"rate": float("inf")}, "nothing could move"),
+        ({"rate": 1e-9, "time_limit": 1e13}, "samples, more than a file"),
         ({"acceleration": 0.0}, "nothing could move"),
         ({"period": 0.0}, "no sampling"),
         ({"period": 5.0}, "samples of the shortest stroke"),

@@ -16,8 +16,8 @@ from rich.text import Text
 
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import terminal
-from dehyst.errors import ParameterError, UnitError
-from dehyst.evaluation import ExcitationPlan, Limits, Section, design_excitation
+from dehyst.errors import OutputError, ParameterError, UnitError
+from dehyst.evaluation import ExcitationPlan, design_excitation
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
 from dehyst.units import canonical, convert, dimension
@@ -89,6 +89,8 @@ def _refuse_bad_request(request: DesignRequest) -> None:
         refuse_existing(require_picture_name(request.figure), request.overwrite, own=EXCITATION)
     for path in filter(None, (request.out, request.figure)):
         refuse_unwritable(path)
+    if request.out is not None and request.out == request.figure:
+        raise OutputError(f"--out and --figure both name '{request.out}'. Name two files.", path=str(request.out))
 
 
 def _designed_range(request: DesignRequest) -> _Designed:
@@ -119,27 +121,16 @@ def _designed_joint(request: DesignRequest) -> _Designed:
     low, high = (None, None) if request.range is None else request.range
     found = design_joint(
         load_robot(request.robot), request.joint, low=si(low), high=si(high), rate=si(request.rate),
-        acceleration=si(request.acceleration), time_limit=request.time_limit, period=request.period,
+        acceleration=si(request.acceleration), time_limit=request.time_limit, period=request.period, unit=unit,
     )  # fmt: skip
     needs = {
         "pressure_share": found.pressure_share,
         "flow_share": found.flow_share,
         "inertia_torque_Nm": found.inertia_torque,
     }
-    plan = _in_unit(found.plan, unit)
+    plan = found.plan
     extra = {"nominal_pressure_difference_bar": found.difference / BAR}
     return _Designed(plan, f"joint {found.number}, {plan.low:.4g} to {plan.high:.4g} {unit}", extra, needs)
-
-
-def _in_unit(plan: ExcitationPlan, unit: str) -> ExcitationPlan:
-    factor = float(convert(1.0, plan.unit, unit))
-    sections = tuple(
-        Section(each.part, each.why, tuple(factor * tip for tip in each.tips), each.stroke_s, each.hold_s)
-        for each in plan.sections
-    )
-    limits = Limits(factor * plan.limits.rate, factor * plan.limits.acceleration)
-    low, high = factor * plan.low, factor * plan.high
-    return ExcitationPlan(low, high, unit, plan.period, limits, sections, plan.separable, plan.one_loop)
 
 
 def _csv(designed: _Designed, path: Path) -> str:

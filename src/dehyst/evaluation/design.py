@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from dehyst import _native
 from dehyst.errors import ParameterError
 from dehyst.evaluation.excitation import UNSEEN_TIPS
 from dehyst.evaluation.homing import shortest_homing
@@ -47,6 +48,8 @@ HOMED_RADII = 24
 HOMING_LEFT = 0.1  # share of what the stops can hold that homing leaves
 LOOKS = 1500  # samples by which candidates are compared
 AS_GOOD = 0.97  # a candidate with this share of the best singular value that takes less time is taken
+MOST_SAMPLES = 20_000_000
+FINEST = 1e-9  # width of a range by its ends
 STROKE_SAMPLES = 8  # of the shortest stroke at least
 
 
@@ -238,7 +241,7 @@ def design_excitation(
     home = _home(share)
     found = list(_candidates(home, share, time_limit, max(taus)))
     if not found:
-        _refuse_time(home, share, time_limit, limits)
+        _refuse_time(home, share, time_limit, limits, unit)
     looked = [(plan, _separable(_between(plan), taus)) for plan in found]
     best = max(figure.smallest for _, figure in looked)
     sections, figure = min(
@@ -254,9 +257,16 @@ def design_excitation(
             period=period,
             shortest=shortest,
         )
+    duration = sum(section.duration for section in sections)
+    if duration > MOST_SAMPLES * period:
+        raise ParameterError(
+            f"{duration:.4g} s at a period of {period:g} s are {duration / period:.3g} samples, more than a file "
+            f"should hold. Pass a period of {duration / MOST_SAMPLES:.2g} s or more, or a higher rate or acceleration.",
+            period=period,
+        )
     middle = 0.5 * (low + high)
     scaled = tuple(replace(each, tips=tuple(middle + scale * tip for tip in each.tips)) for each in sections)
-    loop = _one_loop(share, sum(section.duration for section in sections))
+    loop = _one_loop(share, duration)
     return ExcitationPlan(low, high, unit, period, limits, scaled, figure, _separable((loop,), taus))
 
 
@@ -265,13 +275,19 @@ def limits_of(low: float, high: float, rate: float | None, acceleration: float |
 
     The rate is never more than the longest stroke of the loops reaches within the acceleration.
     """
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ParameterError(f"a range from {low:g} to {high:g} leaves no room to move; pass low < high.")
+    size = max(abs(low), abs(high))
+    if not (size <= _native.INPUT_LIMIT and high - low > FINEST * size):
+        raise ParameterError(
+            f"a range from {low:g} to {high:g} leaves no room to move; pass low < high, finite numbers of physical "
+            f"size."
+        )
+    if rate is not None:
+        Limits(rate)  # refuses what is no rate
     longest = 0.5 * (1.0 + NEST[0]) * (high - low)
     rate = PEAK_RATE * (high - low) / FULL_STROKE_S if rate is None else rate
-    if acceleration is None and rate > 0:
+    if acceleration is None:
         acceleration = PEAK_ACCELERATION * longest / (PEAK_RATE * longest / rate) ** 2
-    limits = Limits(rate, math.inf if acceleration is None else acceleration)
+    limits = Limits(rate, acceleration)
     reached = PEAK_RATE * longest / float(limits.stroke_time(longest))  # a tenth of it is a decade
     return replace(limits, rate=min(rate, reached))
 
@@ -353,16 +369,17 @@ def _candidates(home: Section, limits: Limits, time_limit: float, tau: float) ->
             yield (*before, holds, *after[:2], mirrored, *after[2:])
 
 
-def _refuse_time(home: Section, limits: Limits, time_limit: float, asked: Limits) -> None:
+def _refuse_time(home: Section, limits: Limits, time_limit: float, asked: Limits, unit: str) -> None:
     before, after = _frame(home, limits, LEVELS[0], REACHES[0])
     fixed = sum(section.duration for section in (*before, *after))
     holds = 2.0 * _holds(COUNTS[0], HOLD_RATIO ** (COUNTS[0] - 1) * SHORTEST_HOLD_S, limits).duration
     need = math.ceil(fixed + holds)
+    of = f" {unit}" if unit else ""
     raise ParameterError(
-        f"a time limit of {time_limit:g} s is too short: at a rate of {asked.rate:.4g} and an acceleration of "
-        f"{asked.acceleration:.4g} the shortest plan takes {need} s ({fixed:.0f} s of strokes, holds of 1 and 3 s on "
-        f"both sides). Without all of its parts creep cannot be told from hysteresis. Allow {need} s, a higher rate "
-        f"or acceleration, or a smaller range.",
+        f"a time limit of {time_limit:g} s is too short: at a rate of {asked.rate:.4g}{of}/s and an acceleration of "
+        f"{asked.acceleration:.4g}{of}/s^2 the shortest plan takes {need} s ({fixed:.0f} s of strokes, holds of 1 and "
+        f"3 s on both sides). Without all of its parts creep cannot be told from hysteresis. Allow {need} s, a higher "
+        f"rate or acceleration, or a smaller range.",
         time_limit=time_limit,
         needed=float(need),
     )

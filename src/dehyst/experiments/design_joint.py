@@ -17,6 +17,7 @@ from dehyst.experiments.quasistatic import SPACING, pressure_room
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import arm_model, bias_torque
+from dehyst.units import convert
 
 Array = npt.NDArray[np.float64]
 
@@ -34,7 +35,7 @@ class JointExcitation:
     number
         Of the joint.
     plan
-        Angles. [rad]
+        Angles, in its unit.
     difference
         (T,) nominal pressure difference at the plan's samples. [Pa]
     mean, room
@@ -67,6 +68,7 @@ def design_joint(
     acceleration: float | None = None,
     time_limit: float = 600.0,
     period: float = 0.02,
+    unit: str = "rad",
 ) -> JointExcitation:
     """Return the excitation to run on a joint of the robot for an identification.
 
@@ -89,6 +91,8 @@ def design_joint(
         Longest duration. [s]
     period
         Of the samples. [s]
+    unit
+        Of the angles of the plan, rad or deg; what is passed is in rad.
 
     Raises
     ------
@@ -116,17 +120,24 @@ def design_joint(
     controller = controller_parameters(robot, number, characteristic)
     if acceleration is None:
         acceleration = _quiet_acceleration(robot, controller, characteristic, low, high, rate)
+    shown = float(convert(1.0, "rad", unit))
     wanted = rate
     for attempt in range(TRIES):
         plan = design_excitation(
-            low, high, rate=wanted, acceleration=acceleration, time_limit=time_limit, period=period, unit="rad"
+            shown * low,
+            shown * high,
+            rate=None if wanted is None else shown * wanted,
+            acceleration=shown * acceleration,
+            time_limit=time_limit,
+            period=period,
+            unit=unit,
         )
         found = _needs(robot, number, plan, characteristic, controller)
         if max(found.pressure_share, found.flow_share) <= SHARE:
             return found
         if rate is not None or found.pressure_share > SHARE or attempt == TRIES - 1:
             break
-        wanted = SLOWER * plan.limits.rate
+        wanted = SLOWER * plan.limits.rate / shown
     raise _cannot_follow(found)
 
 
@@ -157,11 +168,11 @@ def _needs(
     controller: JointControllerParameters,
 ) -> JointExcitation:
     """Pressures and flow along the plan by the nominal model: weight, inertia, characteristic, valve."""
-    _, angle, _ = plan.signal(SPACING)
+    scale = float(convert(1.0, plan.unit, "rad"))
+    angle, coarse = (scale * plan.signal(period)[1] for period in (SPACING, plan.period))
     acceleration = np.gradient(np.gradient(angle, SPACING), SPACING)
     torque = _weight(robot, number, angle) + controller.inertia * acceleration
     mean = robot.controller.mean_pressure
-    _, coarse, _ = plan.signal()
     return JointExcitation(
         number,
         plan,
@@ -170,7 +181,7 @@ def _needs(
         float(pressure_room(robot, mean)),
         pressure_share(robot, characteristic, angle, torque),
         flow_share(robot, characteristic, controller, angle, torque, SPACING),
-        float(controller.inertia * plan.peak_acceleration),
+        float(controller.inertia * scale * plan.peak_acceleration),
     )
 
 
@@ -184,7 +195,7 @@ def _weight(robot: Robot, number: int, angle: Array) -> Array:
 
 def _cannot_follow(found: JointExcitation) -> ParameterError:
     plan = found.plan
-    a, b, rate = np.degrees([plan.low, plan.high, plan.limits.rate])
+    a, b, rate = convert([plan.low, plan.high, plan.limits.rate], plan.unit, "deg")
     if found.pressure_share > SHARE:
         still = float(np.abs(found.difference).max() / found.room)
         cure = "Pass a smaller --range, or change controller.mean_pressure_bar."
