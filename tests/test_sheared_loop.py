@@ -302,3 +302,13 @@ def test_streaming_is_refused(files):
 def test_the_report_of_a_sheared_fit_shows_the_gain_of_the_compensator(tmp_path, fit):
     page = dehyst.write_report(fit, tmp_path / "r.html").read_text(encoding="utf-8")
     assert "loop sheared by k = 5 bar/rad" in page
+
+
+@pytest.mark.parametrize("unit", [1e5, 1.0, 1e-5])
+def test_the_choice_does_not_depend_on_the_unit_of_the_input(log, unit):
+    """The paper's eps = 0.001 is larger than the slope of a joint in pascal."""
+    scaled = Recording(input=unit * log.input, output=log.output)
+    fit = dehyst.identify(scaled, shear="auto")
+    assert fit.model.shear == pytest.approx(unit * choose_shear(log).shear, rel=0.6)
+    miss = fit.model.inverse().simulate(log.output) - scaled.input
+    assert np.std(miss) < 0.2 * np.std(scaled.input)

@@ -17,7 +17,7 @@ from dehyst.identification.measures import Measure, Measured, measure_in_memory
 from dehyst.identification.procedure import Call, solve_in_memory
 from dehyst.identification.regressors import Bank
 from dehyst.identification.settings import PAPER_EPS
-from dehyst.identification.shear import ShearChoice, check_family, choose_shear, eps_of_gain, sheared
+from dehyst.identification.shear import LARGEST_EPS, ShearChoice, check_family, choose_shear, eps_of_gain, sheared
 from dehyst.models import (
     HysteresisModel,
     ModelCard,
@@ -129,10 +129,10 @@ def _eps(
     call: Call, turned: tuple[Recording, ...], weights: tuple[Array, ...] | None, k: float, gain: float | None
 ) -> float:
     """Bound that keeps 1/w_1 - k within the gain: of w_1 for "pi", relative to the slope for the others."""
-    if gain is None:
-        return call.eps
     data = prepare(turned, call.train_fraction, weights)
     slope = data.amplitude / data.half_range
+    if gain is None:
+        return min(call.eps, LARGEST_EPS * slope) if call.family == "pi" else call.eps
     bound = min(eps_of_gain(gain, k), slope)  # a line through the sheared loop has a gain of about zero
     return bound if call.family == "pi" else bound / slope
 

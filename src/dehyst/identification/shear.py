@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
+from dehyst.identification.cautions import HIGH_GAIN
 from dehyst.identification.cross_validation import Trial, cross_validate
 from dehyst.identification.data import prepare, range_over
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings
@@ -22,6 +23,8 @@ LARGEST = 100.0
 WITHIN = 0.05
 # A gain of the compensator above this share of what the bound allows is decided by the bound, not by the data.
 OFF_BOUND = 0.75
+# The paper's eps has units: in those of another log, or with a large k, it may exceed the slope itself.
+LARGEST_EPS = 0.01
 SHEARED_FAMILIES = ("pi", "pi-cumulative")
 
 
@@ -38,7 +41,8 @@ class ShearChoice:
     error
         What the inverse missed on held-out blocks, geometric mean of the RMS. [input]
     on_bound
-        Whether the first weight is at its bound with the chosen k: then the bound decides the gain, not the data.
+        Whether the chosen k leaves the compensator steep after a reversal, or its first weight at the bound: then the
+        bound decides the gain, not the data.
     trials
         All candidates in the order of k, as `cross_validate` returns them.
 
@@ -79,8 +83,9 @@ def choose_shear(
     .. math:: u - (H^{-1}[y] - k y)
 
     on blocks of the log that were not fitted. With a small k the first weight ends at the paper's bound, and the
-    compensator steps at every reversal; such candidates are left out if there are others, and all count where a gain
-    is given. Of these the smallest k within 5 % of the least error is taken.
+    compensator steps at every reversal; candidates with a gain of more than 20 times the ratio of the ranges there are
+    left out if there are others, and all count where a gain is given. Of these the smallest k within 5 % of the least
+    error is taken.
 
     Parameters
     ----------
@@ -91,7 +96,7 @@ def choose_shear(
     n
         Number of operators.
     eps
-        Smallest first weight, as `identify` takes it.
+        Smallest first weight, as `identify` takes it; at most a hundredth of the slope of the sheared loop.
     max_inverse_gain
         G, largest slope of the compensator right after a reversal: then eps = 1/(G + k) for each k. [input/output]
     initial_state
@@ -130,17 +135,31 @@ def choose_shear(
     trials: list[Trial] = []
     bounds: list[float] = []
     for k in candidates(ratio):
-        bounds.append(eps if max_inverse_gain is None else eps_of_gain(max_inverse_gain, k))
+        bounds.append(_bound(family, eps, max_inverse_gain, k, ratio))
         table = cross_validate(
             records, families=(family,), n=(n,), shear=(k,), starts=(initial_state,),
             eps=bounds[-1], train_fraction=train_fraction, weights=weights,
         )  # fmt: skip
         trials += table.trials
-    free = [t for t, eps_k in zip(trials, bounds, strict=True) if _gain(t) <= OFF_BOUND * (1.0 / eps_k - abs(t.shear))]
+    steep = HIGH_GAIN * abs(ratio)  # what the finding high-inverse-gain warns of
+    free = [
+        t
+        for t, eps_k in zip(trials, bounds, strict=True)
+        if _gain(t) <= min(steep, OFF_BOUND * (1.0 / eps_k - abs(t.shear)))
+    ]
     eligible = free if free and max_inverse_gain is None else trials
     least = min(t.inverse_error for t in eligible)
     chosen = next(t for t in eligible if t.inverse_error <= (1.0 + WITHIN) * least)
     return ShearChoice(chosen.shear, _gain(chosen), chosen.inverse_error, chosen not in free, tuple(trials))
+
+
+def _bound(family: str, eps: float, gain: float | None, k: float, ratio: float) -> float:
+    """Return the eps of a cross-validation: that of the gain, or the paper's where the sheared slope allows it."""
+    slope = 1.0 / (abs(k) + abs(ratio))
+    if gain is not None:
+        bound = min(eps_of_gain(gain, k), slope)
+        return bound if family == "pi" else bound / slope
+    return min(eps, LARGEST_EPS * slope) if family == "pi" else eps
 
 
 def candidates(ratio: float) -> list[float]:
