@@ -9,8 +9,8 @@ import pytest
 import dehyst
 from dehyst import cli
 from dehyst.evaluation import UNSEEN_TIPS
-from dehyst.experiments.compensators import pruned_inverse, recipe
 from dehyst.experiments.loops_run import identify_joint
+from dehyst.experiments.recipes import recipe
 from dehyst.experiments.results import ACCEPTABLE
 from experiment_samples import PLANTS, calibrated, equipment, folder, identified, robot, trial
 
@@ -121,7 +121,7 @@ def test_the_accepted_model_is_put_into_the_controller_with_its_shear():
     assert ready.controllers[1].shear == identified(1).shear * 1e5 == 1e5
     assert ready.controllers[1].compensator_unit == 1e5
     q = identified(1).unseen["angle_rad"]
-    full, pruned = identified(1).fit.model.inverse().simulate(q), pruned_inverse(identified(1)).simulate(q)
+    full, pruned = identified(1).fit.model.inverse().simulate(q), identified(1).compensator.simulate(q)
     np.testing.assert_allclose(full, pruned, rtol=0, atol=1e-12)
 
 

@@ -34,7 +34,7 @@ def test_joint_figures_are_rms_and_largest_error_in_degrees():
 def test_the_figures_of_a_plant_are_nested_as_promised_and_those_of_its_runs():
     runs = [trial("slow", name) for name in ("off", "paper")]
     motion = path().timing.slower(4.0)
-    found = plant_figures({1: identified()}, runs, {"slow": motion}, (1,))
+    found = plant_figures({"paper": {1: identified()}}, runs, {"slow": motion}, (1,))
     joint = found["joints"]["1"]
     assert joint["identification"]["inverse_rms_ratio_unseen"] == identified().inverse_rms_ratio
     assert joint["identification"]["nonzero_weights"] == identified().nonzero_weights

@@ -8,7 +8,6 @@ import pytest
 
 from dehyst.control import InverseCompensator
 from dehyst.errors import OutputError, ParameterError, SimulationError
-from dehyst.experiments.compensators import pruned_inverse
 from dehyst.experiments.point import _unknown_history
 from dehyst.experiments.trials import LOG_S, run_trial
 from experiment_samples import FASTER, PLANTS, equipment, identified, path, rms, robot, trial
@@ -74,7 +73,7 @@ def without(name):
 
 
 def own_inverse():
-    return InverseCompensator(pruned_inverse(identified()), shear=identified().shear * 1e5)
+    return InverseCompensator(identified().compensator, shear=identified().shear * 1e5)
 
 
 class Delegates:

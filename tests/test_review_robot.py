@@ -18,7 +18,7 @@ from dehyst.plant.parameters import load_robot
     [
         ({"joint.1.drive": "electric"}, Request(joints=(1,)), "electric"),
         ({}, Request(foreign={"lugre": lambda joint, muscle: None}), "lugre"),  # type: ignore[arg-type,return-value]
-        ({}, Request(own=lambda found: None, compensator="off"), "off"),  # type: ignore[arg-type,return-value]
+        ({}, Request(own=lambda found: None, compensators=("off",)), "off"),  # type: ignore[arg-type,return-value]
         ({}, Request(seeds=(1.5,)), "whole"),  # type: ignore[arg-type]
         ({}, Request(seeds=(2**64,)), "2\\*\\*32"),
     ],

@@ -279,7 +279,13 @@ def reproduce(
         typer.Option("--plant", help="all, maxwell-slip, preisach, dahl or none; several as preisach,none."),
     ] = None,
     joint: Annotated[str, typer.Option("--joint", help="Joint that is compensated: 1, 2, 4 or all.")] = "all",
-    compensator: Annotated[str, typer.Option("--compensator", help="paper, literal or scaled.")] = "paper",
+    compensator: Annotated[
+        list[str],
+        typer.Option(
+            "--compensator",
+            help="paper, literal, scaled, direct, creep, scheduled, adaptive, ilc or best; several as paper,best.",
+        ),
+    ] = ["paper"],  # noqa: B006
     seed: Annotated[
         int | None, typer.Option("--seed", help="Run this seed only; without it 0, 1 and 2, with --quick 0.")
     ] = None,
@@ -304,7 +310,7 @@ def reproduce(
             quick,
             plant,
             joint,
-            compensator,
+            tuple(compensator),
             seed,
             cycles,
             robot,

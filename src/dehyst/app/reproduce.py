@@ -48,7 +48,7 @@ class ReproduceRequest:
     quick: bool = False
     plant: str | None = None
     joint: str = "all"
-    compensator: str = "paper"
+    compensator: tuple[str, ...] = ("paper",)
     seed: int | None = None
     cycles: int | None = None
     robot: Path | None = None
@@ -98,7 +98,8 @@ def _experiment(request: ReproduceRequest) -> Request:
     joints = COMPENSATED if request.joint == "all" else tuple(_number(word) for word in request.joint.split(","))
     first = request.seed or 0
     seeds = (first,) if request.quick or request.seed is not None else (0, 1, 2)
-    return Request(plants, joints, request.compensator, seeds, studies=not request.quick)
+    names = tuple(dict.fromkeys(word for words in request.compensator for word in words.split(",")))
+    return Request(plants, joints, names, seeds, studies=not request.quick)
 
 
 def _number(word: str) -> int:
@@ -113,6 +114,7 @@ def _line(request: ReproduceRequest) -> str:
     words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
     for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "out"):
         value = getattr(request, option)
+        value = ",".join(value) if isinstance(value, tuple) else value
         if isinstance(value, Path) and value.is_absolute():
             value = value.name
         words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
@@ -123,11 +125,10 @@ def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
     """Run -> its log files, relative to the folder of the report."""
     logs: dict[str, list[str]] = {}
     for name, plant in result.plants.items():
-        stems = [f"{kind}_joint{n}" for n in plant.identifications for kind in ("identification", "unseen")]
-        stems += [log_names(run) for run in plant.runs]
         for seed in plant.figures:
             folder = log_folder(out / "logs", name, seed)
-            for stem in stems:
+            told = sorted(file.stem for file in folder.glob("*_joint*.csv"))
+            for stem in (*told, *(log_names(run) for run in plant.runs)):
                 files = sorted(file.relative_to(out).as_posix() for file in folder.glob(f"{stem}.*"))
                 logs[f"{name}, seed {seed}, {stem}"] = files
     return logs
@@ -169,28 +170,33 @@ def _shown_progress() -> Iterator[_Bar | _Lines]:
 
 
 def _print(result: Reproduction) -> None:
-    """One table: rms error off and on, and their ratio, of every plant, joint and trial."""
-    on = result.compensator
-    title = f"rms error in degrees without and with the compensator '{on}'"
+    """One table: rms error off and on, and their ratio, of every plant, joint, trial and compensator."""
+    names = result.compensators
+    title = f"rms error in degrees without and with the compensator{' ' + repr(names[0]) if len(names) == 1 else 's'}"
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    for name in ("plant", "joint", "trial", "off", on, "ratio", "max ratio"):
-        table.add_column(name, justify="left" if name in ("plant", "trial") else "right")
+    columns = ("plant", "joint", "trial", *(["with"] if len(names) > 1 else []), "off", names[0], "ratio", "max ratio")
+    for name in columns if len(names) == 1 else (*columns[:5], "on", *columns[6:]):
+        table.add_column(name, justify="left" if name in ("plant", "trial", "with") else "right")
     for plant, found in result.plants.items():
         for joint, values in mean_figures(found)["joints"].items():
             for trial, run in values["trials"].items():
-                off, with_it = run["off"], run[on]
-                table.add_row(
-                    plant, joint, trial, f"{off['rms_deg']:.3f}", f"{with_it['rms_deg']:.3f}",
-                    _share(with_it["rms_deg"], off["rms_deg"]), _share(with_it["max_deg"], off["max_deg"]),
-                )  # fmt: skip
+                for name in names:
+                    off, on = run["off"], run[name]
+                    table.add_row(
+                        plant, joint, trial, *([name] if len(names) > 1 else []), f"{off['rms_deg']:.3f}",
+                        f"{on['rms_deg']:.3f}", _share(on["rms_deg"], off["rms_deg"]),
+                        _share(on["max_deg"], off["max_deg"]),
+                    )  # fmt: skip
     terminal().print(table)
     for plant, found in result.plants.items():
-        left_off = [str(n) for n, one in found.identifications.items() if not one.accepted]
-        if left_off:
-            terminal().print(
-                f"{plant}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
-                f"that it was not fitted to, so there is nothing to compensate."
-            )
+        for name, one in found.identified.items():
+            left_off = [str(n) for n, joint in one.items() if not joint.accepted]
+            where = plant if len(names) == 1 else f"{plant}, {name}"
+            if left_off:
+                terminal().print(
+                    f"{where}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
+                    f"that it was not fitted to, so there is nothing to compensate."
+                )
 
 
 def _print_limits(result: Reproduction) -> None:

@@ -11,10 +11,9 @@ import numpy.typing as npt
 from dehyst.control import save_controller
 from dehyst.errors import OutputError
 from dehyst.experiments.loops_run import BAR
-from dehyst.experiments.results import TrialRun
+from dehyst.experiments.results import JointIdentification, TrialRun
 from dehyst.experiments.trials import Equipment
 from dehyst.io import write_csv, write_mcap
-from dehyst.models import HysteresisModel
 
 Array = npt.NDArray[np.float64]
 
@@ -70,22 +69,27 @@ def log_folder(folder: Path, plant: str, seed: int) -> Path:
     return place
 
 
-def write_units(equipment: Equipment, models: Mapping[int, HysteresisModel], folder: Path) -> list[Path]:
+def write_units(
+    equipment: Equipment, found: Mapping[int, JointIdentification], folder: Path, compensator: str = "paper"
+) -> list[Path]:
     """Write model and controller of each compensated joint, for `dehyst export --what joint-controller`.
 
     Parameters
     ----------
     equipment
         Whose controllers are written, for joints that have a compensator.
-    models
-        Joint number -> the model whose inverse is the compensator.
+    found
+        Joint number -> what was identified.
     folder
         Where to.
+    compensator
+        Its name, which ends those of the files; the paper's have none.
     """
     written = []
+    end = "" if compensator == "paper" else f"_{compensator}"
     for number in equipment.compensators:
-        written.append(models[number].save(folder / f"model_joint{number}.json"))
-        written.append(save_controller(equipment.controllers[number], folder / f"controller_joint{number}.json"))
+        written.append(found[number].model.save(folder / f"model_joint{number}{end}.json"))
+        written.append(save_controller(equipment.controllers[number], folder / f"controller_joint{number}{end}.json"))
     return written
 
 

@@ -1,18 +1,21 @@
-"""Identification of a joint's hysteresis: nested loops, sheared, fitted by the one existing code path."""
+"""Identification of a joint's compensators: its motions run and logged once, each fitted from the written log."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.evaluation import UNSEEN_TIPS, loops
+from dehyst.experiments.direct_run import ANGLE, MEAN, SHEARED, TIME, identify_torque, unsheared
+from dehyst.experiments.motions import motion_of, unseen_motion
 from dehyst.experiments.nominal import controller_parameters
-from dehyst.experiments.quasistatic import SPACING, excite, home, known_torque
+from dehyst.experiments.quasistatic import excite, home, known_torque
+from dehyst.experiments.recipes import Recipe, recipe
 from dehyst.experiments.results import Characteristic, JointIdentification
-from dehyst.identification import Fit, identify
+from dehyst.identification import DirectFit, Fit, identify
 from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
@@ -21,7 +24,25 @@ from dehyst.plant.parameters import Robot
 Array = npt.NDArray[np.float64]
 
 BAR = 1e5
-INPUT, OUTPUT, TIME = "sheared_bar", "angle_rad", "time_s"
+INPUT, OUTPUT = "sheared_bar", ANGLE
+TORQUE = "torque_Nm"
+
+
+@dataclass(frozen=True, eq=False)
+class JointLog:
+    """What was logged of a joint for an identification.
+
+    Attributes
+    ----------
+    seen, unseen
+        Columns by name: to be fitted, and of loops that test the fit.
+    files
+        Where `seen` was written, and logs at other mean pressures.
+    """
+
+    seen: Mapping[str, Array]
+    unseen: Mapping[str, Array]
+    files: tuple[Path, ...]
 
 
 def identify_joint(
@@ -30,14 +51,15 @@ def identify_joint(
     characteristic: Characteristic,
     folder: Path,
     *,
+    compensator: str = "paper",
     seed: int = 0,
     mechanisms: MechanismFactory | None = None,
 ) -> JointIdentification:
-    """Run nested loops on a joint alone, write their log, and identify the paper's model from the written file.
+    """Run nested loops on a joint alone, write their log, and identify a compensator from the written file.
 
-    The input of the model is the loop arranged around the diagonal, x = dp - dp_nom(q) + k q, its output q; dp_nom is
-    the calibrated characteristic at the known load. ``dehyst identify LOG --input sheared_bar --output angle_rad
-    --family pi`` gives the same model, bit for bit.
+    The input of the paper's model is the loop arranged around the diagonal, x = dp - dp_nom(q) + k q, its output q;
+    dp_nom is the calibrated characteristic at the known load. ``dehyst identify LOG --input sheared_bar --output
+    angle_rad --family pi`` gives the same model, bit for bit.
 
     Parameters
     ----------
@@ -49,6 +71,8 @@ def identify_joint(
         The joint's A, B, C.
     folder
         Where the log is written.
+    compensator
+        Its name: which motions are logged and what is identified from them.
     seed
         Of the noise and the muscles' tolerances.
     mechanisms
@@ -72,42 +96,101 @@ def identify_joint(
     >>> found.accepted, bool(found.inverse_rms_ratio < 0.3)
     (True, True)
     """
-    arm = Arm(
-        robot,
-        moving=(number,),
-        controllers={number: controller_parameters(robot, number, characteristic)},
-        mechanisms=mechanisms_of(mechanisms, (number,)),
-        seed=seed,
-    )
-    settings, shear = robot.identification, robot.compensator.shear / BAR
-    reach = settings.range_share * robot.joint(number).range
-    seen = loops(settings.tips, settings.loop, settings.hold, SPACING).value
-    home(arm, {number: characteristic})
-    log = _loops(arm, characteristic, reach * np.concatenate([seen, settings.second_share * seen]), shear)
-    file = write_csv(folder / f"identification_joint{number}.csv", log)
-    recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
-    compensator = robot.compensator
-    fit = identify(recording, family="pi", n=compensator.operators, eps=compensator.eps)
-    home(arm, {number: characteristic})
-    others = loops(UNSEEN_TIPS, settings.loop, settings.hold, SPACING).value
-    unseen = _loops(arm, characteristic, reach * others, shear)
-    write_csv(folder / f"unseen_joint{number}.csv", unseen)
-    return _tested(number, characteristic, log, fit, shear, unseen)
+    wanted = {compensator: (recipe(compensator), characteristic)}
+    return identify_compensators(robot, number, wanted, folder, seed=seed, mechanisms=mechanisms)[compensator]
 
 
-def _loops(arm: Arm, characteristic: Characteristic, targets: Array, shear: float) -> Mapping[str, Array]:
-    """Run targets (K,) on the only joint of an arm; columns of the log as they are written."""
-    robot = arm.robot
-    log = excite(arm, targets[:, None], {arm.moving[0]: characteristic}, robot.identification.sample)
-    return _columns(arm, log, characteristic, shear)
+def identify_compensators(
+    robot: Robot,
+    number: int,
+    wanted: Mapping[str, tuple[Recipe, Characteristic]],
+    folder: Path,
+    *,
+    seed: int = 0,
+    mechanisms: MechanismFactory | None = None,
+) -> dict[str, JointIdentification]:
+    """Identify several compensators of a joint; those that need the same log share it.
+
+    Parameters
+    ----------
+    robot, number, folder, seed, mechanisms
+        As for `identify_joint`.
+    wanted
+        Name of a compensator -> its recipe, and the joint's A, B, C as it sees them.
+    """
+    logs: dict[str, JointLog] = {}
+    fitted: dict[tuple[object, ...], JointIdentification] = {}
+    found = {}
+    for name, (chosen, characteristic) in wanted.items():
+        used, suffix = robot.with_changes(chosen.changes), _suffix(name, chosen)
+        if suffix not in logs:
+            rig = _Rig(used, number, characteristic, seed, mechanisms)
+            logs[suffix] = _logged(rig, chosen.log, folder, suffix)
+        same = suffix, chosen.family, chosen.time_constants, chosen.schedules
+        if same not in fitted:
+            fitted[same] = _identified(used, number, chosen, characteristic, logs[suffix])
+        found[name] = fitted[same]
+    return found
 
 
-def _columns(arm: Arm, log: ArmLog, characteristic: Characteristic, shear: float) -> Mapping[str, Array]:
-    q = log.measured[:, 0]
+@dataclass(frozen=True)
+class _Rig:
+    """A joint alone, as it is put on the rig."""
+
+    robot: Robot
+    number: int
+    characteristic: Characteristic
+    seed: int
+    mechanisms: MechanismFactory | None
+
+    def arm(self, mean: float | None = None) -> Arm:
+        """At rest in equilibrium at a mean pressure, [Pa]; without one at the controller's."""
+        changes = {} if mean is None else {"controller.mean_pressure_bar": mean / BAR}
+        robot = self.robot.with_changes(changes)
+        return Arm(
+            robot,
+            moving=(self.number,),
+            controllers={self.number: controller_parameters(robot, self.number, self.characteristic)},
+            mechanisms=mechanisms_of(self.mechanisms, (self.number,)),
+            seed=self.seed,
+        )
+
+    def run(self, arm: Arm, angle: Array) -> Mapping[str, Array]:
+        """Home, and run a motion; columns of the log as they are written."""
+        told = {self.number: self.characteristic}
+        home(arm, told)
+        log = excite(arm, angle[:, None], told, arm.robot.identification.sample)
+        stiffness = self.characteristic.stiffness(self.robot.controller.mean_pressure)
+        return _columns(arm, log, self.characteristic, stiffness)
+
+
+def _suffix(name: str, chosen: Recipe) -> str:
+    """Of the log's file name: compensators with the same one are fitted to the same file."""
+    own = chosen.local or chosen.changes  # another backbone or another shear: other columns
+    return f"_{name}" if own else "" if chosen.log == "loops" else f"_{chosen.log}"
+
+
+def _logged(rig: _Rig, log: str, folder: Path, suffix: str) -> JointLog:
+    """Run the motions, each after a homing, and write every log."""
+    arm, several = rig.arm(), log == "pressures"
+    stem = f"joint{rig.number}{suffix}.csv"
+    seen = rig.run(arm, motion_of(rig.robot, rig.number, "rates" if several else log))
+    files = [write_csv(folder / f"identification_{stem}", seen)]
+    unseen = rig.run(arm, unseen_motion(rig.robot, rig.number))
+    write_csv(folder / f"unseen_{stem}", unseen)
+    for mean in rig.robot.identification.mean_pressures if several else ():
+        more = rig.run(rig.arm(mean), motion_of(rig.robot, rig.number, "loops"))
+        files.append(write_csv(folder / f"identification_{mean / BAR:g}bar_{stem}", more))
+    return JointLog(seen, unseen, tuple(files))
+
+
+def _columns(arm: Arm, log: ArmLog, characteristic: Characteristic, stiffness: float) -> Mapping[str, Array]:
+    q, shear = log.measured[:, 0], arm.robot.compensator.shear / BAR
     first, second = log.pressure[:, 0, 0] / BAR, log.pressure[:, 0, 1] / BAR
-    torque = known_torque(arm, q[:, None])[:, 0]
-    nominal = characteristic.difference(q, BAR * (first + second) / 2, torque) / BAR
-    difference = first - second
+    mean, difference = (first + second) / 2, first - second
+    known = known_torque(arm, q[:, None])[:, 0]
+    nominal = characteristic.difference(q, BAR * mean, known) / BAR
+    torque = characteristic.torque(q, BAR * mean, BAR * difference) - known
     return {
         TIME: log.time,
         "pressure_1_bar": first,
@@ -116,22 +199,54 @@ def _columns(arm: Arm, log: ArmLog, characteristic: Characteristic, shear: float
         "nominal_difference_bar": nominal,
         INPUT: difference - nominal + shear * q,
         OUTPUT: q,
+        MEAN: mean,
+        TORQUE: torque,
+        SHEARED: torque + stiffness * q,
     }
 
 
-def _tested(
-    number: int,
-    characteristic: Characteristic,
-    log: Mapping[str, Array],
-    fit: Fit,
-    shear: float,
-    unseen: Mapping[str, Array],
+def _identified(
+    robot: Robot, number: int, chosen: Recipe, characteristic: Characteristic, log: JointLog
 ) -> JointIdentification:
-    """Ask the inverse model for the hysteresis of loops that it has not seen."""
-    q = unseen[OUTPUT]
-    hysteresis = unseen["pressure_difference_bar"] - unseen["nominal_difference_bar"]
-    inverse = fit.model.inverse().simulate(q) - shear * q
-    ratio = float(np.sqrt(np.mean((hysteresis - inverse) ** 2) / np.mean(hysteresis**2)))
-    unexplained = float(np.std(hysteresis - inverse) / np.std(hysteresis))
-    tested = {TIME: unseen[TIME], OUTPUT: q, "hysteresis_bar": hysteresis, "inverse_bar": inverse}
-    return JointIdentification(number, characteristic, log, fit, shear, tested, ratio, unexplained)
+    """Fit what the recipe says to the written log, and ask it for the hysteresis of loops that it has not seen."""
+    fit = identify_torque(log.files, chosen) if chosen.direct else _played(robot, log.files[0])
+    shear, direct = robot.compensator.shear / BAR, None
+    if isinstance(fit, DirectFit):
+        stiffness = characteristic.stiffness(robot.controller.mean_pressure)
+        direct = unsheared(fit.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
+
+    def says(columns: Mapping[str, Array]) -> Array:
+        q = columns[OUTPUT]
+        if direct is not None:
+            run = direct.simulate(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
+            return np.asarray(run.u / (BAR * characteristic.slope(q)))
+        assert isinstance(fit, Fit)
+        return fit.model.inverse().simulate(q) - shear * q
+
+    unseen = log.unseen
+    measured, said = _hysteresis(unseen), says(unseen)
+    left = measured - said
+    tested = {TIME: unseen[TIME], OUTPUT: unseen[OUTPUT], "hysteresis_bar": measured, "inverse_bar": said}
+    return JointIdentification(
+        joint=number,
+        characteristic=characteristic,
+        log=log.seen,
+        fit=fit,
+        shear=shear,
+        unseen=tested,
+        inverse_rms_ratio=float(np.sqrt(np.mean(left**2) / np.mean(measured**2))),
+        unexplained=float(np.std(left) / np.std(measured)),
+        direct=direct,
+        modelled_bar=says(log.seen),
+    )
+
+
+def _played(robot: Robot, file: Path) -> Fit:
+    """The paper's model."""
+    settings = robot.compensator
+    recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
+    return identify(recording, family="pi", n=settings.operators, eps=settings.eps)
+
+
+def _hysteresis(columns: Mapping[str, Array]) -> Array:
+    return columns["pressure_difference_bar"] - columns["nominal_difference_bar"]

@@ -15,19 +15,36 @@ import numpy as np
 
 from dehyst.control import RampedCompensator
 from dehyst.errors import ParameterError
+from dehyst.experiments.backbones import backbones_of
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip, local_characteristic, recipe
-from dehyst.experiments.loops_run import identify_joint
+from dehyst.experiments.compensators import equip
+from dehyst.experiments.learning import learned_trial
+from dehyst.experiments.loops_run import identify_compensators
 from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.quasistatic import SPACING, excite, home
+from dehyst.experiments.recipes import Recipe, recipe
 from dehyst.experiments.results import COMPENSATED, Characteristic, JointIdentification
 from dehyst.experiments.scores import joint_figures
-from dehyst.experiments.trials import Equipment, run_trial
+from dehyst.experiments.trials import Equipment
+from dehyst.models import DirectInverse
 from dehyst.plant.arm import Arm
 from dehyst.plant.parameters import Robot, load_robot
 from dehyst.plant.rigid_body import ALL_JOINTS
 
-RUN_SETTINGS = ("load_Nm", "initial_state", "identified_on")
+_DEFAULTS: Mapping[str, object] = {
+    "load_Nm": 0.0,
+    "initial_state": "homed",
+    "identified_on": "here",
+    "run_mean_pressure_bar": 0.0,
+    "time_constants_factor": 1.0,
+    "passes": -1,
+}
+_NUMBERS = (  # key, what it is, least
+    ("load_Nm", "torque", -math.inf),
+    ("run_mean_pressure_bar", "pressure", 0.0),
+    ("time_constants_factor", "factor", 1e-3),
+    ("passes", "number of passes", -1),
+)
 # Tables and keys that say what is done with the robot, not what it is made of.
 _NOT_PLANT = ("controller", "compensator", "homing", "calibration", "identification", "path")
 # What neither a calibration nor an identification depends on: a sweep over it repeats neither.
@@ -62,7 +79,10 @@ def evaluate_point(
         ``load_Nm``: constant torque on the joint during the trials, unknown to the controller; ``initial_state``:
         "homed", "unknown" (no homing before the trials, and a random history; the compensator begins as if homed), or
         "ramped" (the same, and the compensator answers with the middle of what is possible); ``identified_on``: "here",
-        or "default" (calibrated and identified on the robot without `changes` of single keys of the plant).
+        or "default" (calibrated and identified on the robot without `changes` of single keys of the plant);
+        ``run_mean_pressure_bar``: of the trials, whatever it was in the identification, 0 for the same;
+        ``time_constants_factor``: those of the creep times this; ``passes``: repetitions from which an "ilc" learns, -1
+        for those of its recipe.
 
     Returns
     -------
@@ -80,18 +100,23 @@ def evaluate_point(
         raise ParameterError(f"experiment '{experiment}' does not exist; there are: joint, arm.")
     robot = load_robot(changes=changes)
     path = _path(load_robot(changes=_without(changes, ("hysteresis", "tolerance", "controller.pole_1_s"))))
+    run_on = _at_mean_pressure(robot, settings["run_mean_pressure_bar"])
+    known = changes if settings["identified_on"] == "here" else _without_plant(changes)
+    recipes = {name: _recipe(name, settings) for name in compensators}
+    moving = (joint,) if experiment == "joint" else ALL_JOINTS
+    prepared = _prepared(run_on, known, recipes, joint, experiment, seed)
     figures: dict[str, float] = {}
-    for name in compensators:
-        known = changes if settings["identified_on"] == "here" else _without_plant(changes)
-        equipment, found = _prepared(robot, known, name, joint, experiment, seed)
-        equipment = replace(
-            equipment, loads={joint: settings["load_Nm"]}, history=_HISTORIES[settings["initial_state"]]
-        )
+    for name, chosen in recipes.items():
+        equipment, found = prepared[name]
+        history = _HISTORIES[settings["initial_state"]]
+        if chosen.direct and history is _unknown_history:
+            history = _unseen_history
+        equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=history)
         if settings["initial_state"] == "ramped":
             equipment = ramped(equipment)
-        moving = (joint,) if experiment == "joint" else ALL_JOINTS
+        passes = 0 if name == "off" else chosen.passes
         for trial in trials:
-            run, _ = run_trial(robot, path, equipment, trial, name, moving)
+            run, _ = learned_trial(run_on, path, equipment, trial, name, moving, passes=passes)
             figures |= {f"{trial}/{name}/{key}": value for key, value in joint_figures(run, joint).items()}
         if name != "off":
             figures["nonzero_weights"] = float(found[joint].nonzero_weights)
@@ -99,29 +124,51 @@ def evaluate_point(
     return figures | _ratios(figures, trials, compensators)
 
 
-def _prepared(
-    robot: Robot, known: Mapping[str, object], name: str, joint: int, experiment: str, seed: int
-) -> tuple[Equipment, dict[int, JointIdentification]]:
-    """Calibrate and identify on the robot that is known, and equip the one that is run."""
+def _recipe(name: str, settings: Mapping[str, Any]) -> Recipe:
+    """The recipe of a name with what the run settings change of it."""
     chosen = recipe("paper" if name == "off" else name)
-    base = load_robot(changes={**_without(known, _LATER), **chosen.changes})
+    factor, passes = settings["time_constants_factor"], settings["passes"]
+    if factor != 1.0:
+        chosen = replace(chosen, time_constants=tuple(factor * tau for tau in chosen.time_constants))
+    return replace(chosen, passes=int(passes)) if chosen.passes and passes >= 0 else chosen
+
+
+def _at_mean_pressure(robot: Robot, mean_bar: float) -> Robot:
+    return robot.with_changes({"controller.mean_pressure_bar": mean_bar}) if mean_bar > 0 else robot
+
+
+def _prepared(
+    robot: Robot, known: Mapping[str, object], recipes: Mapping[str, Recipe], joint: int, experiment: str, seed: int
+) -> dict[str, tuple[Equipment, dict[int, JointIdentification]]]:
+    """Calibrate and identify on the robot that is known, and equip the one that is run, for every compensator."""
+    base = load_robot(changes=_without(known, _LATER))
     moving = (joint,) if experiment == "joint" else robot.pneumatic
     compensated = (joint,) if experiment == "joint" else COMPENSATED
-    backbones = {n: _backbone(base, n, seed, chosen.local) for n in moving}
-    found = {n: _identified(base, n, seed, chosen.local) for n in compensated}
-    return equip(robot.with_changes(chosen.changes), backbones, found, seed), found
+    calibrated = {n: _calibrated(base, n, seed) for n in moving}
+    wanted = tuple(recipes.items())
+    identified = {n: _identified(base, n, seed, wanted) for n in compensated}
+    prepared = {}
+    for name, chosen in wanted:
+        found = {n: identified[n][name] for n in compensated}
+        backbones = backbones_of(base, calibrated, chosen)
+        used = robot.with_changes(chosen.changes)
+        prepared[name] = equip(used, backbones, found, seed, adaptive=chosen.adaptive), found
+    return prepared
 
 
 @lru_cache(maxsize=64)
-def _backbone(robot: Robot, number: int, seed: int, local: bool) -> Characteristic:
-    found = calibrate(robot, number, seed=seed)
-    return local_characteristic(robot, found) if local else found
+def _calibrated(robot: Robot, number: int, seed: int) -> Characteristic:
+    return calibrate(robot, number, seed=seed)
 
 
 @lru_cache(maxsize=64)
-def _identified(robot: Robot, number: int, seed: int, local: bool) -> JointIdentification:
+def _identified(
+    robot: Robot, number: int, seed: int, wanted: tuple[tuple[str, Recipe], ...]
+) -> dict[str, JointIdentification]:
+    calibrated = {number: _calibrated(robot, number, seed)}
+    told = {name: (chosen, backbones_of(robot, calibrated, chosen)[number]) for name, chosen in wanted}
     with tempfile.TemporaryDirectory() as folder:
-        return identify_joint(robot, number, _backbone(robot, number, seed, local), Path(folder), seed=seed)
+        return identify_compensators(robot, number, told, Path(folder), seed=seed)
 
 
 @lru_cache(maxsize=16)
@@ -159,18 +206,24 @@ def _ratios(figures: Mapping[str, float], trials: Sequence[str], compensators: S
 
 
 def _run_settings(given: Mapping[str, object]) -> dict[str, Any]:
-    settings: dict[str, Any] = {"load_Nm": 0.0, "initial_state": "homed", "identified_on": "here", **given}
-    unknown = sorted(set(settings) - set(RUN_SETTINGS))
+    settings: dict[str, Any] = {**_DEFAULTS, **given}
+    unknown = sorted(set(settings) - set(_DEFAULTS))
     words = {"initial_state": tuple(_HISTORIES), "identified_on": ("here", "default")}
     if unknown:
-        raise ParameterError(f"no run setting '{unknown[0]}'; there are: {', '.join(RUN_SETTINGS)}.")
+        raise ParameterError(f"no run setting '{unknown[0]}'; there are: {', '.join(_DEFAULTS)}.")
     for key, allowed in words.items():
         if settings[key] not in allowed:
             raise ParameterError(f"{key} = '{settings[key]}' is not one of {', '.join(allowed)}.")
-    load = settings["load_Nm"]
-    if isinstance(load, bool) or not isinstance(load, int | float) or not math.isfinite(load):
-        raise ParameterError(f"load_Nm = {load!r} is no torque. Pass a finite number of Nm.")
+    for key, what, least in _NUMBERS:
+        value = settings[key]
+        number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
+        if not number or not value >= least:
+            raise ParameterError(f"{key} = {value!r} is no {what}. Pass a finite number{_from(least)}.")
     return settings
+
+
+def _from(least: float) -> str:
+    return f" from {least:g}" if math.isfinite(least) else ""
 
 
 def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
@@ -183,15 +236,24 @@ def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) ->
     excite(arm, shape[:, None] * share, characteristics, every_s=1.0)
 
 
+def _unseen_history(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
+    """The same, and a controller that is switched on only then: a direct inverse would have followed the strokes."""
+    _unknown_history(arm, characteristics)
+    arm.restart()
+
+
 _HISTORIES = {"homed": home, "unknown": _unknown_history, "ramped": _unknown_history}
 USUAL = 0.5  # share of the identified range within which a joint usually moved before
 
 
 def ramped(equipment: Equipment) -> Equipment:
-    """Return the same equipment with compensators that know that their memory is not known."""
+    """Return the same equipment with compensators that know that their memory is not known; direct inverses do."""
     own = {}
+    direct = {n: one for n, one in equipment.compensators.items() if isinstance(one, DirectInverse)}
     for number, inverse in equipment.compensators.items():
+        if isinstance(inverse, DirectInverse):
+            continue
         p, card = equipment.controllers[number], inverse.card.input
         past = None if card.low is None or card.high is None else (USUAL * card.low, USUAL * card.high)
         own[number] = RampedCompensator(inverse, p.shear, p.compensator_unit, past)
-    return replace(equipment, compensators={}, own=own)
+    return replace(equipment, compensators=direct, own=own)

@@ -19,11 +19,14 @@ from dehyst import __version__
 from dehyst.control import Compensator
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
+from dehyst.experiments.backbones import backbones_of
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import NAMES, Recipe, equip, local_characteristic, pruned_model, recipe
+from dehyst.experiments.compensators import equip
+from dehyst.experiments.learning import learned_trial
 from dehyst.experiments.logs import log_folder, write_trial, write_units
-from dehyst.experiments.loops_run import identify_joint
+from dehyst.experiments.loops_run import identify_compensators
 from dehyst.experiments.path import ArmPath, plan_path
+from dehyst.experiments.recipes import NAMES, Recipe, recipe
 from dehyst.experiments.results import (
     COMPENSATED,
     TRIALS,
@@ -35,14 +38,16 @@ from dehyst.experiments.results import (
 )
 from dehyst.experiments.scores import plant_figures
 from dehyst.experiments.studies import Case as StudyCase
-from dehyst.experiments.studies import study_jobs, study_tables
-from dehyst.experiments.trials import Equipment, run_trial, trial_motion
+from dehyst.experiments.studies import Table, study_jobs, study_tables
+from dehyst.experiments.trials import Equipment, trial_motion
 from dehyst.plant.mechanisms import MechanismFactory
 from dehyst.plant.parameters import Robot
 from dehyst.plant.provenance import changes_from_packaged, sources
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
+
+OFF = "off"
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -76,8 +81,9 @@ class Request:
         Hysteresis mechanisms of the simulated muscles, of `PLANTS` or of `foreign`.
     joints
         Joints that are identified, compensated and listed, of 1, 2 and 4.
-    compensator
-        Its name, of `dehyst.experiments.compensators.NAMES`; any name with `own`.
+    compensators
+        Names, of `dehyst.experiments.recipes.NAMES`: all are run beside "off", and the report is about the last one.
+        Any one name with `own`.
     seeds
         Each repeats everything with other noise and other muscles of the same make.
     trials
@@ -100,7 +106,7 @@ class Request:
 
     plants: tuple[str, ...] = PLANTS
     joints: tuple[int, ...] = COMPENSATED
-    compensator: str = "paper"
+    compensators: tuple[str, ...] = ("paper",)
     seeds: tuple[int, ...] = (0, 1, 2)
     trials: tuple[str, ...] = TRIALS
     studies: bool = True
@@ -151,32 +157,29 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     """
     _check(robot, request)
     show = progress or _Silent()
-    chosen = recipe("paper" if request.own else request.compensator)
     show.stage("inverse kinematics", 1)
     path = plan_path(robot)
     show.step()
     cases = {
-        Case(plant, seed): robot.with_changes({**chosen.changes, "hysteresis.mechanism": _built_in(plant)})
+        Case(plant, seed): robot.with_changes({"hysteresis.mechanism": _built_in(plant)})
         for plant, seed in itertools.product(request.plants, request.seeds)
     }
     with ThreadPoolExecutor(request.workers or os.cpu_count() or 1) as pool:
         crew = _Crew(pool, show)
-        backbones = _calibrations(crew, cases, chosen, request)
+        backbones = _backbones(_calibrations(crew, cases, request), cases, request)
         found = _identifications(crew, cases, backbones, request, folder)
-        equipment = {case: _equipment(request, case, r, backbones[case], found[case]) for case, r in cases.items()}
-        for case, kit in equipment.items():
-            models = {number: pruned_model(one) for number, one in found[case].items()}
-            write_units(kit, models, log_folder(folder, case.plant, case.seed))
-        runs = _trials(crew, cases, equipment, found, path, request, folder)
-        studied = _studied(request, found)
-        jobs = study_jobs(StudyCase(cases[studied], path, equipment[studied], request.joints[0])) if studied else {}
-        studies = study_tables(crew.do("studies", jobs)) if jobs else {}
+        kits = _equipment(cases, backbones, found, request)
+        for (case, name), kit in kits.items():
+            write_units(kit, found[case, name], log_folder(folder, case.plant, case.seed), name)
+        runs = _trials(crew, cases, kits, found, path, request, folder)
+        studies = _studies(crew, cases, kits, found, path, request)
     motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
     return Reproduction(
         plants={plant: _plant_result(plant, request, found, runs, motions) for plant in request.plants},
-        compensator=request.compensator,
-        settings=_settings(robot, request, chosen.changes),
+        compensator=request.compensators[-1],
+        settings=_settings(robot, request),
         studies=studies,
+        compensators=request.compensators,
     )
 
 
@@ -186,6 +189,11 @@ class Case:
 
     plant: str
     seed: int
+
+
+Backbones = Mapping[tuple[Case, str], Mapping[int, Characteristic]]
+Identified = Mapping[tuple[Case, str], Mapping[int, JointIdentification]]
+Kits = Mapping[tuple[Case, str], Equipment]
 
 
 @dataclass(frozen=True)
@@ -215,50 +223,42 @@ def _built_in(plant: str) -> str:
     return plant if plant in PLANTS else "none"
 
 
-def _studied(request: Request, found: Mapping[Case, Mapping[int, JointIdentification]]) -> Case | None:
-    """The first plant with hysteresis that is built in; the studies change its size."""
-    if not request.studies or request.own:
-        return None
-    fit = (case for case, joints in found.items() if joints[request.joints[0]].accepted and case.plant in PLANTS)
-    return next(fit, None)
+def _recipe(request: Request, name: str) -> Recipe:
+    """One's own compensator is made from what is identified for the paper's."""
+    return recipe("paper" if request.own else name)
 
 
-def _equipment(
-    request: Request,
-    case: Case,
-    robot: Robot,
-    backbones: Mapping[int, Characteristic],
-    found: Mapping[int, JointIdentification],
-) -> Equipment:
-    return equip(robot, backbones, {} if request.own else found, case.seed, request.foreign.get(case.plant))
-
-
-def _calibrations(
-    crew: _Crew, cases: Mapping[Case, Robot], chosen: Recipe, request: Request
-) -> dict[Case, dict[int, Characteristic]]:
+def _calibrations(crew: _Crew, cases: Mapping[Case, Robot], request: Request) -> dict[Case, dict[int, Characteristic]]:
     jobs = {
         (case, n): partial(calibrate, robot, n, seed=case.seed, mechanisms=request.foreign.get(case.plant))
         for case, robot in cases.items()
         for n in robot.pneumatic
     }
     found = crew.do("calibration sweeps", jobs)
-    bend = local_characteristic if chosen.local else (lambda _, characteristic: characteristic)
-    return {case: {n: bend(robot, found[case, n]) for n in robot.pneumatic} for case, robot in cases.items()}
+    return {case: {n: found[case, n] for n in robot.pneumatic} for case, robot in cases.items()}
+
+
+def _backbones(
+    calibrated: Mapping[Case, Mapping[int, Characteristic]], cases: Mapping[Case, Robot], request: Request
+) -> Backbones:
+    return {
+        (case, name): backbones_of(robot, calibrated[case], _recipe(request, name))
+        for case, robot in cases.items()
+        for name in request.compensators
+    }
 
 
 def _identifications(
-    crew: _Crew,
-    cases: Mapping[Case, Robot],
-    backbones: Mapping[Case, Mapping[int, Characteristic]],
-    request: Request,
-    folder: Path,
-) -> dict[Case, dict[int, JointIdentification]]:
+    crew: _Crew, cases: Mapping[Case, Robot], backbones: Backbones, request: Request, folder: Path
+) -> Identified:
+    """A job a joint: its compensators share logs."""
+    recipes = {name: _recipe(request, name) for name in request.compensators}
     jobs = {
         (case, n): partial(
-            identify_joint,
+            identify_compensators,
             robot,
             n,
-            backbones[case][n],
+            {name: (one, backbones[case, name][n]) for name, one in recipes.items()},
             log_folder(folder, case.plant, case.seed),
             seed=case.seed,
             mechanisms=request.foreign.get(case.plant),
@@ -267,29 +267,51 @@ def _identifications(
         for n in request.joints
     }
     found = crew.do("identification", jobs)
-    return {case: {n: found[case, n] for n in request.joints} for case in cases}
+    return {
+        (case, name): {n: found[case, n][name] for n in request.joints}
+        for case in cases
+        for name in request.compensators
+    }
+
+
+def _equipment(cases: Mapping[Case, Robot], backbones: Backbones, found: Identified, request: Request) -> Kits:
+    return {
+        (case, name): equip(
+            robot.with_changes(_recipe(request, name).changes),
+            backbones[case, name],
+            {} if request.own else found[case, name],
+            case.seed,
+            request.foreign.get(case.plant),
+            adaptive=_recipe(request, name).adaptive,
+        )
+        for case, robot in cases.items()
+        for name in request.compensators
+    }
 
 
 def _trials(
     crew: _Crew,
     cases: Mapping[Case, Robot],
-    equipment: Mapping[Case, Equipment],
-    identified: Mapping[Case, Mapping[int, JointIdentification]],
+    kits: Kits,
+    identified: Identified,
     path: ArmPath,
     request: Request,
     folder: Path,
 ) -> dict[Case, list[tuple[TrialRun, float]]]:
     mcap = find_spec("rosbags") is not None
+    without = _without(request)
 
     def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float]:
-        with_own = equipment[case]
+        kit = kits[case, without if name == OFF else name]
         if request.own is not None:  # one a run: it has a memory
-            with_own = replace(with_own, own={n: request.own(one) for n, one in identified[case].items()})
-        found, speed = run_trial(robot, path, with_own, trial, name)
+            own = {n: request.own(one) for n, one in identified[case, request.compensators[0]].items()}
+            kit = replace(kit, own=own)
+        passes = 0 if name == OFF else _recipe(request, name).passes
+        found, speed = learned_trial(robot, path, kit, trial, name, passes=passes)
         write_trial(found, log_folder(folder, case.plant, case.seed), mcap)  # while another thread simulates
         return found, speed
 
-    names = ("off", request.compensator)
+    names = (OFF, *request.compensators)
     jobs = {
         (case, trial, name): partial(run, case, robot, trial, name)
         for case, robot in cases.items()
@@ -300,10 +322,29 @@ def _trials(
     return {case: [found[case, t, name] for t in request.trials for name in names] for case in cases}
 
 
+def _without(request: Request) -> str:
+    """The compensator whose controllers run without it: one on the calibrated characteristic, if there is one."""
+    plain = (name for name in request.compensators if not _recipe(request, name).local)
+    return next(plain, request.compensators[0])
+
+
+def _studies(
+    crew: _Crew, cases: Mapping[Case, Robot], kits: Kits, found: Identified, path: ArmPath, request: Request
+) -> dict[str, Table]:
+    """Of the last compensator on the first plant with hysteresis that is built in; the studies change its size."""
+    name, joint = request.compensators[-1], request.joints[0]
+    fit = (case for case in cases if found[case, name][joint].accepted and case.plant in PLANTS)
+    studied = next(fit, None)
+    if not request.studies or request.own or studied is None:
+        return {}
+    robot = cases[studied].with_changes(_recipe(request, name).changes)
+    return study_tables(crew.do("studies", study_jobs(StudyCase(robot, path, kits[studied, name], joint))))
+
+
 def _plant_result(
     plant: str,
     request: Request,
-    found: Mapping[Case, Mapping[int, JointIdentification]],
+    found: Identified,
     runs: Mapping[Case, list[tuple[TrialRun, float]]],
     motions: Mapping[str, Timed],
 ) -> PlantResult:
@@ -311,18 +352,26 @@ def _plant_result(
     first = cases[request.seeds[0]]
     return PlantResult(
         plant=plant,
-        identifications=found[first],
+        identifications=found[first, request.compensators[-1]],
         runs=tuple(run for run, _ in runs[first]),
         figures={
-            seed: plant_figures(found[case], [run for run, _ in runs[case]], motions, request.joints)
+            seed: plant_figures(
+                {name: found[case, name] for name in request.compensators},
+                [run for run, _ in runs[case]],
+                motions,
+                request.joints,
+            )
             for seed, case in cases.items()
         },
         real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
+        identified={name: found[first, name] for name in request.compensators},
     )
 
 
-def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> dict[str, Any]:
-    used = robot.with_changes(changes)
+def _settings(robot: Robot, request: Request) -> dict[str, Any]:
+    """What was set; a change that a recipe makes is told where it is the only compensator."""
+    alone = len(request.compensators) == 1
+    used = robot.with_changes(_recipe(request, request.compensators[0]).changes if alone else {})
     return {
         "parameters": used.values,
         "sources": sources(),
@@ -331,7 +380,8 @@ def _settings(robot: Robot, request: Request, changes: Mapping[str, object]) -> 
         "fingerprint": used.fingerprint,
         "plants": list(request.plants),
         "joints": list(request.joints),
-        "compensator": request.compensator,
+        "compensator": request.compensators[-1],
+        "compensators": list(request.compensators),
         "seeds": list(request.seeds),
         "trials": list(request.trials),
     }
@@ -364,10 +414,23 @@ def _check(robot: Robot, request: Request) -> None:
             f"Type plants=('{unused[0]}',), or plants=(*PLANTS, '{unused[0]}').",
             unused=unused,
         )
-    if request.own is not None and request.compensator in ("off", *NAMES):
-        raise ParameterError(
-            f"a compensator of one's own cannot be called '{request.compensator}': figures and logs would not tell it "
-            f"from the one of that name. Type compensator='mine'."
-        )
+    _check_names(request)
     if not request.seeds or any(not isinstance(seed, int) or not 0 <= seed < 2**32 for seed in request.seeds):
         raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0 to 2**32 - 1; pass at least one.")
+
+
+def _check_names(request: Request) -> None:
+    names = request.compensators
+    if isinstance(names, str) or not names or len(set(names)) < len(names):
+        raise ParameterError(
+            f"compensators {names!r} are not names, each once; pass a tuple such as compensators=('paper', 'best')."
+        )
+    if request.own is None:
+        for name in names:
+            recipe(name)
+        return
+    if len(names) > 1 or names[0] in (OFF, *NAMES):
+        raise ParameterError(
+            f"a compensator of one's own cannot be called '{', '.join(names)}': figures and logs would not tell it "
+            f"from those of that name. Type compensators=('mine',)."
+        )

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification import Fit
+from dehyst.identification import DirectFit, Fit
+from dehyst.models import DirectInverse, HysteresisModel, PrandtlIshlinskii
 
 Array = npt.NDArray[np.float64]
 
@@ -48,14 +49,34 @@ class Characteristic:
 
     def difference(self, angle: Array, mean: float | Array, torque: float | Array = 0.0) -> Array:
         """dp = (Q - A p_m - C)/B that holds torque Q [Nm] at `angle` and mean pressure [Pa]. [Pa]"""
-        q = np.clip(angle, self.low, self.high)
-        a, b, c = (np.polynomial.polynomial.polyval(q, k) for k in (self.a, self.b, self.c))
+        a, b, c = self._at(angle)
         return np.asarray((torque - a * mean - c) / b)
+
+    def torque(self, angle: Array, mean: float | Array, difference: float | Array) -> Array:
+        """Q = A p_m + B dp + C at `angle`, mean pressure and pressure difference [Pa]. [Nm]"""
+        a, b, c = self._at(angle)
+        return np.asarray(a * mean + b * difference + c)
+
+    def slope(self, angle: Array) -> Array:
+        """B, the torque of a pressure difference at `angle`. [Nm/Pa]"""
+        return self._at(angle)[1]
+
+    def stiffness(self, mean: float) -> float:
+        """k = -dQ/dq at the middle of the range with both pressures equal to `mean` [Pa], at least 1. [Nm/rad]"""
+        q = 0.5 * (self.low + self.high) + 0.05 * (self.high - self.low) * np.array([-1.0, 1.0])
+        low, high = self.torque(q, mean, 0.0)
+        return max(float((low - high) / (q[1] - q[0])), 1.0)
+
+    def _at(self, angle: Array) -> tuple[Array, Array, Array]:
+        """A, B, C, held beyond the calibrated range."""
+        q = np.clip(angle, self.low, self.high)
+        a, b, c = (np.asarray(np.polynomial.polynomial.polyval(q, k), np.float64) for k in (self.a, self.b, self.c))
+        return a, b, c
 
 
 @dataclass(frozen=True, eq=False)
 class JointIdentification:
-    """Hysteresis model of one joint, from a log of decaying loops, and its test on other loops.
+    """A compensator of one joint, from a log of its motions, and its test on loops that the log does not have.
 
     Attributes
     ----------
@@ -66,28 +87,38 @@ class JointIdentification:
     log
         Signals of the identification run by column name, as written to its CSV: ``time_s``, ``pressure_1_bar``,
         ``pressure_2_bar``, ``pressure_difference_bar`` (dp), ``nominal_difference_bar`` (dp_nom), ``sheared_bar``
-        (x = dp - dp_nom + k q, the input of the fit), ``angle_rad`` (q, its output).
+        (x = dp - dp_nom + k q), ``angle_rad`` (q), ``mean_pressure_bar`` (p_m), ``torque_Nm`` (A p_m + B dp + C - Q,
+        what the muscles gave beyond the known load Q: the hysteresis as a torque), ``sheared_torque_Nm`` (the same and
+        k q with the joint's stiffness k, so that it rises with the angle).
     fit
-        What `dehyst.identify` returns for that log.
+        What `dehyst.identify` or `dehyst.identify_direct` returns for the written log: the paper's model, input
+        ``sheared_bar``, output ``angle_rad``; or a direct inverse, input ``sheared_torque_Nm``.
     shear
         k. [bar/rad]
     unseen
         Loops not used in the fit: ``time_s``, ``angle_rad``, ``hysteresis_bar`` (dp - dp_nom) and ``inverse_bar``
-        (H^-1[q] - k q, what the inverse model says it is).
+        (what the compensator says it is).
     inverse_rms_ratio
         rms(hysteresis - inverse)/rms(hysteresis) over the unseen loops.
     unexplained
         The same without the means: std(hysteresis - inverse)/std(hysteresis).
+    direct
+        The direct inverse, output ``angle_rad``, input ``torque_Nm``: the fitted one less k q; None for the paper's
+        model.
+    modelled_bar
+        What the compensator says the hysteresis is along the log, (T,); None if it was not fitted to all of it.
     """
 
     joint: int
     characteristic: Characteristic
     log: Mapping[str, Array]
-    fit: Fit
+    fit: Fit | DirectFit
     shear: float
     unseen: Mapping[str, Array]
     inverse_rms_ratio: float
     unexplained: float
+    direct: DirectInverse | None = None
+    modelled_bar: Array | None = None
 
     @property
     def accepted(self) -> bool:
@@ -102,6 +133,18 @@ class JointIdentification:
     def nonzero_weights(self) -> int:
         """Number of operators with weight."""
         return self.fit.certificate.nonzero_weights
+
+    @property
+    def model(self) -> HysteresisModel | DirectInverse:
+        """What was identified, without operators of zero weight: the same output, in a tenth of the time."""
+        model = self.fit.model if self.direct is None else self.direct
+        return model.pruned() if isinstance(model, DirectInverse | PrandtlIshlinskii) else model
+
+    @property
+    def compensator(self) -> HysteresisModel | DirectInverse:
+        """What runs in the controller: the inverse of the model, or the direct inverse itself."""
+        model = self.model
+        return model if isinstance(model, DirectInverse) else model.inverse()
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,14 +222,17 @@ class PlantResult:
     plant
         Name of the hysteresis mechanism.
     identifications
-        Joint number -> identification, of the first seed.
+        Joint number -> identification of the compensator that the report is about, of the first seed.
     runs
         All trial runs of the first seed.
     figures
         Seed -> the nested dict that ``--json`` shows for a plant: ``{"joints": {J: {"identification": {...},
-        "trials": {TRIAL: {COMPENSATOR: {"rms_deg", "max_deg"}}}}}, "tool": {TRIAL: {COMPENSATOR: {"AT_mm", ...}}}}``.
+        "identifications": {COMPENSATOR: {...}}, "trials": {TRIAL: {COMPENSATOR: {"rms_deg", "max_deg"}}}}},
+        "tool": {TRIAL: {COMPENSATOR: {"AT_mm", ...}}}}``.
     real_time_factor
         Simulated time over wall time of a trial on one core.
+    identified
+        Compensator -> joint number -> identification, of the first seed.
     """
 
     plant: str
@@ -194,6 +240,7 @@ class PlantResult:
     runs: tuple[TrialRun, ...]
     figures: Mapping[int, Mapping[str, Any]]
     real_time_factor: float
+    identified: Mapping[str, Mapping[int, JointIdentification]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,12 +252,14 @@ class Reproduction:
     plants
         Plant name -> result.
     compensator
-        Name of the compensator that was switched on.
+        Name of the compensator that the report is about: the last of `compensators`.
     settings
         Everything that was set: the parameter file's values with their changes, seeds, joints.
     studies
         Name -> small table of a study for its own section of the report ("rest", "smaller hysteresis", "double
         compensation", "high gains"): columns by name, (N,) each; a column of words is a sequence of str.
+    compensators
+        Names of all that were run beside "off".
 
     Examples
     --------
@@ -225,3 +274,8 @@ class Reproduction:
     compensator: str
     settings: Mapping[str, Any]
     studies: Mapping[str, Mapping[str, Array | Sequence[str]]] = field(default_factory=dict)
+    compensators: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.compensators:
+            object.__setattr__(self, "compensators", (self.compensator,))

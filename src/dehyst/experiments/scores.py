@@ -18,7 +18,7 @@ def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
 
 
 def plant_figures(
-    identifications: Mapping[int, JointIdentification],
+    identifications: Mapping[str, Mapping[int, JointIdentification]],
     runs: Iterable[TrialRun],
     motions: Mapping[str, Timed],
     joints: Iterable[int],
@@ -28,7 +28,7 @@ def plant_figures(
     Parameters
     ----------
     identifications
-        Joint number -> identification.
+        Compensator -> joint number -> identification; the last one is the one that is explained.
     runs
         Trials, off and on.
     motions
@@ -38,17 +38,8 @@ def plant_figures(
     """
     listed: dict[str, Any] = {}
     for number in joints:
-        found = identifications[number]
-        listed[str(number)] = {
-            "identification": {
-                "nonzero_weights": found.nonzero_weights,
-                "inverse_rms_ratio_unseen": found.inverse_rms_ratio,
-                "unexplained_unseen": found.unexplained,
-                "accepted": found.accepted,
-                "calibration_residual_Nm": found.characteristic.residual,
-            },
-            "trials": {},
-        }
+        told = {name: _identification(found[number]) for name, found in identifications.items()}
+        listed[str(number)] = {"identification": [*told.values()][-1], "identifications": told, "trials": {}}
     tool: dict[str, Any] = {}
     for run in runs:
         for number in joints:
@@ -57,3 +48,13 @@ def plant_figures(
             motions[run.trial], run.time, run.tool, run.cycle, run.figure
         )
     return {"joints": listed, "tool": tool}
+
+
+def _identification(found: JointIdentification) -> dict[str, Any]:
+    return {
+        "nonzero_weights": found.nonzero_weights,
+        "inverse_rms_ratio_unseen": found.inverse_rms_ratio,
+        "unexplained_unseen": found.unexplained,
+        "accepted": found.accepted,
+        "calibration_residual_Nm": found.characteristic.residual,
+    }

@@ -16,6 +16,7 @@ from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
+from dehyst.models import DirectInverse
 from dehyst.plant.arm import Arm, Reference
 from dehyst.plant.parameters import Robot
 
@@ -70,6 +71,7 @@ def rest(case: Case) -> Table:
             moving=(case.number,),
             controllers=case.equipment.controllers,
             compensators=case.equipment.compensators,
+            adaptations=case.equipment.adaptations,
             seed=case.equipment.seed,
         )
         home(arm, case.equipment.characteristics)
@@ -112,8 +114,26 @@ def compensated_twice(case: Case) -> tuple[float, float]:
     model = case.equipment.compensators.get(n)
     if model is None:
         return ratio(case, case.robot, case.equipment)
+    if isinstance(model, DirectInverse):
+        twice = {**case.equipment.compensators, n: _twice(model)}
+        return ratio(case, case.robot, replace(case.equipment, compensators=twice))
     again = InverseCompensator(model, shear=controller.shear, unit=controller.compensator_unit)
     return ratio(case, case.robot, replace(case.equipment, own={n: again}))
+
+
+def _twice(model: DirectInverse) -> DirectInverse:
+    """Twice the torque."""
+    card = model.card
+    low, high = (None if end is None else 2 * end for end in (card.input.low, card.input.high))
+    return replace(
+        model,
+        stop_weights=2 * model.stop_weights,
+        path_weights=2 * model.path_weights,
+        creep_weights=2 * model.creep_weights,
+        polynomial=2 * model.polynomial,
+        viscous=2 * model.viscous,
+        card=replace(card, input=replace(card.input, low=low, high=high)),
+    )
 
 
 def high_gains(case: Case, pole: float) -> tuple[float, float]:

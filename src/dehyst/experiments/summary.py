@@ -33,6 +33,7 @@ def as_json(result: Reproduction) -> dict[str, Any]:
         "plants": plants,
         "real_time_factor": min(plant.real_time_factor for plant in result.plants.values()),
         "compensator": result.compensator,
+        "compensators": list(result.compensators),
         "settings": _plain(result.settings),
         "studies": _plain(result.studies),
     }

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import SWITCHES, Compensator, JointControllerParameters, along
+from dehyst.control import SWITCHES, Adaptation, Compensator, JointControllerParameters, along
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home, refuse_failed
 from dehyst.experiments.results import COMPENSATED, TRIALS, Characteristic, TrialRun
-from dehyst.models import HysteresisModel
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.plant.arm import Arm, ArmLog, Reference
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
 
-POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
+POSITION, INTEGRATOR, COMPENSATOR, ADAPT = (
+    SWITCHES[name] for name in ("position", "integrator", "compensator", "adapt")
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -45,7 +47,7 @@ class Equipment:
     characteristics
         Joint number -> calibrated backbone, for the homing.
     compensators
-        Joint number -> inverse model q_d -> x that runs in the controller.
+        Joint number -> what runs in the controller: an inverse model q_d -> x, or a direct inverse q_d -> torque.
     own
         Joint number -> a compensator of one's own, evaluated along the desired path before the run.
     mechanisms
@@ -56,6 +58,11 @@ class Equipment:
         What the arm went through before: `home`, or something that leaves it with an unknown memory.
     seed
         Of noise and tolerances.
+    adaptations
+        Joint number -> how the direct inverse of that joint learns while it runs.
+    learned
+        Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
+        the compensator is on. [Nm]
 
     Examples
     --------
@@ -71,12 +78,14 @@ class Equipment:
 
     controllers: Mapping[int, JointControllerParameters]
     characteristics: Mapping[int, Characteristic]
-    compensators: Mapping[int, HysteresisModel] = field(default_factory=dict)
+    compensators: Mapping[int, HysteresisModel | DirectInverse] = field(default_factory=dict)
     own: Mapping[int, Compensator] = field(default_factory=dict)
     mechanisms: MechanismFactory | None = None
     loads: Mapping[int, float] = field(default_factory=dict)
     history: Callable[[Arm, Mapping[int, Characteristic]], object] = home
     seed: int = 0
+    adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
+    learned: Mapping[int, Array] = field(default_factory=dict)
 
 
 def run_trial(
@@ -133,23 +142,36 @@ def run_trial(
     >>> run.error.shape[1], bool(np.abs(run.error[:, 0]).max() < np.radians(5.0))
     (7, True)
     """
+    arm = trial_arm(robot, equipment, trial, moving)
+    return follow_path(arm, path, equipment, trial, compensator)
+
+
+def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int, ...] = ALL_JOINTS) -> Arm:
+    """Return the arm of a trial, equipped, at rest at zero; parameters and errors are those of `run_trial`."""
     _check(robot, equipment, trial)
-    arm = Arm(
+    return Arm(
         robot,
         moving=moving,
         controllers=equipment.controllers,
         compensators=equipment.compensators,
+        adaptations=equipment.adaptations,
         mechanisms=mechanisms_of(equipment.mechanisms, [n for n in moving if n in robot.pneumatic]),
         seed=equipment.seed,
     )
+
+
+def follow_path(arm: Arm, path: ArmPath, equipment: Equipment, trial: str, compensator: str) -> tuple[TrialRun, float]:
+    """Run a trial on an arm from where it is; again on the same arm it is another pass, with other noise."""
+    robot, moving = arm.robot, arm.moving
     motion = trial_motion(robot, path, trial)
     cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
-    switches = _switches(moving, trial, compensator)
+    switches = _switches(moving, trial, compensator, equipment.adaptations)
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
     own = {n: one for n, one in equipment.own.items() if n in moving and compensator != "off"}
-    approach, along_path = _with_own(arm, (_approach(arm, path, hung), _path(arm, path, motion, cycles, hung)), own)
+    parts = _approach(arm, path, hung), _path(arm, path, motion, cycles, hung)
+    approach, along_path = _with_extra(arm, parts, motion, equipment, own)
     mean = robot.controller.mean_pressure
     refuse_failed(arm, arm.run(approach.reference(mean, switches), every_s=1.0))
     log = arm.run(along_path.reference(mean, switches), every_s=LOG_S[trial in SLOW])
@@ -158,8 +180,7 @@ def run_trial(
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + along_path.duration
-    run = _trial_run(arm, motion, log, trial, compensator)
-    return run, simulated / spent
+    return _trial_run(arm, motion, log, trial, compensator), simulated / spent
 
 
 def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
@@ -181,13 +202,16 @@ def trial_motion(robot: Robot, path: ArmPath, trial: str) -> Timed:
     return path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
 
 
-def _switches(moving: tuple[int, ...], trial: str, compensator: str) -> npt.NDArray[np.uint32]:
+def _switches(
+    moving: tuple[int, ...], trial: str, compensator: str, adaptive: Collection[int] = ()
+) -> npt.NDArray[np.uint32]:
     """What is on in each joint. The wrist keeps its integrator: the trial without it is about the large joints."""
     switches = np.full(len(moving), POSITION | INTEGRATOR, np.uint32)
     if trial == "slow_no_integrator":
         switches[[number in COMPENSATED for number in moving]] = POSITION
     if compensator != "off":
         switches |= np.uint32(COMPENSATOR)
+        switches[[number in adaptive for number in moving]] |= np.uint32(ADAPT)
     return switches
 
 
@@ -256,17 +280,28 @@ def _path(arm: Arm, path: ArmPath, motion: Timed, cycles: int, hung: Array) -> _
     )
 
 
-def _with_own(arm: Arm, parts: tuple[_Part, _Part], own: Mapping[int, Compensator]) -> tuple[_Part, _Part]:
-    """Add the terms of one's own compensators: each hears the whole desired motion, from where the homing ended."""
-    if not own:
+def _with_extra(
+    arm: Arm, parts: tuple[_Part, _Part], motion: Timed, equipment: Equipment, own: Mapping[int, Compensator]
+) -> tuple[_Part, _Part]:
+    """Add what compensators of one's own say, which hear the whole desired motion, and what was learned on the path."""
+    learned = {n: torque for n, torque in equipment.learned.items() if n in arm.moving}
+    if not own and not learned:
         return parts
     first, second = parts
-    extra = np.zeros((first.load.shape[0] + second.load.shape[0], len(arm.moving)))
+    cut = first.load.shape[0]
+    extra = np.zeros((cut + second.load.shape[0], len(arm.moving)))
     angle, velocity = (np.concatenate([first.motion[k], second.motion[k]]) for k in range(2))
     for number, compensator in own.items():
         index = arm.moving.index(number)
         extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
-    cut = first.load.shape[0]
+    for number, torque in learned.items():
+        index = arm.moving.index(number)
+        time = second.spacing * np.arange(second.load.shape[0])
+        phase = np.mod(time, motion.duration)
+        rise = np.linspace(0.0, 1.0, cut)  # there at the start of the path, and nothing before the arm moves
+        told = np.interp(phase, np.linspace(0.0, motion.duration, torque.size), torque)
+        slope = equipment.characteristics[number].slope(angle[:, index])
+        extra[:, index] += np.concatenate([rise * torque[0], told]) / slope
     return replace(first, extra=extra[:cut]), replace(second, extra=extra[cut:])
 
 

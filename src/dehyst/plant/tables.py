@@ -243,7 +243,8 @@ class Identification:
     """Loops of the angle for the hysteresis model.
 
     ``tips`` are shares of ``range_share`` of the joint's range, at which the strokes turn; the loops come twice, the
-    second time ``second_share`` as large.
+    second time ``second_share`` as large. For models that know time there are more: loops through ``rate_tips``, once
+    for every pair of ``strokes`` and ``rests``; for those that know the mean pressure, the loops at ``mean_pressures``.
     """
 
     range_share: Annotated[float, Key("", 0.01, 1.0)]
@@ -252,6 +253,10 @@ class Identification:
     loop: Annotated[float, Key("s", 0.01, 1e4)]
     hold: Annotated[float, Key("s", 0.0, 1e4)]
     sample: Annotated[float, Key("s", 1e-4, 10.0)]
+    rate_tips: Annotated[Numbers, Key("", -1.0, 1.0)]
+    strokes: Annotated[Numbers, Key("s", 0.01, 1e4)]
+    rests: Annotated[Numbers, Key("s", 0.0, 1e4)]
+    mean_pressures: Annotated[Numbers, Key("bar", 0.0, 20.0)]
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,9 @@ RUN_SETTINGS: Mapping[str, tuple[Any, tuple[str, ...] | None]] = {
     "load_Nm": (0.0, None),  # constant torque on the joint; known to the plant, unknown to the controller
     "initial_state": ("homed", ("homed", "unknown", "ramped")),  # of the hysteresis, when a trial begins
     "identified_on": ("here", ("here", "default")),  # the robot that is run, or the one without changes of its plant
+    "run_mean_pressure_bar": (0.0, None),  # of the trials, whatever it was in the identification; 0: the same
+    "time_constants_factor": (1.0, None),  # of the creep that a compensator is offered
+    "passes": (-1, None),  # from which iterative learning learns; -1: as many as its recipe says
 }
 LARGEST_LOAD = 1000.0
 MOST_CHECKED = 1000  # sets of parameters that are tried on the robot beforehand, about a second

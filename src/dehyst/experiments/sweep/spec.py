@@ -29,9 +29,9 @@ A sweep file is TOML::
     random."controller.pole_1_s" = {low = 4.0, high = 16.0, log = true}
     random."valve.mpye.leak" = {choice = [0.01, 0.02, 0.04]}
 
-Keys under ``set``, ``grid`` and ``random`` are those of the robot's file with their table, and ``load_Nm`` and
-``initial_state``. Several lists of a grid are crossed; a grid and random draws are crossed too, with the same draws at
-every point of the grid.
+Keys under ``set``, ``grid`` and ``random`` are those of the robot's file with their table, and those of a run:
+``load_Nm``, ``initial_state``, ... Several lists of a grid are crossed; a grid and random draws are crossed too, with
+the same draws at every point of the grid.
 """
 
 from __future__ import annotations

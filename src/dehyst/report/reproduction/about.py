@@ -12,7 +12,7 @@ from dehyst.report.tables import Table
 from dehyst.report.text import clean, number, plain, short
 
 # Settings with a place of their own on the page; all others are listed as they are.
-OWN = ("parameters", "sources", "changes", "versions", "command", "compensator")
+OWN = ("parameters", "sources", "changes", "versions", "command", "compensator", "compensators")
 NAMES = {"fingerprint": "fingerprint of the parameters"}
 MAXIMUM_LOGS = 400
 Logs = Mapping[str, "str | Sequence[str]"]
@@ -126,7 +126,7 @@ def _table_of(result: Reproduction, name: str) -> Mapping[Any, Any]:
 
 def _run(result: Reproduction) -> Table:
     rest = {key: value for key, value in result.settings.items() if key not in OWN}
-    rows = [("compensator", result.compensator)]
+    rows = [("compensator", ", ".join(result.compensators))]
     rows += [(NAMES.get(key, key.replace("_", " ")), plain(value)) for key, value in flat(rest).items()]
     rows += [(f"times real time, {short(n, 40)}", number(p.real_time_factor)) for n, p in result.plants.items()]
     note = "Times real time: simulated time over wall time of a trial, median of all, beside whatever else ran."

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.experiments.results import JointIdentification, PlantResult
+from dehyst.identification import Fit
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.figures.play import play_figure
 from dehyst.report.reproduction.lines import Draw, Line, draw_loop, over_angle, over_time
@@ -78,7 +79,7 @@ def _around(joint: JointIdentification) -> Draw:
 
 def play_plate(joint: JointIdentification) -> Plate | None:
     """Return figure 4, or None for a model without memory."""
-    figure = play_figure(joint.fit)
+    figure = play_figure(joint.fit) if isinstance(joint.fit, Fit) else None
     if figure is None:
         return None
     over_input, *others = (from_panel(panel) for panel in figure.panels)
@@ -100,14 +101,14 @@ def inverse_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
     log, unseen = joint.log, joint.unseen
     q, new_q = log["angle_rad"], unseen["angle_rad"]
     measured = log["sheared_bar"] - joint.shear * q
-    modelled = joint.fit.inverse_predictions[0] - joint.shear * q if _whole(joint) else None
+    modelled = _modelled(joint)
     weights = identification_figure(plant, joint.joint, "nonzero_weights")
     ratio = identification_figure(plant, joint.joint, "inverse_rms_ratio_unseen")
     return Plate(
         "inverse",
         "The inverse model against the data",
-        "What the inverse model says the hysteresis is, H⁻¹[q] − k q, against Δp − Δp_nom as measured. Above: the log "
-        f"it was identified from, {counted(weights)} operators with weight. Below: loops that it has not "
+        f"What the inverse model says the hysteresis is, {_formula(joint)}, against Δp − Δp_nom as measured. Above: "
+        f"the log it was identified from, {counted(weights)} operators with weight. Below: loops that it has not "
         f"seen; there the error is {ratio} of the hysteresis (rms).{_verdict(plant, joint)}{_strokes(joint)}",
         (
             Picture(
@@ -124,6 +125,10 @@ def inverse_plate(plant: PlantResult, joint: JointIdentification) -> Plate:
             _series("Unseen loops, over time", unseen["time_s"], unseen["hysteresis_bar"], unseen["inverse_bar"]),
         ),
     )
+
+
+def _formula(joint: JointIdentification) -> str:
+    return "H⁻¹[q] − k q" if joint.direct is None else "its torque over B(q)"
 
 
 def _verdict(plant: PlantResult, joint: JointIdentification) -> str:
@@ -149,9 +154,14 @@ def _strokes(joint: JointIdentification) -> str:
     )
 
 
-def _whole(joint: JointIdentification) -> bool:
-    """Whether the fit's first recording is the log sample by sample."""
-    return joint.fit.inverse_predictions[0].shape == joint.log["angle_rad"].shape
+def _modelled(joint: JointIdentification) -> Array | None:
+    """What the compensator says along the log; None if its fit does not hold the log sample by sample."""
+    q = joint.log["angle_rad"]
+    if joint.modelled_bar is not None:
+        return joint.modelled_bar
+    if not isinstance(joint.fit, Fit) or joint.fit.inverse_predictions[0].shape != q.shape:
+        return None
+    return joint.fit.inverse_predictions[0] - joint.shear * q
 
 
 def _pair(measured: Array, modelled: Array | None) -> tuple[Line, ...]:

@@ -20,6 +20,7 @@ from dehyst.report.page import make_folder
 from dehyst.report.reproduction.about import Logs, about_tables, command, honesty
 from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import scene
+from dehyst.report.reproduction.compared import compared_plate, compared_table, errors_plate
 from dehyst.report.reproduction.hysteresis import hysteresis_plate, inverse_plate, play_plate
 from dehyst.report.reproduction.hysteresis import others_plate as other_loops
 from dehyst.report.reproduction.limits import limit_words
@@ -102,9 +103,10 @@ def write_reproduction_report(
     """
     parts = tuple(_part(result, plant) for plant in result.plants.values())
     overview = overview_plate(result)
-    page = write_atomically(path, _render(result, overview, parts, logs))
+    compared = _compared(result)
+    page = write_atomically(path, _render(result, overview, compared, parts, logs))
     if figures is not None:
-        _write_figures(result, overview, parts, make_folder(figures))
+        _write_figures(result, (overview, compared), parts, make_folder(figures))
     return page
 
 
@@ -118,6 +120,7 @@ def _part(result: Reproduction, plant: PlantResult) -> PlantPart:
         *((hysteresis_plate(plant, joint), play_plate(joint), inverse_plate(plant, joint)) if joint else ()),
         other_loops(plant, behind),
         joint_plate(plant, first, trials, result.compensator),
+        errors_plate(plant, first, result),
         other_trials(plant, [j for j in joints if j != first], trials, result.compensator),
         tool_plate(plant, tool_trial, result.compensator),
     ]
@@ -132,10 +135,17 @@ def _part(result: Reproduction, plant: PlantResult) -> PlantPart:
     )
 
 
-def _write_figures(result: Reproduction, overview: Plate | None, parts: Iterable[PlantPart], folder: Path) -> None:
-    """Names: overview, PLANT-figure-3-hysteresis, rest, ..."""
-    if overview is not None:
-        write_plate(overview, folder, "overview")
+def _compared(result: Reproduction) -> Plate | None:
+    about = headline_of(result)
+    return compared_plate(result, about[0]) if about else None
+
+
+def _write_figures(
+    result: Reproduction, whole: Iterable[Plate | None], parts: Iterable[PlantPart], folder: Path
+) -> None:
+    """Names: overview, compared, PLANT-figure-3-hysteresis, rest, ..."""
+    for plate in filter(None, whole):
+        write_plate(plate, folder, plate.key)
     for part in parts:
         stem = re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-") or "plant"
         for plate in part.plates:
@@ -154,7 +164,13 @@ def _drawn(plate: Plate | None, prefix: str = "") -> tuple[Plate, str, list[tupl
     return plate, IN_THE_PAPER.get(plate.key, ""), pictures
 
 
-def _render(result: Reproduction, overview: Plate | None, parts: tuple[PlantPart, ...], logs: Logs | None) -> str:
+def _render(
+    result: Reproduction,
+    overview: Plate | None,
+    compared: Plate | None,
+    parts: tuple[PlantPart, ...],
+    logs: Logs | None,
+) -> str:
     room = files("dehyst.report") / "templates"
     environment = jinja2.Environment(
         loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
@@ -177,6 +193,8 @@ def _render(result: Reproduction, overview: Plate | None, parts: tuple[PlantPart
         scene=moving,
         views=[] if moving is None else [(title, Markup(svg)) for title, svg in moving.views],
         overview=_drawn(overview),
+        compared=_drawn(compared),
+        compared_table=compared_table(result),
         plants=[(part, f"p{k}-", [_drawn(plate, f"p{k}-") for plate in part.plates]) for k, part in enumerate(parts)],
         rest=rest,
         rest_drawn=None if rest is None else _drawn(rest.plate),
@@ -198,6 +216,12 @@ def _relation(result: Reproduction) -> str:
     seeds = max((len(plant.figures) for plant in result.plants.values()), default=0)
     joints = ", ".join(map(str, joints_of(result)))
     return (
-        f"compensator “{short(result.compensator, 40)}” · {count(len(result.plants), 'plant')} · "
+        f"compensator “{short(result.compensator, 40)}”{_beside(result)} · {count(len(result.plants), 'plant')} · "
         f"{count(seeds, 'seed')} · joints {joints}"
     )
+
+
+def _beside(result: Reproduction) -> str:
+    """The other compensators that were run."""
+    others = [short(name, 20) for name in result.compensators if name != result.compensator]
+    return f", beside {', '.join(others)}" if others else ""

@@ -1,0 +1,60 @@
+"""The direct inverse of a joint, in torque, identified from its written logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from dehyst.experiments.recipes import Recipe
+from dehyst.identification import DirectFit, identify_direct
+from dehyst.io import read_log
+from dehyst.models import DirectInverse
+
+SHEARED, ANGLE, TIME, MEAN = "sheared_torque_Nm", "angle_rad", "time_s", "mean_pressure_bar"
+
+
+def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:
+    """Fit a direct inverse to logs of a joint: angle -> torque of the muscles, sheared so that it rises with the angle.
+
+    ``dehyst identify LOG --family direct-inverse --input sheared_torque_Nm --output angle_rad`` has the same code path.
+    """
+    records = [read_log(file, input=SHEARED, output=ANGLE, time=TIME) for file in files]
+    by_mean = "mean_pressure" in chosen.schedules
+    given = [read_log(file, input=MEAN, output=ANGLE, time=TIME).input for file in files] if by_mean else None
+    return identify_direct(
+        records,
+        creep=0,
+        creep_times=chosen.time_constants or None,
+        mean_pressure=given,
+        units={"mean_pressure": "bar"},
+        initial_state="rest",
+        train_fraction=1.0,
+    )
+
+
+def unsheared(model: DirectInverse, stiffness: float, low: float, high: float) -> DirectInverse:
+    """Return tau(q) = u(q) - k q: the torque of a model that was fitted to u = tau + k q.
+
+    Parameters
+    ----------
+    model
+        q [rad] -> u [Nm].
+    stiffness
+        k. [Nm/rad]
+    low, high
+        Range of tau in the log. [Nm]
+
+    Examples
+    --------
+    >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 60.0])
+    >>> unsheared(model, 60.0, -1.0, 1.0).polynomial.tolist()
+    [[0.0, 0.0]]
+    """
+    curve = np.array(model.polynomial)
+    curve[:2, 0] -= stiffness * model.center  # the factors of two sets of a schedule add up to 1
+    curve[:2, 1] -= stiffness
+    signal = replace(model.card.input, name="torque_Nm", unit="Nm", low=low, high=high)
+    return replace(model, polynomial=curve, card=replace(model.card, input=signal))

@@ -1,0 +1,101 @@
+"""The compensators that the experiment knows by name: what is logged for each, and what is identified from the log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from dehyst.errors import ParameterError
+
+PLAY, DIRECT = "pi", "direct-inverse"
+LOG_GRID = (0.1, 0.6, 3.5, 20.0, 120.0, 700.0)  # [s], a factor of 6 apart
+FEW = (4.0, 25.0, 150.0)  # [s]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How a compensator is identified and used.
+
+    Attributes
+    ----------
+    summary
+        One line for ``--help`` and the report.
+    family
+        "pi": the paper's model, inverted; "direct-inverse": the inverse itself, in torque.
+    changes
+        Settings that differ from the robot's file.
+    local
+        The backbone is the polynomial through the loop at the mean pressure, not the calibrated A, B, C.
+    log
+        Which motions are logged: "loops", the decaying ones; "rates", these and strokes of several speeds with rests;
+        "pressures", these, and the loops at other mean pressures.
+    time_constants
+        Of the creep of a direct inverse. [s]
+    schedules
+        What its weights depend on from outside: "mean_pressure". On the angle they depend if the log says so.
+    adaptive
+        Whether the scales of its groups are learned while it runs.
+    passes
+        Repetitions of the path from which a torque along the path is learned.
+    """
+
+    summary: str
+    family: str = PLAY
+    changes: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    local: bool = False
+    log: str = "loops"
+    time_constants: tuple[float, ...] = ()
+    schedules: tuple[str, ...] = ()
+    adaptive: bool = False
+    passes: int = 0
+
+    @property
+    def direct(self) -> bool:
+        """Whether a direct inverse is identified."""
+        return self.family == DIRECT
+
+
+def _direct(summary: str, log: str = "rates", **more: Any) -> Recipe:
+    return Recipe(summary, DIRECT, log=log, **more)
+
+
+RECIPES: Mapping[str, Recipe] = MappingProxyType(
+    {
+        "paper": Recipe("the paper's, on the calibrated characteristic A, B, C"),
+        "literal": Recipe("the paper read literally, on a polynomial through the loop at 3 bar", local=True),
+        "scaled": Recipe("the paper's with k = 10 bar/rad instead of 1", changes={"compensator.shear_bar_rad": 10.0}),
+        "direct": _direct("the inverse itself, in torque: stops, path lags, viscosity, no creep", log="loops"),
+        "creep": _direct("direct with creep, from a log of several speeds with rests", time_constants=LOG_GRID),
+        "scheduled": _direct(
+            "creep, weights over the mean pressure, from logs at several ones",
+            log="pressures",
+            time_constants=LOG_GRID,
+            schedules=("mean_pressure",),
+        ),
+        "adaptive": _direct("creep, learning its scales while it runs", time_constants=LOG_GRID, adaptive=True),
+        "ilc": _direct(
+            "creep, and a torque learned along the path from repeated passes", time_constants=LOG_GRID, passes=4
+        ),
+        "best": _direct("creep, learning its scales while it runs", time_constants=LOG_GRID, adaptive=True),
+    }
+)
+NAMES = tuple(RECIPES)
+
+
+def recipe(name: str) -> Recipe:
+    """Return the recipe of a compensator.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of that name.
+    """
+    if name not in RECIPES:
+        raise ParameterError(
+            f"no compensator '{name}'. There are: {', '.join(NAMES)}; one of your own goes through Python: "
+            f"run_trial(..., Equipment(own={{1: my_compensator}})).",
+            name=name,
+        )
+    return RECIPES[name]
