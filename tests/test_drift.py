@@ -443,6 +443,37 @@ def test_gaps_cost_cycles_and_nothing_else(new):
     assert found.logs[0].cycles < dehyst.drift(model, later, reference=log).logs[0].cycles
 
 
+def test_a_rest_of_a_year_within_a_log_costs_no_memory(new):
+    model, log = new
+    later = cycling_log(4, 24, PURE, minor=True)
+    time = np.where(np.arange(len(later)) < 900, later.time, later.time + 3e7)
+    found = dehyst.drift(model, dataclasses.replace(later, time=time), reference=log)
+    assert found.status == "unchanged"
+
+
+def signals():
+    k = np.arange(400.0)
+    wave = np.sin(k / 6.0)
+    yield "rising", k / 400.0 * 4.0 - 2.0, k
+    yield "two values", np.where(wave > 0, 2.0, -2.0), np.where(wave > 0, 14.0, -14.0)
+    yield "huge", 2.0 * wave, 1e90 * wave
+    yield "constant output", 2.0 * wave, np.full(400, 3.0)
+    yield "falling", 2.0 * wave, -14.0 * wave
+    yield "four samples", 2.0 * wave[:4], wave[:4]
+    yield "without a flaw", 2.0 * wave, 14.0 * wave
+
+
+@pytest.mark.parametrize(("name", "x", "y"), list(signals()), ids=lambda v: v if isinstance(v, str) else "")
+@pytest.mark.filterwarnings("error")
+def test_strange_logs_get_a_verdict_and_no_warning_of_numpy(new, name, x, y):
+    log = dehyst.Recording(input=x, output=y, time=0.1 * np.arange(x.size), input_unit="bar", output_unit="deg")
+    for model in (new[0], direct(card=new[0].card)):
+        found = dehyst.drift(model, log, refit=True)
+        assert found.status in ("drifted", "not comparable", "unchanged")
+        assert found.verdict and found.acceptance.reason
+        dehyst.drift(model, [log, new[1]])
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(4, 40), st.floats(0.0, 0.03), st.floats(0.0, 0.05), st.integers(0, 2**32 - 1), st.floats(1e-3, 1e3))
 def test_cycles_are_counted_whatever_noise_unevenness_and_scale(count, noise, uneven, seed, scale):

@@ -100,7 +100,7 @@ def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
 
 
 def _decide(old_model: Model, new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
-    tested = contrast(pairs[:, 0] - pairs[:, 1])
+    tested = contrast((pairs[:, 0] - pairs[:, 1]) / max(float(np.max(pairs)), 1e-300))  # of any size
     old, new = (100.0 * float(np.sqrt(np.mean(pairs[:, k]))) / scale.span for k in (0, 1))
     p_value = tested.p_value(0.0, sided=1)
     better = p_value < LEVEL and new < (1.0 - WORTH) * old

@@ -32,6 +32,8 @@ LACKED = (BEND, S_BEND, CREEP)
 PARTS = (*FITTED, *LACKED)
 # Time constants of creep, in cycles.
 LAGS = (1 / 3, 1.0, 3.0)
+# Cycles after which every lag has settled, and even samples for each one that was logged, at most.
+SETTLED, FINEST = 30.0, 20
 # A part whose variance is raised more than this by the others cannot be told from them: one that the model has, and one
 # that it lacks. Tried in this order.
 INFLATION = 100.0
@@ -88,16 +90,18 @@ def _lagging(record: Recording, xi: Array, period: float) -> Array:
     total = np.zeros(xi.size)
     for piece in record.pieces:
         t, values = record.time[piece], xi[piece]
-        steps = np.diff(t)
+        steps = np.minimum(np.diff(t), SETTLED * period)  # a night's rest is as long as it takes to settle
         if steps.size == 0:
             continue
-        even = np.arange(t[0], t[-1] + 0.5 * np.median(steps), np.median(steps))
-        signal = np.interp(even, t, values)
+        clock = np.concatenate([np.zeros(1), np.cumsum(steps)])
+        step = max(float(np.median(steps)), float(clock[-1]) / (FINEST * t.size))
+        even = np.arange(0.0, clock[-1] + 0.5 * step, step)
+        signal = np.interp(even, clock, values)
         mean = float(np.mean(signal))
         for lag in LAGS:
-            gain = 1.0 - np.exp(-float(np.median(steps)) / (lag * period))
+            gain = 1.0 - np.exp(-step / (lag * period))
             late = lfilter([gain], [1.0, gain - 1.0], signal - mean) + mean
-            total[piece] += (values - np.interp(t, even, late)) / len(LAGS)
+            total[piece] += (values - np.interp(clock, even, late)) / len(LAGS)
     return total
 
 
