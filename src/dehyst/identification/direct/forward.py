@@ -156,8 +156,13 @@ def _first(model: DirectInverse, u: float, past: tuple[float, ...], start: str, 
     coarse = int(np.argmin(np.abs(needed - u)))
     near = tried[max(0, 40 * coarse - 40) : 40 * coarse + 41]
     needed = np.array([_needed(model, y, past, start, factors) for y in near])
-    k = int(np.argmin(np.abs(needed - u)))
-    return float(near[k])
+    left = needed - u
+    k = int(np.argmin(np.abs(left)))
+    beside = [j for j in (k - 1, k + 1) if 0 <= j < near.size and left[j] * left[k] < 0.0]
+    if not beside:
+        return float(near[k])
+    j = beside[0]  # the crossing lies between
+    return float(near[k] - left[k] * (near[j] - near[k]) / (left[j] - left[k]))
 
 
 def _needed(model: DirectInverse, y: float, past: tuple[float, ...], start: str, factors: Array | None) -> float:

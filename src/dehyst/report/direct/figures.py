@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.direct import DirectFit
+from dehyst.loops import turning_points
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
 from dehyst.report.figures.panel import (
@@ -32,6 +33,8 @@ Mask = npt.NDArray[np.bool_]
 MAXIMUM_BARS = 10
 # Logs of which each gets a panel.
 MAXIMUM_PANELS = 4
+# Over time more loops than this are a solid band; then only the last ones are drawn.
+LOOPS_OVER_TIME, LOOPS_SHOWN = 14, 6
 
 
 def direct_figures(fit: DirectFit) -> tuple[Figure, ...]:
@@ -72,7 +75,33 @@ def _loop(fit: DirectFit) -> Figure:
     )
     if np.any([mask.any() for mask in fit.test_masks]):
         caption += " It was identified from the blue part alone; the orange part was held out."
+    if len(fit.recordings) == 1:
+        begin = _last_loops(first)
+        title = "The same over time" + ("" if begin == 0 else f", last {LOOPS_SHOWN} loops")
+        panels.append(
+            Panel(title, partial(_draw_time, fit, begin), says(f"{first.input_label} over time, with model."))
+        )
     return Figure("loop", "The loop, from output to input", caption, tuple(panels))
+
+
+def _last_loops(rec: Recording) -> int:
+    """First sample to draw over time: many loops would be a solid band."""
+    points = turning_points(rec.output)
+    return 0 if points.size <= 2 * LOOPS_OVER_TIME else int(points[-2 * LOOPS_SHOWN - 2])
+
+
+def _draw_time(fit: DirectFit, begin: int, axes: Axes) -> None:
+    rec = fit.recordings[0]
+    t, label = time_of(rec)
+    inside = np.arange(len(rec)) >= begin
+    window = Window.around((t[inside], rec.input[inside]), (t[inside], fit.predictions[0][inside]))
+    label_axes(axes, window, label, rec.input_label)
+    for mask, name, token in _parts(fit, 0):
+        if (mask & inside).any():
+            draw_series(axes, path_of(rec, t), path_of(rec, rec.input, mask & inside), token, label=name, width=2.4)
+    asked = path_of(rec, fit.predictions[0], inside)
+    draw_series(axes, path_of(rec, t), asked, MODEL, label="model", width=0.8, order=3)
+    add_legend(axes)
 
 
 def _draw_loop(fit: DirectFit, i: int, axes: Axes) -> None:

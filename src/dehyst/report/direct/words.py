@@ -77,6 +77,8 @@ def direct_tiles(fit: DirectFit) -> tuple[tuple[str, str, str, str], ...]:
         ("Without memory", number(static.rmse_percent), "%", "input RMSE of the best curve"),
         ("Read forward", number(forward.rmse_percent), "%", f"{with_unit(forward.rmse, first.output_unit)}, {part}"),
         ("Terms", str(fit.certificate.nonzero_weights), "", f"of {fit.certificate.terms}"),
+        ("Train RMSE", number(fit.train.rmse_percent), "%", f"{with_unit(fit.train.rmse, first.input_unit)}, fitted"),
+        ("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
     ]
     if fit.rivals:
         tiles.insert(1, ("Best forward family", number(fit.rivals[0].inverse_percent), "%", fit.rivals[0].family))
