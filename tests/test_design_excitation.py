@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
 from dehyst.evaluation import UNSEEN_TIPS, Limits, design_excitation, separability
-from dehyst.evaluation.design import HOMED, HOMED_RADII, HOMING_LEFT
+from dehyst.evaluation.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
 from dehyst.evaluation.separability import OCTAVES, columns, lags
 
 PLAN = design_excitation(-30.0, 50.0, rate=40.0, time_limit=500.0, unit="deg")

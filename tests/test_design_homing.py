@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Limits, admissible, shortest_homing
-from dehyst.evaluation.homing import NODES
+from dehyst.evaluation.homing_search import NODES
 
 
 def stop(path, radius, before):

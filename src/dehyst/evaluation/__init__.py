@@ -2,10 +2,11 @@
 
 from dehyst.evaluation.cornering import CorneringFigures, cornering_deviation
 from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
-from dehyst.evaluation.design import ExcitationPlan, Section, design_excitation
+from dehyst.evaluation.design import design_excitation
 from dehyst.evaluation.excitation import UNSEEN_TIPS, Excitation, decaying_cycles, loops, triangle_sweep
-from dehyst.evaluation.homing import Homing, admissible, shortest_homing
+from dehyst.evaluation.homing import Homing, shortest_homing
 from dehyst.evaluation.homing_model import home_model
+from dehyst.evaluation.homing_search import admissible
 from dehyst.evaluation.metrics import (
     ErrorSummary,
     VelocityFigures,
@@ -17,6 +18,7 @@ from dehyst.evaluation.metrics import (
     tracking_error,
 )
 from dehyst.evaluation.paths import TRANSFER, Figure, TestPath
+from dehyst.evaluation.plan import ExcitationPlan, Section
 from dehyst.evaluation.sections import Sections, sections
 from dehyst.evaluation.separability import Separability, separability
 from dehyst.evaluation.slowing import slow_down_to

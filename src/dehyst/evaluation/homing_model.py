@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.evaluation.homing import Homing, admissible, shortest_homing
+from dehyst.evaluation.homing import Homing, shortest_homing
+from dehyst.evaluation.homing_search import admissible
 from dehyst.evaluation.strokes import Limits
 from dehyst.models import DirectInverse
 
