@@ -15,8 +15,11 @@ _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by 
 # Reals of dehyst_block, dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
 # on a 32-bit target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
 BLOCK_PARAMETERS, BLOCK_REST = 11, {4: 48, 8: 64}
-JOINT_PARAMETERS, JOINT_REST = 56, {4: 60, 8: 80}
-JOINT_REALS, JOINT_COUNTS = 43, 32
+JOINT_PARAMETERS, JOINT_REST = 67, {4: 64, 8: 80}
+MODEL_REST = {4: 40, 8: 48}
+IMAGE_OF_DIRECT = 87  # DEHYST_JOINT_WORDS of core/dehyst.h
+JOINT_REALS, JOINT_COUNTS = 130, {4: 48, 8: 56}
+DIRECT_PARAMETERS, DIRECT_REST = 11, {4: 60, 8: 64}
 
 
 @dataclass(frozen=True)
@@ -64,19 +67,25 @@ class Budget:
 def budget(subject: Subject) -> Budget:
     """Return what the unit costs."""
     size = 4 if subject.real == "float" else 8
-    n = subject.operators
-    numbers = subject.block.model if subject.block else subject.joint.compensator if subject.joint else None
-    points = sum(numbers.points) if numbers else 0
     words = size // 4
     if subject.block is not None:
+        n, points = subject.operators, sum(subject.block.model.points)
         constants = size * (4 * n + 2 * points + BLOCK_PARAMETERS) + BLOCK_REST[size]
         state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
         image = 4 * (6 + words * (n + 3))
-    else:
-        constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size]
-        state = size * (n + JOINT_REALS) + JOINT_COUNTS
-        image = 4 * (14 + words * (n + 40))
-    return Budget(constants, state, image, _instructions(subject))
+        return Budget(constants, state, image, _instructions(subject))
+    assert subject.joint is not None  # one of both
+    direct, model = subject.joint.direct, subject.joint.compensator
+    n, points = (model.operators, sum(model.points)) if model else (0, 0)
+    constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size] + (MODEL_REST[size] if model else 0)
+    reals, image_reals = n + JOINT_REALS, n + 40
+    if direct is not None:
+        tables = len(direct.radius) + len(direct.length) + len(direct.gain) + len(direct.weight)
+        constants += size * (tables + DIRECT_PARAMETERS) + 4 * len(direct.group) + DIRECT_REST[size]
+        reals += 2 * max(1, direct.memory)
+        image_reals += IMAGE_OF_DIRECT + 2 * direct.memory
+    image = 4 * (16 + words * image_reals)
+    return Budget(constants, size * reals + JOINT_COUNTS[size], image, _instructions(subject))
 
 
 @cache
@@ -86,7 +95,7 @@ def _measured() -> dict[str, Any]:
 
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
-    kind = "block" if subject.block else "joint"
+    kind = "block" if subject.block else "direct" if subject.direct else "joint"
     numbers = subject.block.model if subject.block else subject.joint.compensator if subject.joint else None
     maps = sum(points > 0 for points in numbers.points) if numbers else 0
     found = {}

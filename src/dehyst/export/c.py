@@ -97,12 +97,14 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "budget": budget(subject),
         "subject": subject,
     }
-    if subject.joint is not None and subject.joint.compensator is not None:
-        numbers = subject.joint.compensator
+    if subject.joint is not None:
+        numbers, direct = subject.joint.compensator, subject.joint.direct
         return {
             **common,
             "m": numbers,
-            "n": numbers.operators,
+            "n": numbers.operators if numbers else 0,
+            "d": direct,
+            "adaptation": subject.joint.adaptation,
             "j": subject.joint.values,
             "fingerprint": subject.joint.fingerprint,
             "indent": " " * len(f"void {subject.name}_step("),
@@ -110,7 +112,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
             "words": JOINT_WORDS[subject.real],
         }
     assert block is not None  # one of both
-    return {**common, "b": block, "m": block.model, "n": block.model.operators, "samples": round(1 / block.fade)}
+    return {**common, "b": block, "m": block.model, "n": block.model.operators, "d": None, "samples": round(1 / block.fade)}
 
 
 def scales(subject: Subject) -> list[float]:
@@ -121,7 +123,7 @@ def scales(subject: Subject) -> list[float]:
     tolerances = [VALVE_TOLERANCE] * 2 + [JOINT_TOLERANCE] * (subject.test.outputs.shape[1] - 2)
     sizes = [max(abs(float(x)) for x in column) or 1.0 for column in subject.test.outputs.T]
     torque, pressure = slip(subject)
-    extra = [0.0, 0.0, pressure, pressure, pressure, torque, torque, 0.0, 0.0, 0.0, 0.0]
+    extra = [0.0, 0.0, pressure, pressure, pressure, torque, torque, *[0.0] * 6]
     return [tolerance * size + SLIPS * more for tolerance, size, more in zip(tolerances, sizes, extra, strict=True)]
 
 

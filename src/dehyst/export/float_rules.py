@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.export.numbers import FLOAT_LIMIT, BlockNumbers, ModelNumbers
+from dehyst.export.numbers import FLOAT_LIMIT, BlockNumbers, DirectNumbers, ModelNumbers
 
 SMALLEST = float(np.finfo(np.float32).tiny)  # below it floats lose their digits, and some machines take them as 0
 FADE = float(np.float32(1e-6))  # the share of a switching that still adds up in float
@@ -77,6 +77,35 @@ def check_model(exact: ModelNumbers, single: ModelNumbers) -> None:
                 f"({doubles[k]:.9g}) and number {k + 2} ({doubles[k + 1]:.9g}) become the same number in "
                 f"single precision. Identify with fewer operators (--n 50), or export with --real double.",
                 first=k,
+            )
+
+
+def check_direct(exact: DirectNumbers, single: DirectNumbers) -> None:
+    """Refuse a direct inverse of which float cannot hold the numbers or tell neighbours apart.
+
+    Raises
+    ------
+    ParameterError
+        If that is so.
+    """
+    for what in ("radius", "length", "gain", "weight", "low", "high"):
+        for before, after in zip(getattr(exact, what), getattr(single, what), strict=True):
+            _check_number(what, before, after)
+    for what, numbers in (("radii", (0.0, *single.radius)), ("path lengths", (0.0, *single.length))):
+        if not np.all(np.diff(numbers) > 0):
+            raise ParameterError(
+                f"this model cannot be exported with --real float: two of its {what} become the same number in single "
+                f"precision. {_CURE}"
+            )
+    pairs = [("schedule", *pair) for pair in zip(single.low, single.high, strict=True)]
+    pairs += [("output", single.input_low, single.input_high), ("input", single.output_low, single.output_high)]
+    for what, low, high in pairs:
+        if not low < high:
+            raise ParameterError(
+                f"this model cannot be exported with --real float: the range of its {what} is {low:.9g} to {high:.9g} "
+                f"in single precision, and nothing is left of it. {_CURE}",
+                low=low,
+                high=high,
             )
 
 

@@ -9,16 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst import _native
+from dehyst.control.adaptation import OFF, Adaptation
 from dehyst.control.compensator import refuse_second_shear
+from dehyst.control.direct import GIVEN, direct_parameters, in_si
 from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
-from dehyst.export.float_rules import check_model, check_values
+from dehyst.export.float_rules import check_direct, check_model, check_values
 from dehyst.export.joint_units import in_radians
-from dehyst.export.numbers import JointNumbers, ModelNumbers, model_in, rounded
+from dehyst.export.numbers import JointNumbers, ModelNumbers, direct_in, direct_numbers, model_in, rounded
 from dehyst.export.signal import Array, Signal
 from dehyst.export.subject import REALS, Subject, check_choice, check_name, model_numbers
-from dehyst.models import HysteresisModel
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.storage import model_to_dict
 
 SENSORS = ("angle", "pressure_1", "pressure_2")
@@ -27,23 +29,30 @@ REFERENCE = (
 )  # fmt: skip
 OUTPUTS = (
     "valve_1", "valve_2", "desired_1", "desired_2", "pressure_difference_out", "torque", "integrator", "compensation",
-    "angle_observed", "velocity_observed", "load_observed",
+    "angle_observed", "velocity_observed", "load_observed", "contact", "doubt",
 )  # fmt: skip
 SAMPLES = 1600
 
 
 def joint_subject(
-    model: HysteresisModel, parameters: JointControllerParameters, *, name: str, real: str = "double"
+    model: HysteresisModel | DirectInverse,
+    parameters: JointControllerParameters,
+    adaptation: Adaptation | None = None,
+    *,
+    name: str,
+    real: str = "double",
 ) -> Subject:
-    """Return a joint controller whose compensator is the inverse of a model.
+    """Return a joint controller whose compensator is the inverse of a model, or a direct inverse.
 
     Parameters
     ----------
     model
         Identified: sheared pressure difference -> angle. Its inverse becomes the compensator. An angle that is not in
-        rad is converted, exactly by its unit.
+        rad is converted, exactly by its unit. Or a direct inverse, angle -> torque.
     parameters
         Of the controller.
+    adaptation
+        How a direct inverse learns; None: with the defaults of `Adaptation`.
     name
         C identifier.
     real
@@ -60,33 +69,70 @@ def joint_subject(
     """
     check_choice(real, REALS, "--real")
     check_name(name)
-    inverse = in_radians(model, parameters).inverse()
-    refuse_second_shear(inverse, parameters.shear)
-    exact = compensator_numbers(inverse)
-    single = model_in(exact, real)
-    if real == "float":
-        check_model(exact, single)
-        check_values(parameters.as_dict())
+    learning = (adaptation or Adaptation()) if isinstance(model, DirectInverse) else None
     content = model_to_dict(model)
-    fingerprint = zlib.crc32(f"{controller_checksum(parameters)} {content['sha256']} {real}".encode("ascii"))
+    told = controller_checksum(parameters, learning)
+    fingerprint = zlib.crc32(f"{told} {content['sha256']} {real}".encode("ascii"))
+    compensator: HysteresisModel | DirectInverse
+    if isinstance(model, DirectInverse):
+        compensator = in_si(model)
+        numbers = _direct_numbers(compensator, parameters, learning or Adaptation(), real, fingerprint)
+        source, result = compensator.card.output, compensator.card.input
+    else:
+        compensator = in_radians(model, parameters).inverse()
+        refuse_second_shear(compensator, parameters.shear)
+        numbers = _compensator_numbers(compensator, parameters, real, fingerprint)
+        source, result = compensator.card.input, compensator.card.output
     return Subject(
         what="joint-controller",
         name=name,
         real=real,
         block=None,
-        joint=JointNumbers(parameters.as_dict(), single, fingerprint),
-        input=inverse.card.input,
-        output=inverse.card.output,
+        joint=numbers,
+        input=source,
+        output=result,
         model=model,
         model_text=json.dumps(content, indent=1, allow_nan=False) + "\n",
         checksum=str(content["sha256"]),
         provenance=dict(model.card.provenance),
         settings={"what": "joint-controller", "name": name, "real": real, "range": None, "ramp": 0},
-        test=joint_run(parameters, inverse, real),
+        test=joint_run(parameters, compensator, real, learning),
         period=parameters.period,
         parameters=parameters,
-        extra={"controller.json": controller_text(parameters)},
+        adaptation=learning,
+        extra={"controller.json": controller_text(parameters, learning)},
     )
+
+
+def controller_of(subject: Subject) -> JointController:
+    """Return the joint controller that a subject is the export of."""
+    assert subject.parameters is not None  # a joint controller has parameters
+    model = subject.model
+    if isinstance(model, DirectInverse):
+        return JointController(subject.parameters, model, subject.adaptation)
+    return JointController(subject.parameters, in_radians(model, subject.parameters).inverse())
+
+
+def _compensator_numbers(
+    inverse: HysteresisModel, parameters: JointControllerParameters, real: str, fingerprint: int
+) -> JointNumbers:
+    exact = compensator_numbers(inverse)
+    single = model_in(exact, real)
+    if real == "float":
+        check_model(exact, single)
+        check_values(parameters.as_dict())
+    return JointNumbers(parameters.as_dict(), single, fingerprint, adaptation=OFF.as_dict())
+
+
+def _direct_numbers(
+    model: DirectInverse, parameters: JointControllerParameters, adaptation: Adaptation, real: str, fingerprint: int
+) -> JointNumbers:
+    exact = direct_numbers(direct_parameters(model, parameters.period))
+    single = direct_in(exact, real)
+    if real == "float":
+        check_direct(exact, single)
+        check_values(parameters.as_dict() | {"adaptation": adaptation.as_dict()})
+    return JointNumbers(parameters.as_dict(), None, fingerprint, single, adaptation.as_dict())
 
 
 def compensator_numbers(inverse: HysteresisModel) -> ModelNumbers:
@@ -95,13 +141,19 @@ def compensator_numbers(inverse: HysteresisModel) -> ModelNumbers:
     return model_numbers(_native.Block(_native.block_image(*inverse.stepper("dense").parameters, limits, 0)).parameters)
 
 
-def joint_run(parameters: JointControllerParameters, compensator: HysteresisModel | None, real: str) -> Signal:
+def joint_run(
+    parameters: JointControllerParameters,
+    compensator: HysteresisModel | DirectInverse | None,
+    real: str,
+    adaptation: Adaptation | None = None,
+) -> Signal:
     """Record a joint that follows a motion, with switching, faulty sensors, and one that fails at the end.
 
     The joint is a point mass at the controller's own characteristic, its pressures follow what is desired: plain, but
     the controller is in a loop. What is recorded is replayed, in the same order, into whatever is exported.
     """
-    controller = JointController(parameters, compensator)
+    controller = JointController(parameters, compensator, adaptation)
+    direct = in_si(compensator) if isinstance(compensator, DirectInverse) else None
     rows: list[Array] = []
     switch: list[int] = []
     answers: list[list[float]] = []
@@ -110,23 +162,30 @@ def joint_run(parameters: JointControllerParameters, compensator: HysteresisMode
     rng = np.random.default_rng(20260722)
     for k in range(SAMPLES):
         reference = _reference(parameters, k)
+        on = _switches(k)
+        if direct is not None:
+            reference = _taught(reference, direct, adaptation or Adaptation(), parameters, k)
+            on &= ~SWITCHES["position"] if 350 <= k < 420 else on
         readings = np.array([plant.sensed_angle(), *(plant.pressure + 30.0 * rng.standard_normal(2))])
         readings = _faulty(readings, k, parameters)
         row = _rounded(np.array([*readings, *_lost(reference, k).as_tuple()]), real)
         if k == 0:
             controller.reset(*row[:3])
-        out = controller.step(row[0], row[1], row[2], JointReference(*row[3:]), _switches(k))
+        out = controller.step(row[0], row[1], row[2], JointReference(*row[3:]), on)
         rows.append(row)
-        switch.append(_switches(k))
+        switch.append(on)
         answers.append([getattr(out, name) for name in _OUT])
         flags.append(out.flags)
-        plant.step(np.array([out.desired_1, out.desired_2]))
+        plant.step(np.array([out.desired_1, out.desired_2]), PUSH if direct is not None and 900 <= k < 1100 else 0.0)
     return Signal(np.array(rows), np.array(switch), np.array(answers), np.array(flags), (*SENSORS, *REFERENCE), OUTPUTS)
+
+
+PUSH = 15.0  # torque from outside, [Nm]
 
 
 _OUT = (
     "valve_1", "valve_2", "desired_1", "desired_2", "pressure_difference", "torque", "integrator", "compensation",
-    "angle", "velocity", "load",
+    "angle", "velocity", "load", "contact", "doubt",
 )  # fmt: skip
 
 
@@ -142,11 +201,11 @@ class _Joint:
         step = self.p.angle_step
         return round(self.angle / step) * step if step > 0 else self.angle
 
-    def step(self, desired: Array) -> None:
+    def step(self, desired: Array, push: float) -> None:
         p = self.p
         q = min(max(self.angle, p.angle_low), p.angle_high)
         a, b, c = (sum(x * q**j for j, x in enumerate(poly)) for poly in (p.a, p.b, p.c))
-        torque = a * self.pressure.mean() + b * (self.pressure[0] - self.pressure[1]) + c
+        torque = a * self.pressure.mean() + b * (self.pressure[0] - self.pressure[1]) + c + push
         self.velocity += p.period * (torque / p.inertia - 20.0 * self.velocity)
         self.angle = min(max(self.angle + p.period * self.velocity, 2 * p.angle_low), 2 * p.angle_high)
         self.pressure += min(1.0, p.period * 100.0) * (desired - self.pressure)
@@ -169,13 +228,37 @@ def _reference(p: JointControllerParameters, k: int) -> JointReference:
     )
 
 
+def _taught(
+    reference: JointReference, model: DirectInverse, adaptation: Adaptation, p: JointControllerParameters, k: int
+) -> JointReference:
+    """Sweep what schedules the model, and move so evenly that it learns, but for a while."""
+    t = k * p.period
+    given = {name: getattr(reference, name) for name in GIVEN}
+    for schedule, speed in zip(model.outside, (9.0, 13.0), strict=False):
+        half = 0.55 * (schedule.high - schedule.low)  # beyond its ends too
+        given[schedule.name] = 0.5 * (schedule.low + schedule.high) + half * np.sin(speed * t)
+    size = 0.4 * (p.angle_high - p.angle_low)
+    phase = (k % 800) / 800
+    return replace(
+        reference,
+        angle=0.5 * (p.angle_high + p.angle_low) + size * (4 * abs(phase - 0.5) - 1),
+        velocity=size * (-4 if phase < 0.5 else 4) / (800 * p.period),
+        acceleration=2 * adaptation.most_acceleration if 450 <= k < 550 else 0.5 * adaptation.most_acceleration,
+        **given,
+    )
+
+
 def _switches(k: int) -> int:
-    position, integrator, compensator = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
     if k < 100:
         return 0
-    if k < 300:
-        return position
-    return position | (integrator if k % 700 < 500 else 0) | (compensator if k < 900 or k >= 1100 else 0)
+    on = {
+        "position": True,
+        "integrator": k >= 300 and k % 700 < 500,
+        "compensator": k >= 300 and not 900 <= k < 1100,
+        "adapt": k >= 200 and not 1200 <= k < 1300,
+        "disturbance": 600 <= k < 800 or 1000 <= k < 1250,
+    }
+    return sum(SWITCHES[name] for name, wanted in on.items() if wanted)
 
 
 def _faulty(readings: Array, k: int, p: JointControllerParameters) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -77,12 +78,92 @@ class BlockNumbers:
 
 
 @dataclass(frozen=True)
+class DirectNumbers:
+    """``dehyst_direct``, fields named as there.
+
+    Attributes
+    ----------
+    coefficients
+        Of each polynomial.
+    groups
+        Number of groups of terms.
+    known
+        Whether nothing is remembered at a reset.
+    radius, length, gain
+        r of the stops, x of the path lags, 1 - exp(-T/tau) of the creep lags.
+    weight
+        (sets, terms) in rows: polynomial, stops, paths, creeps, rate.
+    group
+        Of each term behind the polynomial.
+    source, low, high
+        Of the schedules.
+    center
+        Subtracted from y in front of the polynomial.
+    input_low, input_high, output_low, output_high
+        Ranges.
+    """
+
+    coefficients: int
+    groups: int
+    known: bool
+    radius: Floats
+    length: Floats
+    gain: Floats
+    weight: Floats
+    group: tuple[int, ...]
+    source: tuple[int, ...]
+    low: Floats
+    high: Floats
+    center: float
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+
+    @property
+    def sets(self) -> int:
+        """Number of sets of weights."""
+        return max(1, 2 * len(self.source))
+
+    @property
+    def terms(self) -> int:
+        """Weights of a set."""
+        return self.coefficients + self.lags
+
+    @property
+    def lags(self) -> int:
+        """Terms behind the polynomial: stops, paths, creeps and rate."""
+        return len(self.radius) + len(self.length) + len(self.gain) + 1
+
+    @property
+    def memory(self) -> int:
+        """Reals that a state remembers."""
+        return 2 * (self.lags - 1)
+
+
+@dataclass(frozen=True)
 class JointNumbers:
-    """``dehyst_joint``: its numbers by the names of the core's fields, and the compensator's model or None."""
+    """``dehyst_joint``: its numbers by the names of the core's fields, and the tables of its compensator.
+
+    Attributes
+    ----------
+    values
+        Of the parameters.
+    compensator
+        Model of the angle -> pressure difference, or None.
+    fingerprint
+        Of all of it: images of another one are refused.
+    direct
+        Direct inverse, angle -> torque, or None.
+    adaptation
+        How it learns, by the names of `Adaptation`; without a direct inverse nobody reads it.
+    """
 
     values: Mapping[str, Any]
     compensator: ModelNumbers | None
     fingerprint: int
+    direct: DirectNumbers | None = None
+    adaptation: Mapping[str, float] = MappingProxyType({})
 
 
 def rounded(value: float, real: str) -> float:
@@ -160,6 +241,32 @@ def model_in(numbers: ModelNumbers, real: str) -> ModelNumbers:
         pair(numbers.before),
         pair(numbers.after),
     )
+
+
+def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
+    """Return the numbers of a direct inverse from what the core takes: ``DirectInverse.parameters(period)``."""
+    *tables, numbers, coefficients, groups, known = parameters
+    radius, length, gain, weight, group, source, low, high = (tuple(table.tolist()) for table in tables)
+    return DirectNumbers(
+        int(coefficients), int(groups), bool(known), radius, length, gain, weight, group, source, low, high,
+        *map(float, numbers),
+    )  # fmt: skip
+
+
+def direct_in(numbers: DirectNumbers, real: str) -> DirectNumbers:
+    """Return the direct inverse in that precision; its values stay doubles, and ranges do not grow."""
+    if real == "double":
+        return numbers
+    tables = {
+        name: tuple(rounded(value, real) for value in getattr(numbers, name))
+        for name in ("radius", "length", "gain", "weight", "low", "high")
+    }
+    input_low, input_high = inward(numbers.input_low, numbers.input_high, real)
+    output_low, output_high = inward(numbers.output_low, numbers.output_high, real)
+    return replace(
+        numbers, **tables, center=rounded(numbers.center, real), input_low=input_low, input_high=input_high,
+        output_low=output_low, output_high=output_high,
+    )  # fmt: skip
 
 
 def literal(value: float, real: str) -> str:

@@ -59,7 +59,15 @@ def function_block_of(subject: Subject, name: str) -> Pou:
         return function_block(name, real, subject.block, words)
     assert subject.joint is not None  # one of both
     assert subject.parameters is not None
-    return joint_block(name, real, subject.parameters, subject.joint.compensator, words["about"])
+    return joint_block(
+        name,
+        real,
+        subject.parameters,
+        subject.joint.compensator,
+        words["about"],
+        subject.joint.direct,
+        subject.joint.adaptation,
+    )
 
 
 def block_name(subject: Subject) -> str:

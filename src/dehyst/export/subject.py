@@ -11,14 +11,15 @@ from typing import Any, cast
 
 import numpy as np
 
+from dehyst.control.adaptation import Adaptation
 from dehyst.control.block import Block, Direction
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.core_files import core_files
 from dehyst.export.float_rules import check_block
-from dehyst.export.numbers import BlockNumbers, JointNumbers, ModelNumbers, block_in
+from dehyst.export.numbers import BlockNumbers, DirectNumbers, JointNumbers, ModelNumbers, block_in
 from dehyst.export.signal import Array, Signal, answers, test_input
-from dehyst.models import HysteresisModel, SignalCard
+from dehyst.models import DirectInverse, HysteresisModel, SignalCard
 from dehyst.models.storage import model_to_dict
 
 WHATS = ("inverse", "forward", "joint-controller")
@@ -47,7 +48,7 @@ class Subject:
         Signals of the unit with their units and the limits that it keeps; of a joint controller those of the
         compensator.
     model
-        The identified model: the unit is this one (forward) or its inverse.
+        The identified model: the unit is this one (forward) or its inverse; a direct inverse is one already.
     model_text
         Content of ``model.json`` of the folder.
     checksum
@@ -66,6 +67,8 @@ class Subject:
         Which log and column, "" for none.
     parameters
         Of the joint controller, None for a block.
+    adaptation
+        Of a joint controller with a direct inverse, else None.
     start_output
         Of a block after a reset. [output]
     extra
@@ -79,7 +82,7 @@ class Subject:
     joint: JointNumbers | None
     input: SignalCard
     output: SignalCard
-    model: HysteresisModel
+    model: HysteresisModel | DirectInverse
     model_text: str
     checksum: str
     provenance: Mapping[str, Any]
@@ -89,20 +92,29 @@ class Subject:
     excerpt: Signal | None = None
     excerpt_source: str = ""
     parameters: JointControllerParameters | None = None
+    adaptation: Adaptation | None = None
     start_output: float = 0.0
     extra: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def operators(self) -> int:
-        """Number of play operators."""
+        """Number of play operators; of stops and lags in a direct inverse."""
+        if self.direct is not None:
+            return self.direct.memory // 2
         numbers = self.block.model if self.block else self.joint.compensator if self.joint else None
         return numbers.operators if numbers else 0
+
+    @property
+    def direct(self) -> DirectNumbers | None:
+        """Numbers of the direct inverse, if it holds one."""
+        return self.joint.direct if self.joint else None
 
     @property
     def title(self) -> str:
         """One line: what it is and what it maps."""
         if self.what == "joint-controller":
-            return f"joint controller with {self.operators} operators in its compensator"
+            kind = "stops and lags in its direct inverse" if self.direct else "operators in its compensator"
+            return f"joint controller with {self.operators} {kind}"
         kind = "inverse compensator" if self.what == "inverse" else "hysteresis model"
         return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} operators"
 

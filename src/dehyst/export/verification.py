@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.control.storage import load_controller
+from dehyst.control.storage import load_adaptation, load_controller
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
 from dehyst.export.folder import BUILD, MANIFEST, MOST_BYTES, VERIFIED, files_below, is_inside, read_manifest
@@ -163,8 +163,11 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
     settings = manifest["settings"]
     if settings.get("what") == "joint-controller":
         parameters = load_controller(folder / "controller.json")
+        adaptation = load_adaptation(folder / "controller.json")
         model = load_model(folder / "model.json")
-        return joint_subject(model, parameters, name=str(settings["name"]), real=str(settings["real"]))
+        return joint_subject(
+            model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"])
+        )
     excerpt = _read_signal(folder, "expected/excerpt.csv", 1) if "expected/excerpt.csv" in manifest["files"] else None
     bounds = settings.get("range")
     try:

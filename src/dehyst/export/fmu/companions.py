@@ -10,12 +10,12 @@ from typing import cast
 import numpy as np
 
 from dehyst.control.block import Block, Direction
-from dehyst.control.joint import JointController
 from dehyst.export.c import JOINT_WORDS, WORDS, scales, with_warning
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
 from dehyst.export.fmu.variables import Variable
+from dehyst.export.joint import controller_of
 from dehyst.export.numbers import bits
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Array, Signal, Whole
@@ -149,8 +149,7 @@ def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
         limits = None if bounds is None else (float(bounds[0]), float(bounds[1]))
         block = Block(subject.model, cast(Direction, subject.what), range=limits, ramp=ramp)
         return np.array([[block.step(float(x), bool(on))] for x, on in zip(inputs[:, 0], switch, strict=True)])
-    assert subject.parameters is not None  # a subject without block is a joint controller
-    controller = JointController(subject.parameters, subject.model.inverse())
+    controller = controller_of(subject)  # a subject without block is a joint controller
     controller.reset(*map(float, inputs[0, :3]))
     angle, pressure_1, pressure_2 = inputs[:, :3].T
     out = controller.run(angle, pressure_1, pressure_2, inputs[:, 3:], switch)

@@ -38,6 +38,8 @@ _SWITCHES = {
     "position": "position control is on",
     "integrator": "its integrator is on",
     "compensator": "the hysteresis compensator is on",
+    "adapt": "a direct inverse as compensator learns",
+    "disturbance": "the contact torque is fed back",
 }
 _OUTPUTS = {
     "valve_1": ("", "command to valve 1, -1 to 1, positive fills muscle 1"),
@@ -51,6 +53,8 @@ _OUTPUTS = {
     "observed_angle": ("rad", "observed angle"),
     "observed_velocity": ("rad/s", "observed angular velocity"),
     "observed_load": ("Nm", "observed torque that neither model nor reference know"),
+    "contact": ("Nm", "what of it a direct inverse does not explain either; 0 without one"),
+    "doubt": ("Nm", "what its torque can be wrong by while the joint's past is unknown; 0 without one"),
 }
 _UNITS = {  # of parameters of a joint controller
     "period": "s", "inertia": "kg.m2", "pole": "1/s", "observer_pole": "1/s", "pressure_gain": "1/s",

@@ -67,14 +67,14 @@ def model_tables(real: str, model: ModelNumbers) -> tuple[Variable, ...]:
         ("LoadingTable", model.loading, "loading curve at r_i [output of the hysteresis]"),
         ("StartTable", model.start, "play states after a restart"),
     ]
-    for name, table in (("Before", model.before), ("After", model.after)):
-        if table:
+    for name, points in (("Before", model.before), ("After", model.after)):
+        if points:
             tables += [
-                (f"{name}U", table[0], f"map: arguments, {name.lower()} the hysteresis"),
-                (f"{name}V", table[1], "map: values"),
+                (f"{name}U", points[0], f"map: arguments, {name.lower()} the hysteresis"),
+                (f"{name}V", points[1], "map: values"),
             ]
     return (
-        *(_table(name, real, values, comment) for name, values, comment in tables),
+        *(table(name, real, values, comment) for name, values, comment in tables),
         number("InputCenter", real, model.center, "subtracted from the input"),
         number("Offset", real, model.offset, "added to the output"),
     )
@@ -134,5 +134,6 @@ def number(name: str, real: str, value: float, comment: str = "") -> Variable:
     return Variable("VAR CONSTANT", name, real, (constant(value, real),), comment=comment)
 
 
-def _table(name: str, real: str, values: Sequence[float], comment: str) -> Variable:
+def table(name: str, real: str, values: Sequence[float], comment: str) -> Variable:
+    """Return a constant array of a real type."""
     return Variable("VAR CONSTANT", name, real, tuple(constant(x, real) for x in values), len(values), comment)

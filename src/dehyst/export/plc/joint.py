@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from dehyst.control import JointControllerParameters
-from dehyst.export.numbers import ModelNumbers
+from dehyst.export.numbers import DirectNumbers, ModelNumbers
 from dehyst.export.plc.block import common_constants, model_tables, model_variables, number, shape
+from dehyst.export.plc.direct import GROUPS, direct_states, direct_tables, direct_work
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
 
@@ -16,7 +20,13 @@ _ROOT = {  # smallest radicand, first guess and last digit of the root in core/p
 
 
 def joint_block(
-    name: str, real: str, parameters: JointControllerParameters, model: ModelNumbers | None, about: str
+    name: str,
+    real: str,
+    parameters: JointControllerParameters,
+    model: ModelNumbers | None,
+    about: str,
+    direct: DirectNumbers | None = None,
+    adaptation: Mapping[str, float] = MappingProxyType({}),
 ) -> Pou:
     """Return the function block of a joint controller.
 
@@ -32,14 +42,21 @@ def joint_block(
         Tables of the compensator, reference angle in, sheared pressure difference out; None for none.
     about
         Comment on top.
+    direct
+        Tables of a direct inverse, reference angle in, torque out; None for none.
+    adaptation
+        How it learns, by the names of `dehyst.control.Adaptation`.
     """
     sizes = {} if model is None else shape(model)
-    body = rendered("joint.st.j2", compensated=model is not None, **sizes)
+    body = rendered("joint.st.j2", compensated=model is not None, d=direct, **sizes)
     tables = () if model is None else (*model_tables(real, model), *model_variables(real, len(model.threshold)))
     variables = (
         *_interface(real),
         *tables,
         *_parameters(real, parameters),
+        *(() if direct is None else (*direct_tables(real, direct), *_learning(real, adaptation))),
+        *(() if direct is None else (*direct_states(real, direct, "Wanted"), *direct_states(real, direct, "Seen"))),
+        *(() if direct is None else direct_work(real)),
         *_states(real),
         *_work(real, tables),
         *_constants(real),
@@ -63,6 +80,8 @@ def _interface(real: str) -> tuple[Variable, ...]:
         ("Position", "BOOL", "position control on; may change at any time"),
         ("Integrating", "BOOL", "integrator on; may change at any time"),
         ("Compensating", "BOOL", "compensator on; may change at any time"),
+        ("Learning", "BOOL", "a direct inverse as compensator learns; may change at any time"),
+        ("Resisting", "BOOL", "the contact torque is fed back; may change at any time"),
         ("Restart", "BOOL", "TRUE: start at the present readings"),
     )
     outputs = (
@@ -77,10 +96,12 @@ def _interface(real: str) -> tuple[Variable, ...]:
         ("ObservedAngle", real, "[rad]"),
         ("ObservedVelocity", real, "[rad/s]"),
         ("ObservedLoad", real, "torque beyond DesiredLoad [Nm]"),
+        ("Contact", real, "what of it a direct inverse does not explain either [Nm]; 0 without one"),
+        ("Doubt", real, "what its torque can be wrong by for an unknown past [Nm]; 0 without one"),
         ("Failed", "BOOL", "a fault outlasted its bridging: valves closed until a restart"),
         ("PressureLimit", "BOOL", "desired pressures were limited"),
         ("ValveLimit", "BOOL", "a valve was limited"),
-        ("FlagWord", "UDINT", "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever; added"),
+        ("FlagWord", "UDINT", "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned; added"),
     )
     return (
         *(Variable("VAR_INPUT", name, type_, comment=text) for name, type_, text in inputs),
@@ -133,6 +154,38 @@ def _table(name: str, real: str, values: tuple[float, ...], comment: str) -> Var
     return Variable("VAR CONSTANT", name, real, initial, len(values), comment)
 
 
+def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...]:
+    """Constants and states of the learning and of the contact torque."""
+    told = (
+        ("LearningRate", "rate", "share of an error that a second takes away [1/s]"),
+        ("LearningMemory", "memory", "over which errors are compared [s]"),
+        ("LearningNoise", "noise", "size of a torque that teaches nothing [Nm]"),
+        ("DeadZone", "dead_zone", "errors below teach nothing [Nm]"),
+        ("MostError", "most_error", "errors beyond teach nothing [Nm]"),
+        ("LowestScale", "lowest", "of what is learned"),
+        ("HighestScale", "highest", ""),
+        ("OffsetLimit", "offset_limit", "[Nm]"),
+        ("LearningUnit", "unit", "[Nm]"),
+        ("MostAcceleration", "most_acceleration", "of the reference, to learn [rad/s^2]"),
+        ("DisturbancePole", "disturbance_pole", "of the feedback of the contact torque [1/s]"),
+    )
+    reals = names(
+        "LearnedOffset AppliedOffset LearnedError ErrorBefore LearnedShare DirectTorque Disturbance DisturbanceShare "
+        "LateShare Explained Before OffsetUnit"
+    )
+    return (
+        *(number(name, real, adaptation[key], text) for name, key, text in told),
+        number("LargestSquared", real, 1e12, "its square overflows in no precision"),
+        number("LargestTorque", real, 1e6, "[Nm]"),
+        Variable("VAR", "LearnedScale", real, ("1.0",) * GROUPS, GROUPS, "learned scales of the groups of terms"),
+        Variable("VAR", "AppliedScale", real, ("1.0",) * GROUPS, GROUPS, "those in use"),
+        Variable("VAR", "DelayedCurve", real, ("0.0",) * 3, 3, "as late as the observer"),
+        Variable("VAR", "DelayedPart", real, ("0.0",) * (3 * GROUPS), 3 * GROUPS),
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in names("Teaching Better")),
+    )
+
+
 def _states(real: str) -> tuple[Variable, ...]:
     reals = names(
         "Travel TravelMost KnownTorque AtA AtB AtC HeldAngle HeldVelocity HeldAcceleration HeldLoad HeldMean "
@@ -156,7 +209,7 @@ def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
         "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Factor "
         "Fraction Rounded"
     )
-    flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Inside Odd Changed")
+    flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Learned Inside Odd Changed")
     known = {variable.name for variable in tables}
     return (
         *(Variable("VAR", name, real, ("0.0",)) for name in reals if name not in known),
@@ -177,6 +230,7 @@ def _constants(real: str) -> tuple[Variable, ...]:
         "OneAndHalf": 1.5,
         "Sixth": 1.0 / 6.0,
         "TwentyFourth": 1.0 / 24.0,
+        "Eighth": 0.125,
         "Margin": 4.0,
         "Smoothing": 1e-3,
         "StepsUnseen": 20.0,

@@ -62,7 +62,7 @@ JOINT = Ports(
         "DirectDifference",
         "ExtraDifference",
     ),
-    MappingProxyType({"Position": 1, "Integrating": 2, "Compensating": 4}),
+    MappingProxyType({"Position": 1, "Integrating": 2, "Compensating": 4, "Learning": 8, "Resisting": 16}),
     (
         "Valve1",
         "Valve2",
@@ -75,6 +75,8 @@ JOINT = Ports(
         "ObservedAngle",
         "ObservedVelocity",
         "ObservedLoad",
+        "Contact",
+        "Doubt",
     ),
     MappingProxyType({"PressureLimit": 16, "ValveLimit": 32}),
 )
