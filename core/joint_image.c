@@ -21,7 +21,7 @@ static const size_t where[REALS] = {
 
 /* Those of a direct inverse: where, and how many in a row. */
 typedef struct span {
-    size_t where;
+    size_t offset;
     int32_t count;
 } span;
 #define SPANS 22
@@ -104,7 +104,7 @@ static uint32_t *put_direct(const dehyst_joint *joint, const dehyst_joint_state 
 {
     if (joint->direct) {
         for (int32_t i = 0; i < SPANS; ++i) {
-            at = dehyst_image_put(at, member_of(state, direct_reals[i].where), direct_reals[i].count);
+            at = dehyst_image_put(at, member_of(state, direct_reals[i].offset), direct_reals[i].count);
         }
         at = dehyst_image_put(at, state->wanted.memory, direct_memory(joint));
         at = dehyst_image_put(at, state->seen.memory, direct_memory(joint));
@@ -247,7 +247,7 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
     dehyst_real last[2] = {0, 0};
     int good = 1;
     for (int32_t i = 0; i < SPANS; ++i) {
-        const size_t place = direct_reals[i].where;
+        const size_t place = direct_reals[i].offset;
         dehyst_real low = -DEHYST_INPUT_LIMIT;
         dehyst_real high = DEHYST_INPUT_LIMIT;
         if (place == AT(learning.scale) || place == AT(learning.applied)) {
@@ -277,7 +277,7 @@ static void take_direct(const dehyst_joint *joint, dehyst_joint_state *state, co
 {
     if (joint->direct) {
         for (int32_t i = 0; i < SPANS; ++i) {
-            (void)dehyst_image_get(at, member(state, direct_reals[i].where), direct_reals[i].count);
+            (void)dehyst_image_get(at, member(state, direct_reals[i].offset), direct_reals[i].count);
             at += direct_reals[i].count * DEHYST_REAL_WORDS;
         }
         (void)dehyst_image_get(at, state->wanted.memory, direct_memory(joint));

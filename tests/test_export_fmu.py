@@ -480,7 +480,17 @@ def test_the_binary_shows_functions_of_the_standard_and_nothing_else(fmu, tmp_pa
     assert len(names) == {2: 34, 3: 75}[version]
     needs = subprocess.run(["nm", "-D", "--undefined-only", path], capture_output=True, text=True, check=True).stdout
     used = {line.split()[-1].partition("@")[0] for line in needs.splitlines() if " U " in line}
-    assert used <= {"calloc", "free", "snprintf", "vsnprintf", "strcmp", "memcpy", "memset", "__stack_chk_fail"}
+    assert used <= {
+        "calloc",
+        "free",
+        "snprintf",
+        "vsnprintf",
+        "strcmp",
+        "memcpy",
+        "memmove",
+        "memset",
+        "__stack_chk_fail",
+    }
 
 
 def test_two_fmus_can_be_linked_into_one_program(tmp_path):

@@ -112,7 +112,14 @@ def template_values(subject: Subject) -> dict[str, Any]:
             "words": JOINT_WORDS[subject.real],
         }
     assert block is not None  # one of both
-    return {**common, "b": block, "m": block.model, "n": block.model.operators, "d": None, "samples": round(1 / block.fade)}
+    return {
+        **common,
+        "b": block,
+        "m": block.model,
+        "n": block.model.operators,
+        "d": None,
+        "samples": round(1 / block.fade),
+    }
 
 
 def scales(subject: Subject) -> list[float]:

@@ -121,7 +121,7 @@ def _compensator_numbers(
     if real == "float":
         check_model(exact, single)
         check_values(parameters.as_dict())
-    return JointNumbers(parameters.as_dict(), single, fingerprint, adaptation=OFF.as_dict())
+    return JointNumbers(parameters.as_dict(), single, fingerprint, None, OFF.as_dict())
 
 
 def _direct_numbers(
@@ -165,6 +165,7 @@ def joint_run(
         on = _switches(k)
         if direct is not None:
             reference = _taught(reference, direct, adaptation or Adaptation(), parameters, k)
+            on |= _learns(k)
             on &= ~SWITCHES["position"] if 350 <= k < 420 else on
         readings = np.array([plant.sensed_angle(), *(plant.pressure + 30.0 * rng.standard_normal(2))])
         readings = _faulty(readings, k, parameters)
@@ -249,16 +250,17 @@ def _taught(
 
 
 def _switches(k: int) -> int:
+    position, integrator, compensator = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
     if k < 100:
         return 0
-    on = {
-        "position": True,
-        "integrator": k >= 300 and k % 700 < 500,
-        "compensator": k >= 300 and not 900 <= k < 1100,
-        "adapt": k >= 200 and not 1200 <= k < 1300,
-        "disturbance": 600 <= k < 800 or 1000 <= k < 1250,
-    }
-    return sum(SWITCHES[name] for name, wanted in on.items() if wanted)
+    if k < 300:
+        return position
+    return position | (integrator if k % 700 < 500 else 0) | (compensator if k < 900 or k >= 1100 else 0)
+
+
+def _learns(k: int) -> int:
+    adapt = SWITCHES["adapt"] if k >= 200 and not 1200 <= k < 1300 else 0
+    return adapt | (SWITCHES["disturbance"] if 600 <= k < 800 or 1000 <= k < 1250 else 0)
 
 
 def _faulty(readings: Array, k: int, p: JointControllerParameters) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -162,8 +161,8 @@ class JointNumbers:
     values: Mapping[str, Any]
     compensator: ModelNumbers | None
     fingerprint: int
-    direct: DirectNumbers | None = None
-    adaptation: Mapping[str, float] = MappingProxyType({})
+    direct: DirectNumbers | None
+    adaptation: Mapping[str, float]
 
 
 def rounded(value: float, real: str) -> float:

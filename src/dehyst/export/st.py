@@ -21,7 +21,7 @@ from dehyst.export.plc.block import INPUT_LIMIT, function_block
 from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.names import type_name
 from dehyst.export.plc.plcopen import plcopen_xml
-from dehyst.export.plc.ports import BLOCK, JOINT, Ports
+from dehyst.export.plc.ports import BLOCK, DIRECT_JOINT, JOINT, Ports
 from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
 from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
@@ -49,7 +49,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def ports_of(subject: Subject) -> Ports:
     """Return inputs and outputs of the function block."""
-    return JOINT if subject.joint else BLOCK
+    return DIRECT_JOINT if subject.direct else JOINT if subject.joint else BLOCK
 
 
 def function_block_of(subject: Subject, name: str) -> Pou:

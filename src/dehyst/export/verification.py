@@ -165,9 +165,7 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
         parameters = load_controller(folder / "controller.json")
         adaptation = load_adaptation(folder / "controller.json")
         model = load_model(folder / "model.json")
-        return joint_subject(
-            model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"])
-        )
+        return joint_subject(model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"]))
     excerpt = _read_signal(folder, "expected/excerpt.csv", 1) if "expected/excerpt.csv" in manifest["files"] else None
     bounds = settings.get("range")
     try:

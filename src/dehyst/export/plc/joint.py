@@ -51,7 +51,7 @@ def joint_block(
     body = rendered("joint.st.j2", compensated=model is not None, d=direct, **sizes)
     tables = () if model is None else (*model_tables(real, model), *model_variables(real, len(model.threshold)))
     variables = (
-        *_interface(real),
+        *_interface(real, direct is not None),
         *tables,
         *_parameters(real, parameters),
         *(() if direct is None else (*direct_tables(real, direct), *_learning(real, adaptation))),
@@ -65,7 +65,13 @@ def joint_block(
     return Pou("FUNCTION_BLOCK", name, used(body, variables), body, about)
 
 
-def _interface(real: str) -> tuple[Variable, ...]:
+DIRECT_SWITCHES = (
+    ("Learning", "BOOL", "the direct inverse learns; may change at any time"),
+    ("Resisting", "BOOL", "the contact torque is fed back; may change at any time"),
+)
+
+
+def _interface(real: str, direct: bool) -> tuple[Variable, ...]:
     inputs = (
         ("Angle", real, "q [rad]"),
         ("Pressure1", real, "gauge [Pa]"),
@@ -80,8 +86,7 @@ def _interface(real: str) -> tuple[Variable, ...]:
         ("Position", "BOOL", "position control on; may change at any time"),
         ("Integrating", "BOOL", "integrator on; may change at any time"),
         ("Compensating", "BOOL", "compensator on; may change at any time"),
-        ("Learning", "BOOL", "a direct inverse as compensator learns; may change at any time"),
-        ("Resisting", "BOOL", "the contact torque is fed back; may change at any time"),
+        *(DIRECT_SWITCHES if direct else ()),
         ("Restart", "BOOL", "TRUE: start at the present readings"),
     )
     outputs = (
@@ -101,7 +106,11 @@ def _interface(real: str) -> tuple[Variable, ...]:
         ("Failed", "BOOL", "a fault outlasted its bridging: valves closed until a restart"),
         ("PressureLimit", "BOOL", "desired pressures were limited"),
         ("ValveLimit", "BOOL", "a valve was limited"),
-        ("FlagWord", "UDINT", "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned; added"),
+        (
+            "FlagWord",
+            "UDINT",
+            "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned; added",
+        ),
     )
     return (
         *(Variable("VAR_INPUT", name, type_, comment=text) for name, type_, text in inputs),

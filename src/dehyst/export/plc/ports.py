@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from dehyst.export.iec import Instance
@@ -62,7 +62,7 @@ JOINT = Ports(
         "DirectDifference",
         "ExtraDifference",
     ),
-    MappingProxyType({"Position": 1, "Integrating": 2, "Compensating": 4, "Learning": 8, "Resisting": 16}),
+    MappingProxyType({"Position": 1, "Integrating": 2, "Compensating": 4}),
     (
         "Valve1",
         "Valve2",
@@ -80,3 +80,4 @@ JOINT = Ports(
     ),
     MappingProxyType({"PressureLimit": 16, "ValveLimit": 32}),
 )
+DIRECT_JOINT = replace(JOINT, switches=MappingProxyType({**JOINT.switches, "Learning": 8, "Resisting": 16}))
