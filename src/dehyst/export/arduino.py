@@ -21,6 +21,7 @@ from dehyst.export.numbers import BlockNumbers
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal, answers
 from dehyst.export.subject import Subject
+from dehyst.models import HysteresisModel
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
 TOLERANCE = 1e-5  # of the output's range
@@ -88,7 +89,7 @@ def short_signal(subject: Subject) -> Signal:
     on = np.ones(SHORT, dtype=np.int64)
     on[28:36] = 0
     settings = subject.settings
-    fresh = Block(subject.model, cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
+    fresh = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
     return answers(fresh, x, on)
 
 

@@ -256,7 +256,7 @@ def direct_in(numbers: DirectNumbers, real: str) -> DirectNumbers:
     """Return the direct inverse in that precision; its values stay doubles, and ranges do not grow."""
     if real == "double":
         return numbers
-    tables = {
+    tables: dict[str, Any] = {
         name: tuple(rounded(value, real) for value in getattr(numbers, name))
         for name in ("radius", "length", "gain", "weight", "low", "high")
     }

@@ -28,6 +28,7 @@ from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
 from dehyst.export.signal import Array, Whole
 from dehyst.export.subject import Subject
+from dehyst.models import HysteresisModel
 
 REAL = {"double": "LREAL", "float": "REAL"}
 TOLERANCE = 1e-5  # of the output range, with REAL
@@ -111,7 +112,7 @@ def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
     test, settings = subject.test, subject.settings
     if subject.joint:
         return test.outputs[: len(x)], test.flags[: len(x)]
-    block = Block(subject.model, cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
+    block = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
     outputs, flags = block.run(x[:, 0], test.switch != 0)
     return outputs[:, None], flags.astype(np.int64)
 

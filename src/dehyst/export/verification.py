@@ -20,7 +20,7 @@ from dehyst.export.regeneration import regeneration_checks
 from dehyst.export.signal import Signal, from_csv, same_bits
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import target
-from dehyst.models import load_model
+from dehyst.models import load_any, load_model
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
     if settings.get("what") == "joint-controller":
         parameters = load_controller(folder / "controller.json")
         adaptation = load_adaptation(folder / "controller.json")
-        model = load_model(folder / "model.json")
+        model = load_any(folder / "model.json")
         return joint_subject(model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"]))
     excerpt = _read_signal(folder, "expected/excerpt.csv", 1) if "expected/excerpt.csv" in manifest["files"] else None
     bounds = settings.get("range")

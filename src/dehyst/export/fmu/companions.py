@@ -20,6 +20,7 @@ from dehyst.export.numbers import bits
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Array, Signal, Whole
 from dehyst.export.subject import Subject
+from dehyst.models import HysteresisModel
 
 TOLERANCE = 1e-5  # of single precision, share of a block's output range
 REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever
@@ -147,7 +148,7 @@ def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
     if subject.block:
         bounds, ramp = subject.settings["range"], int(subject.settings["ramp"])
         limits = None if bounds is None else (float(bounds[0]), float(bounds[1]))
-        block = Block(subject.model, cast(Direction, subject.what), range=limits, ramp=ramp)
+        block = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=limits, ramp=ramp)
         return np.array([[block.step(float(x), bool(on))] for x, on in zip(inputs[:, 0], switch, strict=True)])
     controller = controller_of(subject)  # a subject without block is a joint controller
     controller.reset(*map(float, inputs[0, :3]))
