@@ -89,7 +89,12 @@ def short_signal(subject: Subject) -> Signal:
     on = np.ones(SHORT, dtype=np.int64)
     on[28:36] = 0
     settings = subject.settings
-    fresh = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
+    fresh = Block(
+        cast(HysteresisModel, subject.model),
+        cast(Direction, subject.what),
+        range=settings.get("range"),
+        ramp=int(settings["ramp"]),
+    )
     return answers(fresh, x, on)
 
 

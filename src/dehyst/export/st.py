@@ -112,7 +112,12 @@ def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
     test, settings = subject.test, subject.settings
     if subject.joint:
         return test.outputs[: len(x)], test.flags[: len(x)]
-    block = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=settings.get("range"), ramp=int(settings["ramp"]))
+    block = Block(
+        cast(HysteresisModel, subject.model),
+        cast(Direction, subject.what),
+        range=settings.get("range"),
+        ramp=int(settings["ramp"]),
+    )
     outputs, flags = block.run(x[:, 0], test.switch != 0)
     return outputs[:, None], flags.astype(np.int64)
 
