@@ -154,11 +154,12 @@ def joint_run(
     """
     controller = JointController(parameters, compensator, adaptation)
     direct = in_si(compensator) if isinstance(compensator, DirectInverse) else None
+    friction = None if direct is None else _Friction(direct, parameters)
     rows: list[Array] = []
     switch: list[int] = []
     answers: list[list[float]] = []
     flags: list[int] = []
-    plant = _Joint(parameters)
+    plant = _Joint(parameters, 0.0 if direct else 20.0)
     rng = np.random.default_rng(20260722)
     for k in range(SAMPLES):
         reference = _reference(parameters, k)
@@ -177,11 +178,28 @@ def joint_run(
         switch.append(on)
         answers.append([getattr(out, name) for name in _OUT])
         flags.append(out.flags)
-        plant.step(np.array([out.desired_1, out.desired_2]), PUSH if direct is not None and 900 <= k < 1100 else 0.0)
+        plant.step(np.array([out.desired_1, out.desired_2]))
+        if friction is not None:
+            plant.load = friction.torque(plant, reference) - (PUSH if 900 <= k < 1100 else 0.0)
     return Signal(np.array(rows), np.array(switch), np.array(answers), np.array(flags), (*SENSORS, *REFERENCE), OUTPUTS)
 
 
+START = 0.1  # [rad]
 PUSH = 15.0  # torque from outside, [Nm]
+WORN = 1.2  # what the joint has become of what was identified: there is something to learn
+
+
+class _Friction:
+    """What a joint needs that is a bit more than its direct inverse says."""
+
+    def __init__(self, model: DirectInverse, parameters: JointControllerParameters) -> None:
+        self._step = model.stepper(parameters.period)
+        self._given = [schedule.name for schedule in model.outside]
+
+    def torque(self, plant: _Joint, reference: JointReference) -> float:
+        """Return it with the known load, for the present angle. [Nm]"""
+        given = [float(getattr(reference, name)) for name in self._given]
+        return float(WORN * self._step(plant.angle, plant.velocity, *given) + reference.load)
 
 
 _OUT = (
@@ -193,21 +211,21 @@ _OUT = (
 class _Joint:
     """A mass at the nominal characteristic whose pressures follow with a short lag."""
 
-    def __init__(self, parameters: JointControllerParameters) -> None:
-        self.p = parameters
-        self.angle, self.velocity = 0.1, 0.0
+    def __init__(self, parameters: JointControllerParameters, damping: float) -> None:
+        self.p, self.damping = parameters, damping
+        self.angle, self.velocity, self.load = START, 0.0, 0.0
         self.pressure = np.full(2, 0.4 * (parameters.pressure_low + parameters.pressure_high))
 
     def sensed_angle(self) -> float:
         step = self.p.angle_step
         return round(self.angle / step) * step if step > 0 else self.angle
 
-    def step(self, desired: Array, push: float) -> None:
+    def step(self, desired: Array) -> None:
         p = self.p
         q = min(max(self.angle, p.angle_low), p.angle_high)
         a, b, c = (sum(x * q**j for j, x in enumerate(poly)) for poly in (p.a, p.b, p.c))
-        torque = a * self.pressure.mean() + b * (self.pressure[0] - self.pressure[1]) + c + push
-        self.velocity += p.period * (torque / p.inertia - 20.0 * self.velocity)
+        torque = a * self.pressure.mean() + b * (self.pressure[0] - self.pressure[1]) + c - self.load
+        self.velocity += p.period * (torque / p.inertia - self.damping * self.velocity)
         self.angle = min(max(self.angle + p.period * self.velocity, 2 * p.angle_low), 2 * p.angle_high)
         self.pressure += min(1.0, p.period * 100.0) * (desired - self.pressure)
 
@@ -232,17 +250,17 @@ def _reference(p: JointControllerParameters, k: int) -> JointReference:
 def _taught(
     reference: JointReference, model: DirectInverse, adaptation: Adaptation, p: JointControllerParameters, k: int
 ) -> JointReference:
-    """Sweep what schedules the model, and move so evenly that it learns, but for a while."""
+    """Sweep what schedules the model; move slowly, so that it learns, but for a while, and then through all the range."""
     t = k * p.period
     given = {name: getattr(reference, name) for name in GIVEN}
     for schedule, speed in zip(model.outside, (9.0, 13.0), strict=False):
         half = 0.55 * (schedule.high - schedule.low)  # beyond its ends too
         given[schedule.name] = 0.5 * (schedule.low + schedule.high) + half * np.sin(speed * t)
-    size = 0.4 * (p.angle_high - p.angle_low)
+    size = (0.03 if k < 1100 else 0.4) * (p.angle_high - p.angle_low)
     phase = (k % 800) / 800
     return replace(
         reference,
-        angle=0.5 * (p.angle_high + p.angle_low) + size * (4 * abs(phase - 0.5) - 1),
+        angle=(START if k < 1100 else 0.5 * (p.angle_high + p.angle_low)) + size * (4 * abs(phase - 0.5) - 1),
         velocity=size * (-4 if phase < 0.5 else 4) / (800 * p.period),
         acceleration=2 * adaptation.most_acceleration if 450 <= k < 550 else 0.5 * adaptation.most_acceleration,
         **given,

@@ -171,6 +171,10 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
         ("LearningNoise", "noise", "size of a torque that teaches nothing [Nm]"),
         ("DeadZone", "dead_zone", "errors below teach nothing [Nm]"),
         ("MostError", "most_error", "errors beyond teach nothing [Nm]"),
+        ("ContactRatio", "contact_ratio", "unless below so many times the usual error"),
+        ("FirstError", "first_error", "usual error at first [Nm]"),
+        ("LearningPatience", "patience", "over which larger errors become the usual ones [s]"),
+        ("LearningRest", "rest", "without learning after a large error [s]"),
         ("LowestScale", "lowest", "of what is learned"),
         ("HighestScale", "highest", ""),
         ("OffsetLimit", "offset_limit", "[Nm]"),
@@ -179,12 +183,13 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
         ("DisturbancePole", "disturbance_pole", "of the feedback of the contact torque [1/s]"),
     )
     reals = names(
-        "LearnedOffset AppliedOffset LearnedError ErrorBefore LearnedShare DirectTorque Disturbance DisturbanceShare "
+        "LearnedOffset AppliedOffset LearnedError ErrorBefore UsualError Resting LearnedShare DirectTorque Disturbance DisturbanceShare "
         "LateShare Explained Before OffsetUnit"
     )
     return (
         *(number(name, real, adaptation[key], text) for name, key, text in told),
-        number("LargestSquared", real, 1e12, "its square overflows in no precision"),
+        number("LargestSquared", real, 1e7, "its square is a sample that is accepted"),
+        number("MostRatio", real, 1e3),
         number("LargestTorque", real, 1e6, "[Nm]"),
         Variable("VAR", "LearnedScale", real, ("1.0",) * GROUPS, GROUPS, "learned scales of the groups of terms"),
         Variable("VAR", "AppliedScale", real, ("1.0",) * GROUPS, GROUPS, "those in use"),
