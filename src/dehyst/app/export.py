@@ -6,19 +6,21 @@ import json
 import shlex
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 from rich.text import Text
 
+from dehyst.app.export_direct import direct_subject_of
+from dehyst.app.export_request import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_controller
 from dehyst.errors import ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
-from dehyst.export.excerpt import ALL, Part, read_excerpt, use_findings, use_of
+from dehyst.export.excerpt import ALL, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
 from dehyst.export.joint_units import unit_findings
@@ -26,38 +28,18 @@ from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice, che
 from dehyst.export.targets import target
 from dehyst.findings import Finding
 from dehyst.models import (
+    DirectInverse,
     HysteresisModel,
     ModifiedPrandtlIshlinskii,
     PrandtlIshlinskii,
     ShearedPrandtlIshlinskii,
     StopOperatorModel,
-    load_model,
+    load_any,
 )
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
 MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
-
-
-@dataclass(frozen=True)
-class ExportRequest:
-    """The command line of ``dehyst export``."""
-
-    model: Path
-    target: str
-    out: Path
-    real: str | None = None
-    what: str = "inverse"
-    range: tuple[float, float] | None = None
-    ramp: int | None = None
-    log: Path | None = None
-    column: str | None = None
-    controller: Path | None = None
-    name: str | None = None
-    prune: bool = False
-    overwrite: bool = False
-    json: bool = False
-    part: Part = ALL
 
 
 def run_export(request: ExportRequest) -> None:
@@ -69,7 +51,16 @@ def run_export(request: ExportRequest) -> None:
     _refuse_contradictions(request)
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
-    model, request, told = _as_unit(load_model(request.model), request)
+    loaded = load_any(request.model)
+    findings: list[Finding]
+    if isinstance(loaded, DirectInverse):
+        with ask_progress("exporting", request.json):
+            subject, findings = direct_subject_of(loaded, request, real)
+            written = export(subject, request.target, request.out, request.overwrite)
+        _say(written, subject, request, findings)
+        return
+    _refuse_period(request)
+    model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
@@ -79,11 +70,15 @@ def run_export(request: ExportRequest) -> None:
         subject, more = _subject(model, request, real)
         more += _coarse(subject)
         written = export(subject, request.target, request.out, request.overwrite)
+    _say(written, subject, request, [*findings, *more])
+
+
+def _say(written: Written, subject: Subject, request: ExportRequest, findings: list[Finding]) -> None:
     if request.json:
-        sys.stdout.write(json.dumps(_as_dict(written, subject, [*findings, *more]), indent=1, allow_nan=False) + "\n")
+        sys.stdout.write(json.dumps(_as_dict(written, subject, findings), indent=1, allow_nan=False) + "\n")
         return
     _print(written, subject, request)
-    print_findings([*findings, *more])
+    print_findings(findings)
     terminal().print(Text(f"\nnext: dehyst verify {shlex.quote(str(request.out))}"), soft_wrap=True)
 
 
@@ -106,6 +101,14 @@ def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[Hysteresis
         f"does not hold back at the actuator's limits. Limit the sum behind it.",
     )
     return model.inverse(), replace(request, what="forward"), [told]
+
+
+def _refuse_period(request: ExportRequest) -> None:
+    if request.period is not None:
+        raise ParameterError(
+            f"--period {request.period:g} belongs to a direct inverse, whose creep takes time; this model does not "
+            f"know time, and its unit takes any period. Leave --period out."
+        )
 
 
 def _refuse_contradictions(request: ExportRequest) -> None:

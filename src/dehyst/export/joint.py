@@ -250,7 +250,7 @@ def _reference(p: JointControllerParameters, k: int) -> JointReference:
 def _taught(
     reference: JointReference, model: DirectInverse, adaptation: Adaptation, p: JointControllerParameters, k: int
 ) -> JointReference:
-    """Sweep what schedules the model; move slowly, so that it learns, but for a while, and then through all the range."""
+    """Sweep what schedules the model; move slowly but for a while, so that it learns, then through all the range."""
     t = k * p.period
     given = {name: getattr(reference, name) for name in GIVEN}
     for schedule, speed in zip(model.outside, (9.0, 13.0), strict=False):

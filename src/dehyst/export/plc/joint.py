@@ -183,8 +183,8 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
         ("DisturbancePole", "disturbance_pole", "of the feedback of the contact torque [1/s]"),
     )
     reals = names(
-        "LearnedOffset AppliedOffset LearnedError ErrorBefore UsualError Resting LearnedShare DirectTorque Disturbance DisturbanceShare "
-        "LateShare Explained Before OffsetUnit"
+        "LearnedOffset AppliedOffset LearnedError ErrorBefore UsualError Resting LearnedShare DirectTorque "
+        "Disturbance DisturbanceShare LateShare Explained Before OffsetUnit"
     )
     return (
         *(number(name, real, adaptation[key], text) for name, key, text in told),

@@ -1,0 +1,175 @@
+"""A joint controller with a direct inverse, exported: the bits of the extension, with learning, contact and faults."""
+
+import json
+import shutil
+import struct
+import subprocess
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dehyst.cli import main
+from dehyst.control import Adaptation, JointController, JointControllerParameters, save_controller
+from dehyst.control.direct import direct_parameters
+from dehyst.control.joint import FLAGS, SWITCHES
+from dehyst.errors import ParameterError
+from dehyst.export import export, joint_subject, verify
+from dehyst.export.iec import load
+from dehyst.export.joint import _OUT, controller_of, joint_run
+from dehyst.export.numbers import direct_numbers
+from dehyst.export.plc.joint import joint_block
+from dehyst.export.plc.ports import DIRECT_JOINT
+from dehyst.export.plc.pou import siemens_scl, structured_text
+from direct_export_samples import QUICK, direct_model, random_adaptation, random_direct
+from export_samples import make_check, needs_make
+from test_export_st_joint import random_parameters, random_period
+
+TOLD = JointControllerParameters()
+CASES = {
+    "scheduled": {},
+    "plain, after a homing": {"schedules": 0, "known": True},
+    "by three variables": {"schedules": 3},
+    "stops only": {"paths": 0, "creeps": 0, "schedules": 0},
+    "a polynomial only": {"stops": 0, "paths": 0, "creeps": 0},
+}
+
+
+def subject(case="scheduled", real="double", adaptation=QUICK):
+    return joint_subject(direct_model(**CASES[case]), TOLD, adaptation, name="elbow", real=real)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([structured_text, siemens_scl]))
+def test_structured_text_has_the_bits_of_the_core(seed, form):
+    rng = np.random.default_rng(seed)
+    parameters, model, adaptation = random_parameters(rng), random_direct(rng), random_adaptation(rng)
+    controller = JointController(parameters, model, adaptation)
+    numbers = direct_numbers(direct_parameters(model, parameters.period))
+    unit = load(form(joint_block("Elbow", "LREAL", parameters, None, "", numbers, adaptation.as_dict()))).new("Elbow")
+    switches, readings = 0, [0.1, 3e5, 3e5]
+    for k in range(150):
+        frozen = readings
+        readings, reference = random_period(rng, k)
+        readings = frozen if rng.random() < 0.3 else readings
+        switches = int(rng.integers(0, 32)) if rng.random() < 0.05 else switches
+        restart = k == 0 or rng.random() < 0.02
+        if restart:
+            controller.reset(*readings)
+        out = controller.step(*readings, reference, switches)
+        row = dict(zip(DIRECT_JOINT.inputs, [*readings, *reference.as_tuple()], strict=True))
+        row |= {name: bool(switches & bit) for name, bit in DIRECT_JOINT.switches.items()}
+        found = unit.call(**row, Restart=restart)
+        expected = [getattr(out, name) for name in _OUT]
+        assert [struct.pack("d", found[x]) for x in DIRECT_JOINT.outputs] == [struct.pack("d", y) for y in expected]
+        assert found["FlagWord"] == out.flags
+
+
+@pytest.mark.parametrize("adaptation", [Adaptation(), QUICK])
+def test_the_recorded_run_learns_is_pushed_and_switches_position_control_off(adaptation):
+    run = joint_run(TOLD, direct_model(), "double", adaptation)
+    learned = run.flags & FLAGS["learned"] != 0
+    assert 100 < learned.sum() < 1500
+    off = run.switch & SWITCHES["position"] == 0
+    assert off[:100].all()
+    assert off[350:420].all()
+    assert not off[420:].any()
+    contact, doubt = run.outputs[:, 11], run.outputs[:, 12]
+    assert np.abs(contact[950:1090]).mean() > 3 * np.abs(contact[700:890]).mean()
+    assert doubt[0] > doubt[800] > 0  # the past becomes known
+    controller = controller_of(subject(adaptation=adaptation))
+    controller.reset(*run.inputs[0, :3])
+    controller.run(*run.inputs[:1000, :3].T, run.inputs[:1000, 3:], run.switch[:1000])
+    assert np.abs(controller.scales - 1).max() > 1e-3
+
+
+@needs_make
+@pytest.mark.parametrize("case", CASES)
+def test_exported_c_checks_itself(case, tmp_path):
+    written = export(subject(case), "c", tmp_path / "out")
+    done = make_check(written.folder, tmp_path / "build")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@needs_make
+@pytest.mark.parametrize("target", ["c-header", "fmu2", "fmu3", "simulink", "st"])
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_every_target_verifies(target, real, tmp_path):
+    export(subject(real=real), target, tmp_path / "out")
+    bad = [check for check in verify(tmp_path / "out") if not check.ok]
+    assert not bad
+
+
+@needs_make
+def test_a_changed_digit_is_found(tmp_path):
+    folder = export(subject(), "c", tmp_path / "out").folder
+    text = (folder / "src" / "elbow.c").read_text()
+    begin = text.index("elbow_weight[] = {")
+    place = text.index("0x1.", begin) + 6
+    (folder / "src" / "elbow.c").write_text(text[:place] + ("0" if text[place] != "0" else "1") + text[place + 1 :])
+    assert make_check(folder, tmp_path / "build").returncode != 0
+    assert any(check.status == "failed" for check in verify(folder))
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("language", ["c99", "c11", "c++17"])
+@pytest.mark.parametrize("case", ["scheduled", "a polynomial only"])
+def test_it_compiles_without_a_warning(compiler, language, case, tmp_path, run_strict):
+    run_strict(compiler, language, export(subject(case), "c", tmp_path / "out").folder / "src")
+
+
+@pytest.fixture
+def run_strict():
+    def strict(compiler, language, sources):
+        if shutil.which(compiler) is None:
+            pytest.skip(f"no {compiler}")
+        kind = "c++" if "+" in language else "c"
+        warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
+        command = [compiler, "-x", kind, f"-std={language}", *warnings, "-ffp-contract=off", "-O1", "-fsyntax-only"]
+        done = subprocess.run(
+            [*command, *map(str, sorted(sources.glob("*.c")))], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+
+    return strict
+
+
+@needs_make
+def test_no_check_of_it_meets_undefined_behaviour(tmp_path):
+    folder = export(subject(), "c", tmp_path / "out").folder
+    flags = "-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all"
+    done = subprocess.run(
+        ["make", "-s", "-C", str(folder), "check", f"BUILD={tmp_path / 'b'}", f"CFLAGS={flags}", f"LDFLAGS={flags}"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_command_exports_a_direct_inverse_in_a_controller(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    direct_model().save("elbow.json")
+    save_controller(TOLD, "controller.json", Adaptation(rate=0.7))
+
+    def run(*words):
+        monkeypatch.setattr("sys.argv", ["dehyst", *words])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return int(end.value.code or 0), capsys.readouterr()
+
+    told = ("export", "elbow.json", "--target", "c", "--what", "joint-controller", "--controller", "controller.json")
+    status, said = run(*told, "--out", "out", "--json")
+    assert status == 0
+    assert json.loads(said.out)["operators"] == 11
+    assert json.loads((tmp_path / "out" / "controller.json").read_text())["adaptation"]["rate"] == 0.7
+    assert f"{(0.7).hex()}".rstrip("0") in (tmp_path / "out" / "src" / "elbow.c").read_text()
+    status, said = run("export", "elbow.json", "--target", "c", "--what", "forward", "--out", "x")
+    assert status == 2
+    assert "direct inverse" in said.err
+
+
+def test_what_floats_cannot_tell_apart_is_refused():
+    model = direct_model(stops=0, schedules=0)
+    close = type(model)(radii=[0.1, 0.1 * (1 + 1e-9)], stop_weights=[1.0, 1.0], card=model.card)
+    with pytest.raises(ParameterError, match="radii become the same number"):
+        joint_subject(close, TOLD, name="elbow", real="float")
