@@ -435,7 +435,8 @@ def export(
     ] = None,
 ) -> None:
     """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
-    from dehyst.app.export import ExportRequest, run_export
+    from dehyst.app.export import run_export
+    from dehyst.app.export_request import ExportRequest
     from dehyst.export.excerpt import Part
 
     run_export(

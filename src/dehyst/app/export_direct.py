@@ -85,8 +85,8 @@ def _stalled(subject: Subject) -> Iterator[Finding]:
         yield Finding(
             "coarse-float",
             f"the slowest creep lag moves by {min(numbers.gain):.2g} of its distance in a sample: in single precision "
-            f"it stops {100 * share:.2g} % of the range before it is there. Export with --real double, or with a longer "
-            f"period.",
+            f"it stops {100 * share:.2g} % of the range before it is there. Export with --real double, or with a "
+            f"longer period.",
         )
 
 

@@ -106,6 +106,7 @@ def _interface(real: str, direct: bool) -> tuple[Variable, ...]:
         ("Failed", "BOOL", "a fault outlasted its bridging: valves closed until a restart"),
         ("PressureLimit", "BOOL", "desired pressures were limited"),
         ("ValveLimit", "BOOL", "a valve was limited"),
+        *((("Learned", "BOOL", "this period taught the adaptation something"),) if direct else ()),
         (
             "FlagWord",
             "UDINT",
@@ -223,7 +224,7 @@ def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
         "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Factor "
         "Fraction Rounded"
     )
-    flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Learned Inside Odd Changed")
+    flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Inside Odd Changed")
     known = {variable.name for variable in tables}
     return (
         *(Variable("VAR", name, real, ("0.0",)) for name in reals if name not in known),

@@ -80,4 +80,8 @@ JOINT = Ports(
     ),
     MappingProxyType({"PressureLimit": 16, "ValveLimit": 32}),
 )
-DIRECT_JOINT = replace(JOINT, switches=MappingProxyType({**JOINT.switches, "Learning": 8, "Resisting": 16}))
+DIRECT_JOINT = replace(
+    JOINT,
+    switches=MappingProxyType({**JOINT.switches, "Learning": 8, "Resisting": 16}),
+    doubtful=MappingProxyType({**JOINT.doubtful, "Learned": 256}),
+)
