@@ -15,7 +15,7 @@ _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by 
 # Reals of dehyst_block, dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
 # on a 32-bit target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
 BLOCK_PARAMETERS, BLOCK_REST = 11, {4: 48, 8: 64}
-JOINT_PARAMETERS, JOINT_REST = 71, {4: 24, 8: 32}
+JOINT_PARAMETERS, JOINT_REST = 72, {4: 24, 8: 32}
 MODEL_REST = {4: 40, 8: 48}
 IMAGE_OF_DIRECT = 89  # DEHYST_JOINT_WORDS of core/dehyst.h
 JOINT_REALS, JOINT_COUNTS = 132, {4: 48, 8: 64}

@@ -181,6 +181,7 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
         ("OffsetLimit", "offset_limit", "[Nm]"),
         ("LearningUnit", "unit", "[Nm]"),
         ("MostAcceleration", "most_acceleration", "of the reference, to learn [rad/s^2]"),
+        ("LeastSpeed", "least_speed", "of the reference, to learn [rad/s]"),
         ("DisturbancePole", "disturbance_pole", "of the feedback of the contact torque [1/s]"),
     )
     reals = names(
