@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import SWITCHES, Adaptation
+from dehyst.errors import ParameterError
+from dehyst.experiments.calibration import calibrate
+from dehyst.experiments.loops_run import identify_joint
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home, home_and_learn, refuse_failed
@@ -197,3 +202,19 @@ def smooth_push(at: float, lasting: float = 15.0, size: float = 5.0, edge: float
         return np.asarray(x * x * (3 - 2 * x))
 
     return lambda t: size * (rise(t - at) - rise(t - at - lasting))
+
+
+def identified_alone(robot: Robot, path: ArmPath, number: int = 1, seed: int = 0, compensator: str = "creep") -> Alone:
+    """Calibrate a joint, identify a direct inverse on it, and return it ready to be run on that plant or another.
+
+    Raises
+    ------
+    ParameterError
+        If the compensator of that name is no direct inverse.
+    """
+    characteristic = calibrate(robot, number, seed=seed)
+    with tempfile.TemporaryDirectory() as folder:
+        found = identify_joint(robot, number, characteristic, Path(folder), compensator=compensator, seed=seed)
+    if not isinstance(found.compensator, DirectInverse):
+        raise ParameterError(f"'{compensator}' is no direct inverse. Type compensator='creep'.", name=compensator)
+    return Alone(robot, path, characteristic, found.compensator, Adaptation(), number, seed)
