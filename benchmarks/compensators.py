@@ -1,7 +1,7 @@
 """Figures of the direct inverse on a joint that is not as it was identified, against what they must be.
 
-python benchmarks/compensators.py [--plants maxwell-slip preisach dahl] [--only contact holding] [--joint 1]
-                                  [--seed 0] [--change KEY=VALUE ...] [--quick] [--json]
+python benchmarks/compensators.py [--plants maxwell-slip preisach dahl] [--only contact holding]
+    [--joint 1] [--seed 0] [--change KEY=VALUE ...] [--quick] [--json]
 
 Parts: other_hysteresis, cold_start, no_hysteresis, contact, holding, endurance. --change is a key of the parameter file,
 for another robot. Status 1 if a figure is not as it must be. --quick: 200 s of faults instead of 10 000.

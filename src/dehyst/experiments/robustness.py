@@ -78,7 +78,7 @@ def no_hysteresis(joint: Alone) -> Iterator[Figure]:
 
 
 def contact(joint: Alone) -> Iterator[Figure]:
-    """5 Nm push the joint for 15 s in the slow trial: error of the estimate over the whole trial, and without a push."""
+    """5 Nm push the joint for 15 s in the slow trial: error of the estimate over the whole trial."""
     for at, size in PUSHES:
         push = smooth_push(at, size=size, edge=EDGES)
         run = follow(joint, "slow", ADAPT, push=push)
