@@ -3,7 +3,7 @@
 python benchmarks/compensators.py [--plants maxwell-slip preisach dahl] [--only contact holding]
     [--joint 1] [--seed 0] [--change KEY=VALUE ...] [--quick] [--json]
 
-Parts: other_hysteresis, cold_start, no_hysteresis, contact, holding, endurance. --change is a key of the parameter file,
+Parts: other_hysteresis, cold_start, no_hysteresis, contact, holding, endurance. --change: a key of the parameter file,
 for another robot. Status 1 if a figure is not as it must be. --quick: 200 s of faults instead of 10 000.
 """
 
