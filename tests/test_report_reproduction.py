@@ -433,3 +433,15 @@ def test_four_plants_with_long_logs_make_a_page_of_bounded_size_in_bounded_time(
     page = write_reproduction_report(result, tmp_path / "r.html")
     assert time.process_time() - start < 20.0  # 4 s on a quiet core
     assert page.stat().st_size < 6e6
+
+
+def test_several_compensators_stand_side_by_side_in_pictures_and_then_in_a_table(tmp_path):
+    result = sample_reproduction(("dahl",), (0,), (1,), compensators=("off", "paper", "creep"))
+    result = replace(result, compensator="creep", compensators=("paper", "creep"), studies={})
+    reader = read(write_reproduction_report(result, tmp_path / "several.html"))
+    assert reader.faults == []
+    page = (tmp_path / "several.html").read_text(encoding="utf-8")
+    assert 0 < page.index('id="compared"') < page.index('id="compared-table"') < page.index('id="p0-plant"')
+    found = result.plants["dahl"].figures[0]["joints"][1]["trials"]["slow"]
+    share = found["creep"]["rms_deg"] / found["off"]["rms_deg"]
+    assert f"{float(f'{share:.2g}'):g}" in reader.text and "What each compensator leaves over" in reader.text

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.experiments.recipes import Recipe
 from dehyst.identification import DirectFit, identify_direct
 from dehyst.io import read_log
-from dehyst.models import DirectInverse
+from dehyst.models import GROUPS, DirectInverse
 
 SHEARED, ANGLE, TIME, MEAN = "sheared_torque_Nm", "angle_rad", "time_s", "mean_pressure_bar"
+TORQUE = "torque_Nm"
+CURVE = 5  # degree of the curve over the angle that is no loop
+
+Array = npt.NDArray[np.float64]
 
 
 def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:
@@ -58,3 +63,27 @@ def unsheared(model: DirectInverse, stiffness: float, low: float, high: float) -
     curve[:2, 1] -= stiffness
     signal = replace(model.card.input, name="torque_Nm", unit="Nm", low=low, high=high)
     return replace(model, polynomial=curve, card=replace(model.card, input=signal))
+
+
+def without_time(model: DirectInverse, columns: Mapping[str, Array]) -> float:
+    """Return the share of the loops that stops and path lags alone leave unexplained: std of the rest over std.
+
+    Loops are what a curve over the angle does not explain. A joint without hysteresis has loops of creep and viscosity,
+    which a direct inverse explains well; compensating them makes its largest error larger, so they do not count.
+
+    Parameters
+    ----------
+    model
+        q [rad] -> tau [Nm].
+    columns
+        A log by column name: ``angle_rad``, ``time_s``, ``torque_Nm``, ``mean_pressure_bar``.
+    """
+    q = columns[ANGLE]
+    run = model.simulate(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
+    hysteresis = run.parts[:, [GROUPS.index(name) for name in ("short", "long")]].sum(axis=1)
+    curves = np.vander((q - q.mean()) / max(float(np.ptp(q)), 1e-12), CURVE + 1)
+
+    def loop(values: Array) -> float:
+        return float(np.std(values - curves @ np.linalg.lstsq(curves, values, rcond=None)[0]))
+
+    return loop(columns[TORQUE] - hysteresis) / max(loop(columns[TORQUE]), 1e-12)

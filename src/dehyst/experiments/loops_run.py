@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.experiments.direct_run import ANGLE, MEAN, SHEARED, TIME, identify_torque, unsheared
+from dehyst.experiments.direct_run import ANGLE, MEAN, SHEARED, TIME, TORQUE, identify_torque, unsheared, without_time
 from dehyst.experiments.motions import motion_of, unseen_motion
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import excite, home, known_torque
@@ -25,7 +25,6 @@ Array = npt.NDArray[np.float64]
 
 BAR = 1e5
 INPUT, OUTPUT = "sheared_bar", ANGLE
-TORQUE = "torque_Nm"
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +234,7 @@ def _identified(
         shear=shear,
         unseen=tested,
         inverse_rms_ratio=float(np.sqrt(np.mean(left**2) / np.mean(measured**2))),
-        unexplained=float(np.std(left) / np.std(measured)),
+        unexplained=float(np.std(left) / np.std(measured)) if direct is None else without_time(direct, unseen),
         direct=direct,
         modelled_bar=says(log.seen),
     )

@@ -101,7 +101,8 @@ class JointIdentification:
     inverse_rms_ratio
         rms(hysteresis - inverse)/rms(hysteresis) over the unseen loops.
     unexplained
-        The same without the means: std(hysteresis - inverse)/std(hysteresis).
+        The same without the means: std(hysteresis - inverse)/std(hysteresis). Of a direct inverse what its stops and
+        path lags alone leave of the loops: creep and viscosity are no hysteresis.
     direct
         The direct inverse, output ``angle_rad``, input ``torque_Nm``: the fitted one less k q; None for the paper's
         model.

@@ -66,6 +66,8 @@ def acceptance(result: Reproduction) -> Acceptance | None:
         "leaves unexplained: the standard deviation of measured hysteresis − inverse model, in percent of that of the "
         f"hysteresis. With more than {100 * ACCEPTABLE:.0f} % the compensator stays off."
     )
+    if any(one.direct is not None for plant in result.plants.values() for one in plant.identifications.values()):
+        rule += " Of a direct inverse only the terms without time count, and only loops: creep is no hysteresis."
     words = tuple(filter(None, (_consequence(result, plant, joints) for plant in result.plants.values())))
     return Acceptance(rule, tuple(f"joint {joint}" for joint in joints), rows, words)
 
