@@ -87,6 +87,8 @@ def test_the_largest_weight_of_a_schedule_is_counted():
         (DirectInverse(radii=[0.5], stop_weights=[1.0], polynomial=[0.0, 1.0]), {"tolerance": 0.0}, "positive number"),
         (DirectInverse(radii=[5.0], stop_weights=[1.0], polynomial=[0.0, 1.0]), {}, "Allow a wider range"),
         (DirectInverse(path_lengths=[900.0], path_weights=[1.0], polynomial=[0.0, 1.0]), {}, "wider range"),
+        (DirectInverse(path_lengths=[0.5], path_weights=[1.0], polynomial=[0.0, 1.0]), {"start": 9.0}, "outside the"),
+        (DirectInverse(path_lengths=[0.5], path_weights=[1.0], polynomial=[0.0, 1.0]), {"high": -1.0}, "low < high"),
     ],
 )
 def test_a_model_that_cannot_be_homed_is_refused_with_a_cure(model, change, words):

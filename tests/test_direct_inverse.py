@@ -247,3 +247,16 @@ def test_signals_that_do_not_fit_are_refused():
         model.simulate([0.0, 1.0], [0.0, 1.0, 2.0])
     with pytest.raises(ParameterError, match="runs backwards at sample 1"):
         model.simulate([0.0, 1.0], [1.0, 0.0], given={"p": 0.5})
+
+
+def test_without_an_identified_range_signals_of_any_unit_pass_unlimited():
+    model = DirectInverse(radii=[0.5e6], stop_weights=[2.0], polynomial=[0.0, 3.0])  # in Pa and counts, say
+    y = np.array([0.0, 5e6, 4e7, 3.8e7])
+    assert model.simulate(y, np.arange(4.0)).u.tolist() == [0.0, 16e6, 121e6, 113e6]
+
+
+def test_an_output_is_not_looked_for_without_a_range():
+    from dehyst.identification.direct.forward import follow
+
+    with pytest.raises(ParameterError, match="names no range"):
+        follow(DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]), [0.0, 1.0])

@@ -166,7 +166,7 @@ inline void learn_by(const nb::dict &values, dehyst_joint &joint)
     joint.least_speed = from.real("least_speed");
     joint.disturbance_pole = from.real("disturbance_pole");
     from.done();
-    require(a.noise > 0 && a.lowest >= 0 && a.lowest <= 1 && a.highest >= 1 && a.offset_limit >= 0 && a.rate >= 0,
+    require(a.noise >= 1e-6 && a.lowest >= 0 && a.lowest <= 1 && a.highest >= 1 && a.offset_limit >= 0 && a.rate >= 0,
             "an adaptation that could diverge");
 }
 

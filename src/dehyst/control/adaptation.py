@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, fields
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
 
+LEAST_NOISE = 1e-6  # its square is a number in single precision, too
+
 
 @dataclass(frozen=True)
 class Adaptation:
@@ -61,7 +63,7 @@ class Adaptation:
     Raises
     ------
     ParameterError
-        If a number is not finite, or scales could become negative.
+        If a number is not finite, `noise` is below 1e-6 Nm, or scales could become negative.
 
     Examples
     --------
@@ -94,8 +96,11 @@ class Adaptation:
                 f"scales from {self.lowest:g} to {self.highest:g}: they begin at 1 and a negative one would drive "
                 f"motion instead of opposing it. Pass 0 <= lowest <= 1 <= highest."
             )
-        if not self.noise > 0:
-            raise ParameterError(f"noise = {self.noise:g} Nm must be positive: without signal nothing can be learned.")
+        if not self.noise >= LEAST_NOISE:
+            raise ParameterError(
+                f"noise = {self.noise:g} Nm is too small: without signal errors would be divided by nothing. Pass "
+                f"{LEAST_NOISE:g} Nm or more; 0.3 Nm is usual."
+            )
         free = ("noise", "lowest", "highest")
         for name in (entry.name for entry in fields(self) if entry.name not in free):
             if getattr(self, name) < 0:

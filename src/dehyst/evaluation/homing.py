@@ -131,18 +131,26 @@ def shortest_homing(
     ([0.0, 0.49, -0.49, 0.1, 0.0], 0.01)
     """
     r, s = _bank(radii, weights)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ParameterError(f"a range from {low:g} to {high:g} leaves no room to move; pass low < high.")
-    if not tolerance > 0:
-        raise ParameterError(f"tolerance = {tolerance:g}; no motion leaves less than nothing. Pass a positive number.")
-    middle = 0.5 * (low + high)
-    begin, target = (_within(x, low, high, name, middle) for x, name in ((start, "start"), (end, "end")))
+    begin, target = check_room(low, high, tolerance, start, end)
     if not spent:
         points = _known(r, s, low, high, begin, tolerance)
         duration = limits.stroke_time(np.abs(np.diff(points)))
         return _homing(points, duration, r, s, _least_time(r, s, begin, low, high, tolerance, limits))
     points, bound = spending(r, s, (low, high), begin, target, tolerance, limits)
     return _homing(points, limits.stroke_time(np.abs(np.diff(points))), r, s, bound)
+
+
+def check_room(
+    low: float, high: float, tolerance: float, start: float | None, end: float | None
+) -> tuple[float, float]:
+    """Return where a motion begins and ends, None the middle; refuse a range, a tolerance or a place that is none."""
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"a range from {low:g} to {high:g} leaves no room to move; pass low < high.")
+    if not tolerance > 0:
+        raise ParameterError(f"tolerance = {tolerance:g}; no motion leaves less than nothing. Pass a positive number.")
+    middle = 0.5 * (low + high)
+    begin, target = (_within(x, low, high, name, middle) for x, name in ((start, "start"), (end, "end")))
+    return begin, target
 
 
 def _bank(radii: npt.ArrayLike, weights: npt.ArrayLike | None) -> tuple[Array, Array]:

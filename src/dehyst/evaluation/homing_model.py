@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.evaluation.homing import Homing, shortest_homing
+from dehyst.evaluation.homing import Homing, check_room, shortest_homing
 from dehyst.evaluation.homing_search import admissible
 from dehyst.evaluation.strokes import Limits
 from dehyst.models import DirectInverse
@@ -78,8 +78,7 @@ def home_model(
     x, p = model.path_lengths, _largest(model.path_weights)
     if not (s.any() or p.any()):
         raise ParameterError("no stop and no path lag of the model carries weight: it remembers nothing to be homed.")
-    if not tolerance > 0:
-        raise ParameterError(f"tolerance = {tolerance:g}; no motion leaves less than nothing. Pass a positive number.")
+    check_room(low, high, tolerance, start, end)
     search = _spent if spent else _known
     found: list[Homing] = []
     fault: ParameterError | None = None

@@ -20,6 +20,7 @@ from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.schedule import Schedule
 
 NONE = np.zeros(0)
+BOUNDLESS = 1e14  # range of a signal that has none: any in Pa or counts is within, and three times it the core takes
 SHORT = 0.25  # of the largest radius: stops and paths up to there are one group, longer ones another
 GROUPS = ("short", "long", "creep", "viscous")
 
@@ -382,7 +383,7 @@ def slopes(y: Array, time: Array, restart: npt.NDArray[np.int64]) -> Array:
 def _range(low: float | None, high: float | None, more: float) -> tuple[float, float]:
     """A card's range, wider by `more` of its width on both sides; far beyond everything if there is none."""
     if low is None or high is None or not low < high:
-        return -1e6, 1e6
+        return -BOUNDLESS, BOUNDLESS
     return low - more * (high - low), high + more * (high - low)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 
 Array = npt.NDArray[np.float64]
@@ -50,6 +51,11 @@ def follow(
         Scheduling variables by name, (T,).
     start
         Past before the first sample: "rest", "unknown", or "rising" or "falling" within a periodic motion.
+
+    Raises
+    ------
+    ParameterError
+        If the card names no range of the output.
 
     Examples
     --------
@@ -101,7 +107,13 @@ def follow(
 
 def _range(model: DirectInverse) -> tuple[float, float]:
     card = model.card.output
-    return (-1e6, 1e6) if card.low is None or card.high is None else (card.low, card.high)
+    if card.low is None or card.high is None:
+        raise ParameterError(
+            f"the model names no range of '{card.name}', within which the output for an input could be looked for. "
+            f"Identify it with `dehyst identify --family direct-inverse`, which writes the range into the model file, "
+            f"or give it a card: model.with_card(ModelCard(SignalCard('u'), SignalCard('y', low=-1, high=1)))."
+        )
+    return card.low, card.high
 
 
 def _memory(model: DirectInverse, past: tuple[float, ...], known: bool) -> tuple[Array, Array, Array]:
