@@ -19,6 +19,7 @@ FUZZERS: dict[str, tuple[Block, int, int]] = {
     "restore": (mapped(inverse(4)), 3_500_000, 150),
     "load": (inverse(1), 3_500_000, 250),
     "joint": (inverse(4), 1_500_000, 150),
+    "direct": (inverse(4), 1_500_000, 250),
 }
 DONE = re.compile(r"Done (\d+) runs")
 LET_IN = re.compile(r"let in (\d+) blocks of (\d+) operators")  # by the fuzzer of parameters, for each number
@@ -35,6 +36,7 @@ def built(folder: Path, name: str, block: Block) -> Path:
             *options,
             f"-I{folder}",
             f"-I{CORE}",
+            f"-I{HERE}",
             *sources(),
             HERE / "fuzz" / f"{name}.c",
             "-o",

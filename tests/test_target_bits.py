@@ -107,7 +107,7 @@ def test_a_whole_joint_controller_has_the_bits_of_the_extension(name, tmp_path):
     program = machines.build(machine, tmp_path, driver="joint.c", core=tmp_path / "out" / "src")
     test = subject.test
     content = machines.run(machine, program, jobs.joint_job(subject, test.samples), tmp_path)
-    rows = np.frombuffer(content, [("y", "<f8", 11), ("flags", "<u4")])
+    rows = np.frombuffer(content, [("y", "<f8", 13), ("flags", "<u4")])
     assert same_bits(rows["y"], test.outputs)
     assert np.array_equal(rows["flags"], test.flags)
     assert len(set(test.flags.tolist())) > 5  # faults and limits are among them

@@ -1,7 +1,7 @@
 /* Runs an exported joint controller over recorded periods: job.bin in, answer.bin out.
  *
  *   job:    number of periods, then for each: 3 sensors and 7 references as IEEE words, switches
- *   answer: for each period: 11 outputs as IEEE words, flags
+ *   answer: for each period: 13 outputs as IEEE words, flags
  *
  * steps() is the only caller of unit_step. */
 #include "io.h"
@@ -15,7 +15,7 @@ typedef struct period {
 } __attribute__((packed)) period;
 
 typedef struct answer {
-    dehyst_real output[11];
+    dehyst_real output[13];
     uint32_t flags;
 } __attribute__((packed)) answer;
 
@@ -37,10 +37,11 @@ __attribute__((noinline)) static void steps(uint32_t periods)
                                                   in.input[7], in.input[8], in.input[9]};
         if (k == 0) unit_reset(&unit, &sensors);
         unit_step(&unit, &sensors, &reference, in.switches, &found);
-        const dehyst_real values[11] = {found.valve[0],    found.valve[1], found.desired[0], found.desired[1],
+        const dehyst_real values[13] = {found.valve[0],    found.valve[1], found.desired[0], found.desired[1],
                                         found.pressure_difference, found.torque, found.integrator,
-                                        found.compensation, found.angle,   found.velocity,   found.load};
-        for (int i = 0; i < 11; ++i) out.output[i] = values[i];
+                                        found.compensation, found.angle,   found.velocity,   found.load,
+                                        found.contact,     found.doubt};
+        for (int i = 0; i < 13; ++i) out.output[i] = values[i];
         out.flags = found.flags;
         io_write(&out, sizeof out);
     }

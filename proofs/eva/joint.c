@@ -1,6 +1,9 @@
-/* A joint controller with a compensator: any readings, references and switches in any sequence. Parameters are the
+/* A joint controller with a compensator, or with -DDIRECT with a direct inverse that learns: any readings, references and switches in any sequence. Parameters are the
  * defaults of dehyst.JointControllerParameters. */
 #include "parameters.h"
+#ifdef DIRECT
+#include "direct.h"
+#endif
 
 #include "__fc_builtin.h"
 
@@ -24,7 +27,12 @@ static void set_joint(void)
         .c = {0, -4.32, 0, -14.66, 0, -42.37},
         .volume = {{8.20e-4, 2.28e-4, -7.05e-5, 3.30e-6}, {8.20e-4, -2.28e-4, -7.05e-5, -3.30e-6}},
         .angle_low = -0.7, .angle_high = 0.7, .pressure_low = LOW, .pressure_high = HIGH, .ramp = 0.5,
-        .shear = 1e5, .compensator_unit = 1e5, .compensator = &block.model,
+        .shear = 1e5, .compensator_unit = 1e5,
+#ifdef DIRECT
+        .direct = &direct, .adaptation = ADAPTATION, .most_acceleration = 0.5, .least_speed = 0.002, .disturbance_pole = 5,
+#else
+        .compensator = &block.model,
+#endif
         .pneumatics = {8.013e5, 1.013e5, 287.0 * 293.0, 1.26, 1.185, 2e-8, 0.3, 0.03},
         .angle_jump = 0.05, .pressure_jump = 0.3e5, .angle_step = 2 * 3.141592653589793 / 131072,
         .frozen_samples = 400, .hold_samples = 40,
@@ -53,6 +61,12 @@ static void refer(void)
 int main(void)
 {
     set_joint();
+#ifdef DIRECT
+    static dehyst_real wanted[MEMORY];
+    static dehyst_real seen[MEMORY];
+    state.wanted.memory = wanted;
+    state.seen.memory = seen;
+#endif
     state.compensator.z = z;
     sense();
     dehyst_joint_reset(&joint, &state, &sensors, start);
@@ -68,6 +82,14 @@ int main(void)
         //@ assert rest: \is_finite(output.torque) && \is_finite(output.integrator) && \is_finite(output.compensation);
         //@ assert seen: \is_finite(output.angle) && \is_finite(output.velocity) && \is_finite(output.load);
         //@ assert difference: \is_finite(output.pressure_difference);
+#ifdef DIRECT
+        for (int32_t g = 0; g < 4; ++g) {
+            //@ assert scale: \is_finite(state.learning.scale[g]) && 0 <= state.learning.scale[g] <= 2;
+        }
+        //@ assert offset: \is_finite(state.learning.offset) && -2 <= state.learning.offset <= 2;
+        //@ assert contact: \is_finite(output.contact);
+        //@ assert torque: \is_finite(state.torque_direct) && -1e6 <= state.torque_direct <= 1e6;
+#endif
     }
     return 0;
 }

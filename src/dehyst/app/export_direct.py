@@ -38,8 +38,9 @@ def direct_subject_of(model: DirectInverse, request: ExportRequest, real: str) -
 def _refuse_what_it_is_not(request: ExportRequest) -> None:
     if request.what == "inverse":
         raise ParameterError(
-            f"'{request.model}' is a direct inverse, which this dehyst exports in a joint controller only: add "
-            f"--what joint-controller --controller FILE."
+            f"'{request.model}' is a direct inverse, which is exported inside a joint controller only, not as a unit of "
+            f"its own: its creep and its learning need the controller's period and observer. Add --what "
+            f"joint-controller --controller FILE, written by `dehyst reproduce` or dehyst.control.save_controller."
         )
     if request.what == "forward":
         raise ParameterError(
