@@ -125,7 +125,7 @@ PROOFS = (
     ),
     Proof(
         "eva-direct",
-        "a direct inverse that learns, for every input: no undefined behaviour, answer and what is learned within limits",
+        "a direct inverse that learns, for every input: no undefined behaviour, answer and learning within limits",
         direct_step,
     ),
 )

@@ -430,9 +430,6 @@ def export(
     prune: Annotated[bool, typer.Option("--prune", help="Drop operators of weight zero, which is exact.")] = False,
     overwrite: Overwrite = False,
     json: Json = False,
-    period: Annotated[
-        float | None, typer.Option("--period", help="Time between two samples of the unit of a direct inverse [s].")
-    ] = None,
 ) -> None:
     """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
     from dehyst.app.export import run_export
@@ -442,7 +439,7 @@ def export(
     run_export(
         ExportRequest(
             model, target, out, real, what, range, ramp, log, column, controller, name, prune, overwrite, json,
-            Part(run, start, stop, time), period,
+            Part(run, start, stop, time),
         )
     )  # fmt: skip
 

@@ -59,7 +59,6 @@ def run_export(request: ExportRequest) -> None:
             written = export(subject, request.target, request.out, request.overwrite)
         _say(written, subject, request, findings)
         return
-    _refuse_period(request)
     model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
@@ -101,14 +100,6 @@ def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[Hysteresis
         f"does not hold back at the actuator's limits. Limit the sum behind it.",
     )
     return model.inverse(), replace(request, what="forward"), [told]
-
-
-def _refuse_period(request: ExportRequest) -> None:
-    if request.period is not None:
-        raise ParameterError(
-            f"--period {request.period:g} belongs to a direct inverse, whose creep takes time; this model does not "
-            f"know time, and its unit takes any period. Leave --period out."
-        )
 
 
 def _refuse_contradictions(request: ExportRequest) -> None:

@@ -38,18 +38,14 @@ def direct_subject_of(model: DirectInverse, request: ExportRequest, real: str) -
 def _refuse_what_it_is_not(request: ExportRequest) -> None:
     if request.what == "inverse":
         raise ParameterError(
-            f"'{request.model}' is a direct inverse, which is exported inside a joint controller only, not as a unit of "
-            f"its own: its creep and its learning need the controller's period and observer. Add --what "
+            f"'{request.model}' is a direct inverse, which is exported inside a joint controller only, not as a "
+            f"unit of its own: its creep and its learning need the controller's period and observer. Add --what "
             f"joint-controller --controller FILE, written by `dehyst reproduce` or dehyst.control.save_controller."
         )
     if request.what == "forward":
         raise ParameterError(
             f"'{request.model}' is a direct inverse: it answers which input an output needs, and there is no model of "
             f"the output to export. Leave --what forward out, or identify another family for it."
-        )
-    if request.what == "joint-controller" and request.period is not None:
-        raise ParameterError(
-            "--period belongs to a direct inverse on its own; a joint controller's is in its file. Leave --period out."
         )
 
 

@@ -27,4 +27,3 @@ class ExportRequest:
     overwrite: bool = False
     json: bool = False
     part: Part = ALL
-    period: float | None = None
