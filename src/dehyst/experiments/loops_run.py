@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import excite, home, known_torque
 from dehyst.experiments.recipes import Recipe, recipe
 from dehyst.experiments.results import Characteristic, JointIdentification
-from dehyst.identification import DirectFit, Fit, identify
+from dehyst.identification import DirectFit, Fit, choose_shear, identify
 from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
@@ -24,7 +24,7 @@ from dehyst.plant.parameters import Robot
 Array = npt.NDArray[np.float64]
 
 BAR = 1e5
-INPUT, OUTPUT = "sheared_bar", ANGLE
+INPUT, OUTPUT, HYSTERESIS = "sheared_bar", ANGLE, "hysteresis_bar"
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ def identify_compensators(
         if suffix not in logs:
             rig = _Rig(used, number, characteristic, seed, mechanisms)
             logs[suffix] = _logged(rig, chosen.log, folder, suffix)
-        same = suffix, chosen.family, chosen.time_constants, chosen.schedules
+        same = suffix, chosen.family, chosen.shear_from_log, chosen.time_constants, chosen.schedules
         if same not in fitted:
             fitted[same] = _identified(used, number, chosen, characteristic, logs[suffix])
         found[name] = fitted[same]
@@ -196,6 +196,7 @@ def _columns(arm: Arm, log: ArmLog, characteristic: Characteristic, stiffness: f
         "pressure_2_bar": second,
         "pressure_difference_bar": difference,
         "nominal_difference_bar": nominal,
+        HYSTERESIS: difference - nominal,
         INPUT: difference - nominal + shear * q,
         OUTPUT: q,
         MEAN: mean,
@@ -208,8 +209,8 @@ def _identified(
     robot: Robot, number: int, chosen: Recipe, characteristic: Characteristic, log: JointLog
 ) -> JointIdentification:
     """Fit what the recipe says to the written log, and ask it for the hysteresis of loops that it has not seen."""
-    fit = identify_torque(log.files, chosen) if chosen.direct else _played(robot, log.files[0])
-    shear, direct = robot.compensator.shear / BAR, None
+    shear, direct = _shear(robot, chosen, log.files[0]), None
+    fit = identify_torque(log.files, chosen) if chosen.direct else _played(robot, log.files[0], shear)
     if isinstance(fit, DirectFit):
         stiffness = characteristic.stiffness(robot.controller.mean_pressure)
         direct = unsheared(fit.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
@@ -229,7 +230,7 @@ def _identified(
     return JointIdentification(
         joint=number,
         characteristic=characteristic,
-        log=log.seen,
+        log={**log.seen, INPUT: log.seen[HYSTERESIS] + shear * log.seen[OUTPUT]},
         fit=fit,
         shear=shear,
         unseen=tested,
@@ -240,12 +241,23 @@ def _identified(
     )
 
 
-def _played(robot: Robot, file: Path) -> Fit:
-    """The paper's model."""
+def _shear(robot: Robot, chosen: Recipe, file: Path) -> float:
+    """k of the sheared loop. [bar/rad]"""
+    if not chosen.shear_from_log:
+        return robot.compensator.shear / BAR
+    recording = read_log(file, input=HYSTERESIS, output=OUTPUT, time=TIME)
+    return choose_shear(recording, n=robot.compensator.operators, eps=robot.compensator.eps, train_fraction=1.0).shear
+
+
+def _played(robot: Robot, file: Path, shear: float) -> Fit:
+    """The paper's model; its loop is sheared in the log already, by the k of the robot's file."""
     settings = robot.compensator
     recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
+    more = shear - settings.shear / BAR
+    if more:
+        recording = replace(recording, input=recording.input + more * recording.output)
     return identify(recording, family="pi", n=settings.operators, eps=settings.eps)
 
 
 def _hysteresis(columns: Mapping[str, Array]) -> Array:
-    return columns["pressure_difference_bar"] - columns["nominal_difference_bar"]
+    return columns[HYSTERESIS]

@@ -10,8 +10,7 @@ from typing import Any
 from dehyst.errors import ParameterError
 
 PLAY, DIRECT = "pi", "direct-inverse"
-LOG_GRID = (0.1, 0.6, 3.5, 20.0, 120.0, 700.0)  # [s], a factor of 6 apart
-FEW = (4.0, 25.0, 150.0)  # [s]
+CREEP = (4.0, 25.0, 150.0)  # [s], a factor of 6 apart; none of them is a time constant of the simulated muscles
 
 
 @dataclass(frozen=True)
@@ -28,6 +27,8 @@ class Recipe:
         Settings that differ from the robot's file.
     local
         The backbone is the polynomial through the loop at the mean pressure, not the calibrated A, B, C.
+    shear_from_log
+        k of the sheared loop is chosen by the held-out error of the inverse instead of taken from the robot's file.
     log
         Which motions are logged: "loops", the decaying ones; "rates", these and strokes of several speeds with rests;
         "pressures", these, and the loops at other mean pressures.
@@ -45,6 +46,7 @@ class Recipe:
     family: str = PLAY
     changes: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     local: bool = False
+    shear_from_log: bool = False
     log: str = "loops"
     time_constants: tuple[float, ...] = ()
     schedules: tuple[str, ...] = ()
@@ -65,20 +67,20 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
     {
         "paper": Recipe("the paper's, on the calibrated characteristic A, B, C"),
         "literal": Recipe("the paper read literally, on a polynomial through the loop at 3 bar", local=True),
-        "scaled": Recipe("the paper's with k = 10 bar/rad instead of 1", changes={"compensator.shear_bar_rad": 10.0}),
+        "scaled": Recipe("the paper's with k from the log instead of 1 bar/rad", shear_from_log=True),
         "direct": _direct("the inverse itself, in torque: stops, path lags, viscosity, no creep", log="loops"),
-        "creep": _direct("direct with creep, from a log of several speeds with rests", time_constants=LOG_GRID),
+        "creep": _direct("direct with creep, from a log of several speeds with rests", time_constants=CREEP),
         "scheduled": _direct(
             "creep, weights over the mean pressure, from logs at several ones",
             log="pressures",
-            time_constants=LOG_GRID,
+            time_constants=CREEP,
             schedules=("mean_pressure",),
         ),
-        "adaptive": _direct("creep, learning its scales while it runs", time_constants=LOG_GRID, adaptive=True),
+        "adaptive": _direct("creep, learning its scales while it runs", time_constants=CREEP, adaptive=True),
         "ilc": _direct(
-            "creep, and a torque learned along the path from repeated passes", time_constants=LOG_GRID, passes=4
+            "creep, and a torque learned along the path from repeated passes", time_constants=CREEP, passes=4
         ),
-        "best": _direct("creep, learning its scales while it runs", time_constants=LOG_GRID, adaptive=True),
+        "best": _direct("creep, learning its scales while it runs", time_constants=CREEP, adaptive=True),
     }
 )
 NAMES = tuple(RECIPES)
