@@ -10,7 +10,6 @@ import dehyst
 from dehyst import cli
 from dehyst.evaluation import UNSEEN_TIPS
 from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.recipes import recipe
 from dehyst.experiments.results import ACCEPTABLE
 from experiment_samples import PLANTS, calibrated, equipment, folder, identified, robot, trial
 
@@ -125,6 +124,12 @@ def test_the_accepted_model_is_put_into_the_controller_with_its_shear():
     np.testing.assert_allclose(full, pruned, rtol=0, atol=1e-12)
 
 
-def test_the_scaled_compensator_shears_by_ten():
-    scaled = robot().with_changes(recipe("scaled").changes)
-    assert scaled.compensator.shear == 10e5 and robot().compensator.shear == 1e5
+def test_the_scaled_compensator_takes_k_from_the_log_and_shares_that_of_the_paper(tmp_path):
+    found = identify_joint(robot(), 1, calibrated(1), tmp_path, compensator="scaled")
+    log = dehyst.read_log(tmp_path / "identification_joint1.csv", input="hysteresis_bar", output="angle_rad")
+    compensator = robot().compensator
+    chosen = dehyst.choose_shear(log, n=compensator.operators, eps=compensator.eps, train_fraction=1.0)
+    assert found.shear == chosen.shear > robot().compensator.shear / 1e5
+    assert found.fit.model.inverse_gain < identified(1).fit.model.inverse_gain / 10  # no step at reversals
+    sheared = found.log["hysteresis_bar"] + found.shear * found.log["angle_rad"]
+    np.testing.assert_array_equal(sheared, found.log["sheared_bar"])

@@ -112,10 +112,12 @@ def identify_compensators(
 
     Parameters
     ----------
-    robot, number, folder, seed, mechanisms
+    robot, number
         As for `identify_joint`.
     wanted
         Name of a compensator -> its recipe, and the joint's A, B, C as it sees them.
+    folder, seed, mechanisms
+        As for `identify_joint`.
     """
     logs: dict[str, JointLog] = {}
     fitted: dict[tuple[object, ...], JointIdentification] = {}
