@@ -197,3 +197,12 @@ def test_a_negative_setting_is_refused_by_name(field):
 def test_scales_that_could_drive_motion_are_refused(bounds):
     with pytest.raises(ParameterError, match="scale"):
         Adaptation(lowest=bounds[0], highest=bounds[1])
+
+
+def test_a_state_after_an_absurd_angle_is_stored_and_restored_without_a_known_range():
+    bare = DirectInverse(radii=[0.1], stop_weights=[2.0], polynomial=[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e3])
+    first, second = learner(model=bare), learner(model=bare)
+    for angle in (0.0, 1e15, 1e15):
+        first.step(angle, 3e5, 3e5, JointReference(angle), LEARNS)
+    second.restore(first.save())
+    assert second.applied.tolist() == first.applied.tolist()

@@ -12,6 +12,9 @@ from dehyst.models import DirectInverse, Schedule
 from dehyst.units import TABLE, canonical
 
 GIVEN = ("mean_pressure", "load")  # what the controller gives the model, in the order of the core
+LARGEST = (
+    1e6  # [rad], [Nm]: beyond what any joint has, and powers of it are still numbers that a state can be stored with
+)
 SI = {"mean_pressure": "pressure", "load": "torque"}
 
 
@@ -62,7 +65,7 @@ def in_si(model: DirectInverse) -> DirectInverse:
 
 def direct_parameters(model: DirectInverse, period: float) -> tuple[Any, ...]:
     """Return what the core's joint takes: the model in SI, its schedules in the order of `GIVEN`."""
-    return in_si(model).parameters(period, GIVEN)
+    return in_si(model).parameters(period, GIVEN, LARGEST)
 
 
 def _times(value: float | None, factor: float) -> float | None:

@@ -267,8 +267,13 @@ class DirectInverse:
         sizes = np.concatenate([self.radii, self.path_lengths])
         return np.concatenate([(sizes > far).astype(np.int64), np.full(self.time_constants.size, 2), [3]])
 
-    def parameters(self, period: float, given: tuple[str, ...] | None = None) -> tuple[Any, ...]:
-        """Return what the core takes, for samples `period` apart [s]; `given` names the variables from outside."""
+    def parameters(
+        self, period: float, given: tuple[str, ...] | None = None, boundless: float = BOUNDLESS
+    ) -> tuple[Any, ...]:
+        """Return what the core takes, for samples `period` apart [s]; `given` names the variables from outside.
+
+        A signal whose card names no range lies within +-`boundless`.
+        """
         order = tuple(schedule.name for schedule in self.outside) if given is None else given
         period = parameter_number(period, "period")
         if not period > 0:
@@ -285,8 +290,8 @@ class DirectInverse:
             np.array(source, np.int64),
             np.array([schedule.low for schedule in self.schedules], float),
             np.array([schedule.high for schedule in self.schedules], float),
-            np.array([self.center, *_range(self.card.output.low, self.card.output.high, 0.0),
-                      *_range(self.card.input.low, self.card.input.high, 1.0)]),
+            np.array([self.center, *_range(self.card.output.low, self.card.output.high, 0.0, boundless),
+                      *_range(self.card.input.low, self.card.input.high, 1.0, boundless)]),
             self.polynomial.shape[1],
             len(GROUPS),
             bool(self.known),
@@ -380,10 +385,10 @@ def slopes(y: Array, time: Array, restart: npt.NDArray[np.int64]) -> Array:
     return out
 
 
-def _range(low: float | None, high: float | None, more: float) -> tuple[float, float]:
+def _range(low: float | None, high: float | None, more: float, boundless: float) -> tuple[float, float]:
     """A card's range, wider by `more` of its width on both sides; far beyond everything if there is none."""
     if low is None or high is None or not low < high:
-        return -BOUNDLESS, BOUNDLESS
+        return -boundless, boundless
     return low - more * (high - low), high + more * (high - low)
 
 
