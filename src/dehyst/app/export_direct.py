@@ -93,9 +93,11 @@ def stall(numbers: DirectNumbers) -> float:
     Examples
     --------
     >>> from dehyst.export.numbers import direct_numbers
-    >>> model = DirectInverse(time_constants=[100.0], creep_weights=[1.0])
-    >>> round(stall(direct_numbers(model.parameters(1e-3))) / 1e6, 3)
-    0.003
+    >>> from dehyst.models import ModelCard, SignalCard
+    >>> card = ModelCard(SignalCard("torque", "Nm"), SignalCard("angle", "rad", -1.0, 1.0))
+    >>> model = DirectInverse(time_constants=[100.0], creep_weights=[1.0], card=card)
+    >>> round(stall(direct_numbers(model.parameters(1e-3))), 4)
+    0.006
     """
     largest = max(abs(numbers.input_low), abs(numbers.input_high))
     return 0.5 * float(np.spacing(np.float32(largest))) / min(numbers.gain)
