@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
-from dehyst.experiments.point import run_point
+from dehyst.experiments.point import evaluate_point
 
 TRIALS = ("slow", "slow_no_integrator", "fast")
 COMPARED = ("off", "paper", "scaled", "direct", "creep", "best", "ilc")
@@ -25,32 +25,32 @@ Row = tuple[str, float, float | None]
 
 
 def best(plant: str, seed: int) -> Iterator[Row]:
-    found = run_point({"hysteresis.mechanism": plant}, trials=TRIALS, compensators=COMPARED, seed=seed)
+    found = evaluate_point({"hysteresis.mechanism": plant}, trials=TRIALS, compensators=COMPARED, seed=seed)
     rms = {"slow": SLOW[plant], "slow_no_integrator": 0.10, "fast": 0.40}
     for trial, name in product(TRIALS, COMPARED[1:]):
         judged = name == "best"
         yield f"{trial}, {name}, rms", found[f"{trial}/{name}/ratio_rms"], rms[trial] if judged else None
         most = 0.35 if judged and trial == "slow" else None
         yield f"{trial}, {name}, max", found[f"{trial}/{name}/ratio_max"], most
-    alone = run_point({"hysteresis.mechanism": plant}, trials=("slow",), compensators=("off", "best"), seed=seed)
+    alone = evaluate_point({"hysteresis.mechanism": plant}, trials=("slow",), compensators=("off", "best"), seed=seed)
     yield "inverse error over hysteresis on unseen loops, best", alone["inverse_rms_ratio_unseen"], 0.10
 
 
 def gravity(plant: str, seed: int) -> Iterator[Row]:
     for joint in (2, 4):
-        found = run_point({"hysteresis.mechanism": plant}, joint=joint, compensators=("off", "best"), seed=seed)
+        found = evaluate_point({"hysteresis.mechanism": plant}, joint=joint, compensators=("off", "best"), seed=seed)
         yield f"joint {joint}, slow, best, rms", found["slow/best/ratio_rms"], 0.25
 
 
 def inertia(plant: str, seed: int) -> Iterator[Row]:
     changes = {"hysteresis.mechanism": plant, "controller.inertia_error": 0.0}
-    found = run_point(changes, trials=("fast",), compensators=("off", "best"), seed=seed)
+    found = evaluate_point(changes, trials=("fast",), compensators=("off", "best"), seed=seed)
     yield "fast, best, exact inertia, rms", found["fast/best/ratio_rms"], 0.10
 
 
 def times(plant: str, seed: int) -> Iterator[Row]:
     for factor in (3.0, 1 / 3):
-        found = run_point(
+        found = evaluate_point(
             {"hysteresis.mechanism": plant},
             compensators=("off", "creep"),
             run_settings={"time_constants_factor": factor},
@@ -61,7 +61,7 @@ def times(plant: str, seed: int) -> Iterator[Row]:
 
 def pressure(plant: str, seed: int) -> Iterator[Row]:
     for bar in (2.0, 4.0):
-        found = run_point(
+        found = evaluate_point(
             {"hysteresis.mechanism": plant},
             compensators=("off", "creep", "scheduled"),
             run_settings={"run_mean_pressure_bar": bar},
