@@ -57,6 +57,13 @@ def measured(plant: str, options: argparse.Namespace) -> list[Figure]:
     return found
 
 
+def show(plant: str, figures: list[Figure]) -> None:
+    print(plant)
+    for f in figures:
+        limit = "" if f.most is None else f"  <= {f.most:g}  {'ok' if f.good else 'NOT'}"
+        print(f"  {f.value:9.3f}{limit:18s}  {f.name}", flush=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plants", nargs="+", default=list(PLANTS))
@@ -71,15 +78,13 @@ def main() -> int:
     if not options.only or "no_hysteresis" in options.only:
         plants.append("none")
     with ThreadPoolExecutor() as pool:  # the simulation does not hold Python's lock
-        found = dict(zip(plants, pool.map(lambda plant: measured(plant, options), plants), strict=True))
+        found = {}
+        for plant, figures in zip(plants, pool.map(lambda plant: measured(plant, options), plants), strict=True):
+            found[plant] = figures
+            if not options.json:
+                show(plant, figures)
     if options.json:
         print(json.dumps({plant: {f.name: [f.value, f.most] for f in figures} for plant, figures in found.items()}))
-    else:
-        for plant, figures in found.items():
-            print(plant)
-            for f in figures:
-                limit = "" if f.most is None else f"  <= {f.most:g}  {'ok' if f.good else 'NOT'}"
-                print(f"  {f.value:9.3f}{limit:18s}  {f.name}")
     return int(not all(f.good for figures in found.values() for f in figures))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import json
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -48,6 +49,7 @@ STYLE: dict[str, Any] = {
     "svg.fonttype": "path",  # letters as outlines: the same picture wherever it is shown
     "path.simplify_threshold": 0.2,
 }
+INTEGRATOR = Path(__file__).parents[2] / "benchmarks" / "results" / "integrator.json"
 STEP = 0.02  # sampling time of the simulated joint [s]
 
 
@@ -318,6 +320,24 @@ def excitation() -> Figure:
     return figure
 
 
+def integrator() -> Figure:
+    """What the integrator has left to do beside a compensator, from the committed run of benchmarks/integrator.py."""
+    found = json.loads(INTEGRATOR.read_text(encoding="utf-8"))
+    figure = Figure(figsize=(9.6, 3.8), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for (plant, figures), line in zip(found.items(), ("-", "--", ":"), strict=False):
+        for name, colour, label in (("off", GREY, "without"), ("on", BLUE, "with compensator")):
+            gains = [g for g in figures[name]["gains"] if g["gain"] > 0]
+            x, y = [g["gain"] for g in gains], [g["rms_deg"] for g in gains]
+            left.loglog(x, y, line, color=colour, lw=1.8, label=f"{label}, {plant}")
+            torque = np.array(figures[name]["drift"]["torque_Nm"])
+            right.plot(2.0 * np.arange(torque.size), torque - torque[0], line, color=colour, lw=1.8)
+    left.set(title="Slow trial", xlabel="gain of the integrator", ylabel="rms error [deg]")
+    right.set(title="Three minutes of rest", xlabel="time [s]", ylabel="change of its torque [Nm]")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "loop": loop,
@@ -329,6 +349,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "excitation": excitation,
     "speed": speed_over_operators,
 }
+if INTEGRATOR.exists():
+    FIGURES["integrator"] = integrator
 if not speed.RESULT.exists():
     del FIGURES["speed"]
 WITH_PNG = {"arm"}

@@ -78,7 +78,7 @@ class Adaptation:
     most_error: float = 0.5
     contact_ratio: float = 4.0
     first_error: float = 1.0
-    patience: float = 60.0
+    patience: float = 120.0
     rest: float = 1.0
     lowest: float = 0.0
     highest: float = 2.0

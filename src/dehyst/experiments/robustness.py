@@ -70,24 +70,28 @@ def cold_start(joint: Alone, told: Alone | None = None, name: str = "") -> Itera
 
 
 def no_hysteresis(joint: Alone) -> Iterator[Figure]:
-    """A plant without any, identified there; the limit is that with noise."""
+    """A plant without any, identified there, the contact torque fed back; the limit is that with noise."""
     for trial in TRIALS:
-        off, on = follow(without(joint), trial).figures(), follow(joint, trial, ADAPT).figures()
-        for what, a, b in zip(("rms", "max"), on, off, strict=True):
-            yield Figure(f"no hysteresis, {trial}, {what} on/off", a / b, 1.02)
+        off = follow(without(joint), trial).figures()
+        for how, switches, most in (("", ADAPT, None), (", contact fed back", ADAPT | DISTURBANCE, 1.02)):
+            on = follow(joint, trial, switches, learn_homing=True).figures()
+            for what, a, b in zip(("rms", "max"), on, off, strict=True):
+                yield Figure(f"no hysteresis{how}, {trial}, {what} on/off", a / b, most)
 
 
 def contact(joint: Alone) -> Iterator[Figure]:
-    """5 Nm push the joint for 15 s in the slow trial: error of the estimate over the whole trial."""
+    """5 Nm push the joint for 15 s in the slow trial, after a homing from which it learned."""
     for at, size in PUSHES:
         push = smooth_push(at, size=size, edge=EDGES)
-        run = follow(joint, "slow", ADAPT, push=push)
+        run = follow(joint, "slow", ADAPT, push=push, learn_homing=True)
+        cold = follow(joint, "slow", ADAPT, push=push)
         blind = follow(without(joint), "slow", push=push)
         error, before = run.contact_error, blind.log.load[:, 0] + blind.pushed
         free = np.abs(run.pushed) < 1e-3
         name = f"contact of {size:+g} Nm at {at:g} s"
         yield Figure(f"{name}, rms error [Nm]", rms(error), 0.1)
         yield Figure(f"{name}, false contact [Nm]", float(np.abs(error[free]).max()), 1.0)
+        yield Figure(f"{name}, nothing learned before, rms error [Nm]", rms(cold.contact_error))
         yield Figure(f"{name}, without compensator, rms error [Nm]", rms(before))
         for how, switches in (("", ADAPT), (", fed back", ADAPT | DISTURBANCE)):
             _, largest = follow(joint, "slow", switches, push=push).figures()
