@@ -25,5 +25,5 @@ def test_a_file_with_adaptation_gives_it_back(tmp_path):
 def test_a_file_that_was_edited_is_refused(change, tmp_path):
     path = save_controller(TOLD, tmp_path / "a.json", Adaptation())
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
-    with pytest.raises(ModelFileError, match="checksum|schema version"):
+    with pytest.raises(ModelFileError, match=r"checksum|schema version"):
         load_controller(path)
