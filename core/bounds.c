@@ -10,8 +10,9 @@ dehyst_real dehyst_bounded(dehyst_real x, dehyst_real limit)
 
 void dehyst_fade_start(dehyst_fade *fade, dehyst_real value, dehyst_real part)
 {
-    fade->value = value;
-    fade->step = value * part;
+    const dehyst_real step = value * part;
+    fade->value = step < 0 || step > 0 ? value : (dehyst_real)0; /* a step that rounds to nothing would never end */
+    fade->step = step;
 }
 
 void dehyst_fade_step(dehyst_fade *fade)

@@ -403,7 +403,7 @@ typedef struct dehyst_learning {
 void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning);
 
 /* One sample at a period [s]: what the actuator needed, `measured`, beside the model's answer at the measured output. While
- * `frozen` nothing is learned. Returns 1 if something was. */
+ * `frozen` nothing is learned, and what is in use still goes towards what was. Returns 1 if something was. */
 int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups,
                          dehyst_real period, dehyst_real curve, const dehyst_real *part, dehyst_real measured,
                          int frozen);
@@ -459,6 +459,8 @@ typedef struct dehyst_joint {
     int32_t frozen_samples;               /* equal samples of a sensor in a row that mean it is frozen; 0: never */
     int32_t hold_samples;                 /* faulty samples bridged by prediction; beyond it the joint fails safe */
 } dehyst_joint;
+
+#define DEHYST_TORQUE_LIMIT ((dehyst_real)1e6) /* that no joint has, [Nm]: nothing that `direct` adds is larger */
 
 enum { /* what is switched on */
     DEHYST_POSITION = 1u,    /* position control; otherwise the reference's pressure difference is applied */

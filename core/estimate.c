@@ -1,7 +1,5 @@
 #include "dehyst.h"
 
-#define LARGEST ((dehyst_real)1e6) /* torque that no joint has, [Nm]: nothing that is fed back grows beyond */
-
 dehyst_real dehyst_share_step(dehyst_real share, int on, dehyst_real part)
 {
     const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
@@ -64,7 +62,7 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
                               state->compensator_share * state->torque_direct;
     const dehyst_real pole = joint->disturbance_pole > 0 ? joint->disturbance_pole : (dehyst_real)0;
     state->disturbance += (1 - dehyst_decay(pole * joint->period)) *
-                          (dehyst_bounded(state->contact + apart, LARGEST) - state->disturbance);
+                          (dehyst_bounded(state->contact + apart, DEHYST_TORQUE_LIMIT) - state->disturbance);
     state->disturbance_share = dehyst_share_step(state->disturbance_share, (switches & (uint32_t)DEHYST_DISTURBANCE) != 0,
                                                  dehyst_fade_part(joint));
     return learned ? (uint32_t)DEHYST_LEARNED : 0u;
@@ -83,5 +81,5 @@ void dehyst_joint_direct(const dehyst_joint *joint, dehyst_joint_state *state, u
         dehyst_direct_follow(direct, &state->wanted, &state->seen);
     }
     const dehyst_real torque = dehyst_direct_output(direct, &state->wanted, state->learning.applied);
-    state->torque_direct = dehyst_bounded(torque + state->learning.applied_offset, LARGEST);
+    state->torque_direct = dehyst_bounded(torque + state->learning.applied_offset, DEHYST_TORQUE_LIMIT);
 }

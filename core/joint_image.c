@@ -30,7 +30,8 @@ static const span direct_reals[SPANS] = {
     {AT(seen.last), 1}, {AT(seen.curve), 1}, {AT(seen.part), DEHYST_GROUPS}, {AT(seen.doubt), DEHYST_GROUPS},
     {AT(delayed.curve), 3}, {AT(delayed.part), 3 * DEHYST_GROUPS}, {AT(learning.scale), DEHYST_GROUPS}, {AT(learning.applied), DEHYST_GROUPS},
     {AT(learning.offset), 1}, {AT(learning.applied_offset), 1}, {AT(learning.error), 1},
-    {AT(learning.error_before), 1}, {AT(learning.usual), 1}, {AT(learning.resting), 1}, {AT(torque_direct), 1}, {AT(contact), 1}, {AT(disturbance), 1},
+    {AT(learning.error_before), 1}, {AT(learning.usual), 1}, {AT(learning.resting), 1}, {AT(torque_direct), 1},
+    {AT(contact), 1}, {AT(disturbance), 1},
     {AT(disturbance_share), 1},
 };
 
@@ -259,9 +260,14 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
         } else if (place == AT(disturbance_share)) {
             low = 0;
             high = 1;
-        } else if (place == AT(learning.error) || place == AT(learning.error_before) || place == AT(learning.usual) ||
-                   place == AT(learning.resting)) {
+        } else if (place == AT(learning.error) || place == AT(learning.error_before) || place == AT(learning.usual)) {
             low = 0;
+        } else if (place == AT(learning.resting)) {
+            low = 0;
+            high = learning->rest;
+        } else if (place == AT(torque_direct) || place == AT(disturbance)) {
+            low = -DEHYST_TORQUE_LIMIT;
+            high = DEHYST_TORQUE_LIMIT;
         } else if (place == AT(wanted.last) || place == AT(seen.last)) {
             good = dehyst_image_get(at, &last[place == AT(seen.last)], 1) != 0 && good;
         }
