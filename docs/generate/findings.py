@@ -416,9 +416,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "inverse loses digits.",
             "Raise `--eps` when identifying.",
         ),
+        "pair-doubtful": (
+            "The shear of the controller does not go with the model, and its file does not say which model it was "
+            "made for.",
+            "Give the two files of one run, or write the controller with `save_controller(parameters, FILE, "
+            "model=model)`.",
+        ),
         "compensator-only": (
-            "The model was sheared and has no forward direction, so its compensator alone is exported: it does not "
-            "hold back at the actuator's limits.",
+            "The model was sheared, and its input alone does not decide its output (`dehyst simulate` refuses it too), "
+            "so its compensator alone is exported: it does not hold back at the actuator's limits.",
             "Limit the sum of what it answers and what it is added to.",
         ),
         "zero-weights": (

@@ -14,6 +14,7 @@ import numpy as np
 from rich.text import Text
 
 from dehyst.app.export_direct import direct_subject_of
+from dehyst.app.export_pair import pair_findings
 from dehyst.app.export_request import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
@@ -52,18 +53,19 @@ def run_export(request: ExportRequest) -> None:
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
     loaded = load_any(request.model)
+    pair = pair_findings(loaded, request.model, request.controller)
     findings: list[Finding]
     if isinstance(loaded, DirectInverse):
         with ask_progress("exporting", request.json):
             subject, findings = direct_subject_of(loaded, request, real)
             written = export(subject, request.target, request.out, request.overwrite)
-        _say(written, subject, request, findings)
+        _say(written, subject, request, [*pair, *findings])
         return
     model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
-    findings = [*said, *told, *_outside(model, request), *_cost(model, request)]
+    findings = [*pair, *said, *told, *_outside(model, request), *_cost(model, request)]
     model = pruned(model) if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
@@ -95,7 +97,8 @@ def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[Hysteresis
         )
     told = Finding(
         "compensator-only",
-        f"the model was sheared by k = {model.shear:.4g} and only exists as a compensator, what is added to "
+        f"the model was sheared by k = {model.shear:.4g} and its input alone does not decide its output: it only "
+        f"exists as a compensator, what is added to "
         f"{model.card.input.name} (k {model.card.output.name} is subtracted already): the unit runs it forward and "
         f"does not hold back at the actuator's limits. Limit the sum behind it.",
     )

@@ -5,7 +5,7 @@ from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
 from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
-from dehyst.control.storage import load_adaptation, load_controller, save_controller
+from dehyst.control.storage import load_adaptation, load_controller, load_partner, save_controller
 
 __all__ = [
     "BLOCK_FLAGS",
@@ -25,5 +25,6 @@ __all__ = [
     "along",
     "load_adaptation",
     "load_controller",
+    "load_partner",
     "save_controller",
 ]

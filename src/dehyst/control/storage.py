@@ -6,24 +6,47 @@ import hashlib
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
+from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models.storage import model_to_dict
+
+Model: TypeAlias = HysteresisModel | DirectInverse
 
 FORMAT = "dehyst-controller"
-SCHEMA = 2  # 1: without "adaptation"; still written where there is none
+SCHEMA = 3  # 1: parameters alone; 2: with "adaptation"; 3: with "model"; each written only where it is needed
 _MOST_BYTES = 64 * 1024
 
 
-def controller_text(parameters: JointControllerParameters, adaptation: Adaptation | None = None) -> str:
+def controller_text(
+    parameters: JointControllerParameters, adaptation: Adaptation | None = None, model: Model | None = None
+) -> str:
     """Return the content of a controller file; floats keep all digits."""
-    content: dict[str, Any] = {"format": FORMAT, "schema": 1 if adaptation is None else SCHEMA}
-    content |= _told(parameters, adaptation)
-    content["sha256"] = controller_checksum(parameters, adaptation)
+    schema = SCHEMA if model is not None else 1 if adaptation is None else 2
+    told = _told(parameters, adaptation)
+    if model is not None:
+        told["model"] = {"sha256": model_to_dict(model)["sha256"], "about": about(model)}
+    signed = told["parameters"] if schema == 1 else told
+    content: dict[str, Any] = {"format": FORMAT, "schema": schema, **told, "sha256": _checksum(signed)}
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def about(model: Model) -> str:
+    """Return family and signals of a model in words.
+
+    Examples
+    --------
+    >>> from dehyst.models import ModelCard, PrandtlIshlinskii, SignalCard
+    >>> card = ModelCard(SignalCard("sheared", "bar"), SignalCard("angle", "rad"))
+    >>> about(PrandtlIshlinskii([0.0], [1.0], card=card))
+    'pi, sheared [bar] and angle [rad]'
+    """
+    told = f"{model.family}, {model.card.input.label} and {model.card.output.label}"
+    return "".join(letter if letter.isprintable() else "?" for letter in told)[:120]
 
 
 def controller_checksum(parameters: JointControllerParameters, adaptation: Adaptation | None = None) -> str:
@@ -44,9 +67,23 @@ def _checksum(values: Any) -> str:
 
 
 def save_controller(
-    parameters: JointControllerParameters, path: str | os.PathLike[str], adaptation: Adaptation | None = None
+    parameters: JointControllerParameters,
+    path: str | os.PathLike[str],
+    adaptation: Adaptation | None = None,
+    model: Model | None = None,
 ) -> Path:
-    """Write the parameters of a joint controller to a JSON file, atomically, with how it learns if that is given.
+    """Write the parameters of a joint controller to a JSON file, atomically.
+
+    Parameters
+    ----------
+    parameters
+        What is written.
+    path
+        Where to.
+    adaptation
+        How it learns, if it has a direct inverse.
+    model
+        The model that it was made for: its checksum goes into the file, and ``dehyst export`` refuses any other one.
 
     Raises
     ------
@@ -62,7 +99,7 @@ def save_controller(
     >>> load_adaptation(save_controller(JointControllerParameters(), path, Adaptation(rate=0.5))).rate
     0.5
     """
-    return write_atomically(path, controller_text(parameters, adaptation))
+    return write_atomically(path, controller_text(parameters, adaptation, model))
 
 
 def load_controller(path: str | os.PathLike[str]) -> JointControllerParameters:
@@ -92,6 +129,28 @@ def load_adaptation(path: str | os.PathLike[str]) -> Adaptation | None:
     return controller_and_adaptation(_read(path), str(path))[1]
 
 
+def load_partner(path: str | os.PathLike[str]) -> tuple[str, str] | None:
+    """Read which model a controller was made for: its checksum and what it is; None if the file does not say.
+
+    Raises
+    ------
+    ModelFileError
+        If the file is missing, damaged, edited, or holds parameters of no controller.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from dehyst.models import PrandtlIshlinskii
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "controller.json"
+    >>> made_for = PrandtlIshlinskii([0.0], [2.0])
+    >>> load_partner(save_controller(JointControllerParameters(), path, model=made_for))[1]
+    'pi, input and output'
+    >>> load_partner(save_controller(JointControllerParameters(), path)) is None
+    True
+    """
+    return _content(_read(path), str(path))[2]
+
+
 def _read(path: str | os.PathLike[str]) -> str:
     source = Path(path)
     try:
@@ -113,6 +172,11 @@ def controller_and_adaptation(
     text: str, path: str = "controller"
 ) -> tuple[JointControllerParameters, Adaptation | None]:
     """Return parameters and, if the text tells it, the adaptation; or refuse it by name."""
+    return _content(text, path)[:2]
+
+
+def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptation | None, tuple[str, str] | None]:
+    """Return parameters, adaptation and partner."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as fault:
@@ -120,17 +184,19 @@ def controller_and_adaptation(
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise _refuse(path, f'is no joint controller: it lacks "format": "{FORMAT}".')
     schema = content.get("schema")
-    if schema not in (1, SCHEMA) or isinstance(schema, bool):
-        raise _refuse(path, f"has schema version {schema!s:.40}; this dehyst reads versions 1 and {SCHEMA}.")
-    values, learning = content.get("parameters"), content.get("adaptation") if schema == SCHEMA else None
-    signed = values if schema == 1 else {"parameters": values, "adaptation": learning}
+    if schema not in (1, 2, SCHEMA) or isinstance(schema, bool):
+        raise _refuse(path, f"has schema version {schema!s:.40}; this dehyst reads versions 1 to {SCHEMA}.")
+    told = {key: content[key] for key in ("parameters", "adaptation", "model")[:schema] if key in content}
+    values, learning, partner = (told.get(key) for key in ("parameters", "adaptation", "model"))
+    signed = values if schema == 1 else told
     try:
         if not isinstance(values, dict) or _checksum(signed) != content.get("sha256"):
             raise _refuse(path, "does not match its checksum: it was edited or damaged after it was saved.")
         air = values.pop("pneumatics")
         volume = tuple(tuple(one) for one in values.pop("volume"))
         parameters = JointControllerParameters(**values, volume=volume, pneumatics=Pneumatics(**air))  # type: ignore[arg-type]
-        return parameters, None if learning is None else Adaptation(**learning)
+        made_for = None if partner is None else (str(partner["sha256"]), str(partner["about"]))
+        return parameters, None if learning is None else Adaptation(**learning), made_for
     except (ParameterError, TypeError, KeyError, ValueError, RecursionError) as fault:
         raise _refuse(path, f"holds parameters of no controller: {fault!s:.300}.") from None
 

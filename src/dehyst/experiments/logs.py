@@ -88,8 +88,9 @@ def write_units(
     written = []
     end = "" if compensator == "paper" else f"_{compensator}"
     for number in equipment.compensators:
-        written.append(found[number].model.save(folder / f"model_joint{number}{end}.json"))
-        written.append(save_controller(equipment.controllers[number], folder / f"controller_joint{number}{end}.json"))
+        model, controller = found[number].model, folder / f"controller_joint{number}{end}.json"
+        written.append(model.save(folder / f"model_joint{number}{end}.json"))
+        written.append(save_controller(equipment.controllers[number], controller, model=model))
     return written
 
 
