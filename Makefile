@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 .PHONY: demo test check docs bench bench-quick proofs proofs-quick clean exports
 
 demo: $(VENV)/installed
-	$(BIN)/dehyst reproduce --quick --plant all --out demo
+	$(BIN)/dehyst reproduce --quick --plant all --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto
