@@ -8,7 +8,6 @@ from dataclasses import replace
 from dehyst.control import Adaptation
 from dehyst.experiments.loops_run import BAR
 from dehyst.experiments.nominal import controller_parameters
-from dehyst.experiments.quasistatic import home, home_and_learn
 from dehyst.experiments.results import Characteristic, JointIdentification
 from dehyst.experiments.trials import Equipment
 from dehyst.plant.mechanisms import MechanismFactory
@@ -69,7 +68,6 @@ def equip(
         characteristics,
         {n: found.compensator for n, found in accepted.items()},
         mechanisms=mechanisms,
-        history=home_and_learn if adaptive else home,
         seed=seed,
         adaptations={n: adaptation_of(found) for n, found in accepted.items() if adaptive and found.direct is not None},
     )
