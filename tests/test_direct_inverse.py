@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dehyst import _native
 from dehyst.errors import ParameterError
-from dehyst.models import GROUPS, DirectInverse, ModelCard, Schedule, SignalCard
+from dehyst.models import GROUPS, DirectInverse, ModelCard, RejectedSamplesWarning, Schedule, SignalCard
 
 CARD = ModelCard(SignalCard("u", "", -5.0, 5.0), SignalCard("y", "", -1.0, 1.0))
 
@@ -192,13 +192,72 @@ def test_the_stepper_at_a_fixed_period_is_the_simulation():
     model = random_model(6)
     y, _ = walk(8)
     t = 1e-3 * np.arange(y.size)
-    step = model.stepper(1e-3)
-    step.reset(y[0])
     rate = central(y, t)
-    found = [step(a, b) for a, b in zip(y, rate, strict=True)]
     run = model.simulate(y, t, rate)
-    creep = 1e-3 * np.abs(y).max() * 10  # the first sample of a run has no time behind it, that of a stepper a period
-    assert np.abs(np.array(found) - run.u).max() < creep
+    for at in (None, y[0]):
+        step = model.stepper(1e-3)
+        if at is not None:
+            step.reset(at)
+        found = [step(a, b) for a, b in zip(y, rate, strict=True)]
+        assert np.abs(np.array(found) - run.u).max() < 1e-12
+
+
+def test_a_stepper_begins_at_rest_at_the_first_sample_it_accepts_wherever_that_is():
+    model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0])
+    step = model.stepper(1e-3)
+    assert step(np.nan) == 0.0 and step.rejected
+    assert step(20.0) == 20.0  # at rest: no stop is bent
+    assert not step.rejected and step.rejected_ever
+    step.reset(0.0)
+    assert step(20.0) == 21.0
+    assert not step.rejected_ever
+
+
+def test_a_stepper_goes_on_from_an_image_to_the_bit_and_refuses_those_of_others():
+    model = random_model(6, known=False)
+    y, _ = walk(8)
+    step, other = model.stepper(1e-3), model.stepper(1e-3)
+    for x in y[:200]:
+        step(x)
+    step(np.nan)
+    image = step.save()
+    other.restore(image)
+    assert (other.doubt, other.rejected, other.rejected_ever) == (step.doubt, True, True)
+    assert other(np.nan) == step(np.nan)
+    assert [other(x, 0.3) for x in y[200:]] == [step(x, 0.3) for x in y[200:]]
+    unstarted = model.stepper(1e-3)
+    unstarted.restore(model.stepper(1e-3).save())
+    assert unstarted(0.7) == model.stepper(1e-3)(0.7)
+    before = other.save().tolist()
+    for stranger in (random_model(7), random_model(6), random_model(6, schedules=(Schedule("load", 0.0, 1.0),))):
+        with pytest.raises(ValueError, match="belongs to"):
+            other.restore(stranger.stepper(1e-3).save())
+    with pytest.raises(ValueError, match="another period"):
+        other.restore(model.stepper(2e-3).save())
+    for place, value in ((2, 1e6), (2, 0.5), (1, 2.0), (3, np.nan), (-1, -1.0), (21, 50.0)):
+        damaged = image.copy()
+        damaged[place] = value
+        with pytest.raises(ValueError, match="saved state"):
+            other.restore(damaged)
+    assert other.save().tolist() == before
+
+
+def test_a_sample_that_is_not_a_number_costs_its_neighbours_nothing_and_is_told():
+    model = random_model(6)
+    t = 0.02 * np.arange(300)
+    y = 0.7 * np.sin(t)
+    whole = model.simulate(y, t).u
+    holed = y.copy()
+    holed[[0, 100, 101]] = np.nan
+    with pytest.warns(RejectedSamplesWarning, match="3 of 300"):
+        run = model.simulate(holed, t)
+    assert run.u[0] == 0.0
+    assert run.u[100] == run.u[101] == run.u[99]
+    good = np.isfinite(holed)
+    assert np.abs(run.u - whole)[good].max() < 0.02 * np.ptp(whole)
+    assert (np.diff(run.u[102:110]) != 0).all()
+    with pytest.warns(RejectedSamplesWarning, match="2 of 300"):
+        model.simulate(y, t, np.where(np.arange(300) < 2, np.inf, 0.0))
 
 
 def test_samples_that_are_not_numbers_are_held_and_flagged():

@@ -2,6 +2,7 @@
 #include "direct_parameters.h"
 
 #include <cmath>
+#include <cstring>
 
 #include "joint_controller.h"
 
@@ -9,11 +10,16 @@ namespace {
 
 using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-// One direct inverse with its memory, at a fixed period.
+// One direct inverse with its memory, at a fixed period. It begins at rest at the first sample that it accepts, or where
+// `reset` says.
 struct DirectStepper {
     Direct direct;
+    bool started = false;
 
-    explicit DirectStepper(const nb::tuple &parameters) : direct(parameters) { direct.reset(0.0); }
+    explicit DirectStepper(const nb::tuple &parameters) : direct(parameters), fingerprint_(fingerprint())
+    {
+        direct.reset(0.0);
+    }
     DirectStepper(const DirectStepper &) = delete;
     DirectStepper &operator=(const DirectStepper &) = delete;
 
@@ -21,17 +27,21 @@ struct DirectStepper {
     {
         require(dehyst_accept(y), "it can only begin at a finite number");
         direct.reset(y);
+        started = true;
     }
 
     double step(double y, double rate, double first, double second)
     {
         const double given[DEHYST_GIVEN] = {first, second};
+        if (!started && dehyst_accept(y) && dehyst_accept(rate) && dehyst_accept(first) && dehyst_accept(second))
+            begin(y);
         dehyst_direct_step(&direct.view, &direct.state, y, rate, given);
         return dehyst_direct_output(&direct.view, &direct.state, nullptr);
     }
 
-    // y, rate, time (T,), given (T, 2), restart (T,) -> u and doubt, (T, 2 + groups): each group's part behind them.
-    Matrix simulate(const In &y, const In &rate, const In &time, const Table &given, const Rows &restart,
+    // y, rate, time (T,), given (T, 2), restart (T,) -> u and doubt, (T, 2 + groups): each group's part behind them; and
+    // how many samples were rejected.
+    nb::tuple simulate(const In &y, const In &rate, const In &time, const Table &given, const Rows &restart,
                     const In &time_constant)
     {
         const std::size_t samples = y.size(), columns = 2 + static_cast<std::size_t>(direct.view.groups);
@@ -42,19 +52,111 @@ struct DirectStepper {
         auto *rows = new std::vector<double>(samples * columns);
         nb::capsule owner(rows, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
         const std::vector<double> kept = direct.gain;
+        std::size_t rejected = 0;
         for (std::size_t k = 0; k < samples; ++k) {
-            if (restart.data()[k] != 0 || k == 0) reset(y.data()[k]);
+            if (restart.data()[k] != 0 || k == 0) started = false;
             const double passed = k > 0 && restart.data()[k] == 0 ? time.data()[k] - time.data()[k - 1] : 0.0;
             for (std::size_t j = 0; j < direct.gain.size(); ++j)
                 direct.gain[j] = -std::expm1(-passed / time_constant.data()[j]);
             double *row = rows->data() + k * columns;
             row[0] = step(y.data()[k], rate.data()[k], given.data()[2 * k], given.data()[2 * k + 1]);
+            rejected += direct.state.flags & DEHYST_REJECTED;
             row[1] = dehyst_direct_doubt(&direct.view, &direct.state, nullptr);
             for (std::size_t g = 0; g + 2 < columns; ++g) row[2 + g] = direct.state.part[g];
         }
         direct.gain = kept;
-        return Matrix(rows->data(), {samples, columns}, owner);
+        return nb::make_tuple(Matrix(rows->data(), {samples, columns}, owner), rejected);
     }
+
+    // Fingerprint of the parameters, whether it has started, flags, last y, curve, parts, doubts, memory.
+    Out save() const
+    {
+        const dehyst_direct_state &now = direct.state;
+        std::vector<double> image{fingerprint_, started ? 1.0 : 0.0, static_cast<double>(now.flags), now.last, now.curve};
+        image.insert(image.end(), now.part, now.part + DEHYST_GROUPS);
+        image.insert(image.end(), now.doubt, now.doubt + DEHYST_GROUPS);
+        image.insert(image.end(), direct.memory.begin(), direct.memory.end());
+        return own(std::move(image));
+    }
+
+    void restore(const In &image)
+    {
+        const double *at = image.data();
+        require(image.size() == kHead + direct.memory.size(), "saved state belongs to a model with other terms");
+        for (std::size_t i = 0; i < image.size(); ++i) require(dehyst_accept(at[i]), "saved state is not finite");
+        require(at[0] == fingerprint_, "saved state belongs to another model, or to another period");
+        require(at[1] == 0.0 || at[1] == 1.0, "saved state is damaged");
+        require(at[2] >= 0.0 && at[2] <= kFlags && at[2] == std::floor(at[2]), "saved state carries unknown flags");
+        const auto flags = static_cast<uint32_t>(at[2]);
+        require((flags & ~static_cast<uint32_t>(kFlags)) == 0, "saved state carries unknown flags");
+        require(admissible(at[3], at + kHead), "saved state is not admissible: no output leaves it");
+        dehyst_direct_state &now = direct.state;
+        started = at[1] != 0.0;
+        now.flags = flags;
+        now.last = at[3];
+        now.curve = at[4];
+        std::copy(at + 5, at + 5 + DEHYST_GROUPS, now.part);
+        std::copy(at + 5 + DEHYST_GROUPS, at + kHead, now.doubt);
+        std::copy(at + kHead, at + image.size(), direct.memory.begin());
+    }
+
+  private:
+    static constexpr std::size_t kHead = 5 + 2 * DEHYST_GROUPS;
+    static constexpr double kFlags = DEHYST_REJECTED | DEHYST_REJECTED_EVER | DEHYST_LIMITED | DEHYST_LIMITED_EVER;
+
+    // At rest at y; what was rejected before stays known.
+    void begin(double y)
+    {
+        const uint32_t ever = direct.state.flags & (DEHYST_REJECTED_EVER | DEHYST_LIMITED_EVER);
+        reset(y);
+        direct.state.flags |= ever;
+    }
+
+    // Whether plays lie within their radii about the last y, and path lags and doubts within their lengths.
+    bool admissible(double last, const double *memory) const
+    {
+        const auto n = direct.radius.size(), k = direct.length.size(), m = direct.gain.size();
+        const double *low = memory, *high = low + n, *path = high + n, *doubt = path + k, *creep = doubt + k + m;
+        bool good = true;
+        for (std::size_t i = 0; i < n; ++i) {
+            const double r = direct.radius[i], slack = 1e-9 * (std::fabs(last) + r);
+            good = good && low[i] <= high[i] && low[i] >= last - r - slack && high[i] <= last + r + slack;
+        }
+        for (std::size_t i = 0; i < k; ++i) {
+            const double most = (1 + 1e-9) * direct.length[i];
+            good = good && std::fabs(path[i]) <= most && doubt[i] >= 0 && doubt[i] <= most;
+        }
+        for (std::size_t j = 0; j < m; ++j) good = good && creep[j] >= 0;
+        return good;
+    }
+
+    // FNV-1a over all parameters, 53 bits of it: a whole number that a double holds.
+    double fingerprint() const
+    {
+        uint64_t hash = UINT64_C(0xcbf29ce484222325);
+        const auto add = [&hash](double value) {
+            unsigned char bytes[sizeof value];
+            std::memcpy(bytes, &value, sizeof value);
+            for (unsigned char byte : bytes) hash = (hash ^ byte) * UINT64_C(0x100000001b3);
+        };
+        const auto all = [&add](const std::vector<double> &values) {
+            add(static_cast<double>(values.size()));
+            for (double value : values) add(value);
+        };
+        const dehyst_direct &v = direct.view;
+        for (const auto *values : {&direct.radius, &direct.length, &direct.gain, &direct.weight}) all(*values);
+        for (int32_t g : direct.group) add(g);
+        for (int32_t s = 0; s < v.schedules; ++s) {
+            add(v.source[s]);
+            add(v.low[s]);
+            add(v.high[s]);
+        }
+        for (double value : {v.center, v.input_low, v.input_high, v.output_low, v.output_high}) add(value);
+        for (int32_t value : {v.coefficients, v.groups, v.known}) add(value);
+        return static_cast<double>(hash >> 11);
+    }
+
+    double fingerprint_;
 };
 
 // Values of every elementary term along y, (T, stops + paths + creeps): the columns of an identification.
@@ -108,14 +210,19 @@ void bind_direct(nb::module_ &m)
         .def(nb::init<const nb::tuple &>(), "parameters"_a)
         .def("__call__", &DirectStepper::step, "y"_a, "rate"_a = 0.0, "first"_a = 0.0, "second"_a = 0.0,
              "u for the next sample of y, its rate and the scheduling variables from outside.")
-        .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at rest at y.")
+        .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at rest at y. Without it the first accepted sample is where it begins.")
+        .def("save", &DirectStepper::save, "Image of the state for `restore`.")
+        .def("restore", &DirectStepper::restore, "image"_a, "Continue from a saved image, to the bit.")
         .def("simulate", &DirectStepper::simulate, "y"_a, "rate"_a, "time"_a, "given"_a, "restart"_a,
-             "time_constant"_a, "u, doubt and the parts of the groups along a signal, (T, 2 + groups).")
+             "time_constant"_a, "u, doubt and the parts of the groups along a signal, (T, 2 + groups), and the number of rejected samples.")
         .def_prop_ro("doubt", [](const DirectStepper &s) {
             return dehyst_direct_doubt(&s.direct.view, &s.direct.state, nullptr);
         })
         .def_prop_ro("rejected", [](const DirectStepper &s) {
             return (s.direct.state.flags & DEHYST_REJECTED) != 0;
+        })
+        .def_prop_ro("rejected_ever", [](const DirectStepper &s) {
+            return (s.direct.state.flags & DEHYST_REJECTED_EVER) != 0;
         })
         .def_prop_ro("limited", [](const DirectStepper &s) {
             return (s.direct.state.flags & DEHYST_LIMITED) != 0;

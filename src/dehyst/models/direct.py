@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from dehyst import _native
 from dehyst._native import DirectStepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
+from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.schedule import Schedule
 
@@ -303,11 +305,16 @@ class DirectInverse:
         `first` and `second` are the scheduling variables from outside in the order of `outside`. The arithmetic is that
         of exported code.
 
+        It begins at rest at the first sample that it accepts, as `simulate` does; ``step.reset(y)`` begins at rest at
+        y. A sample that is not finite is rejected: the last answer is held and nothing moves, `step.rejected` says so,
+        and `step.rejected_ever` that there was one. `step.save()` returns the state, ``step.restore(image)`` goes on
+        from it, to the bit; images of another model or another period are refused.
+
         Examples
         --------
         >>> step = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).stepper(1e-3)
-        >>> step(1.0), step(0.0)
-        (2.0, -1.0)
+        >>> step(0.0), step(1.0), step(0.0)
+        (0.0, 2.0, -1.0)
         """
         return DirectStepper(self.parameters(period))
 
@@ -328,7 +335,7 @@ class DirectInverse:
         time
             Their times, (T,), not decreasing. [s]
         rate
-            dy/dt, (T,); None: from y, by central differences within each segment. [y/s]
+            dy/dt, (T,); None: from y, by central differences of its finite samples within each segment. [y/s]
         given
             Scheduling variables from outside by name, (T,) or a number each.
         restart
@@ -338,6 +345,12 @@ class DirectInverse:
         ------
         ParameterError
             If lengths differ, time runs backwards, or a scheduling variable is missing.
+
+        Warns
+        -----
+        RejectedSamplesWarning
+            If samples were rejected because a number in them is not finite, with their number: the last answer is held
+            for them, and the memory does not move.
         """
         q = signal_array(y, "y")
         t = signal_array(time, "time")
@@ -353,7 +366,17 @@ class DirectInverse:
             )
         v = slopes(q, t, begins) if rate is None else signal_array(rate, "rate")
         step = DirectStepper(self.parameters(1.0))
-        table = step.simulate(q, v, t, self._given(given or {}, q.size), begins, np.array(self.time_constants))
+        table, rejected = step.simulate(
+            q, v, t, self._given(given or {}, q.size), begins, np.array(self.time_constants)
+        )
+        if rejected:
+            warnings.warn(
+                f"{rejected} of {q.size} samples are not finite (or beyond {_native.INPUT_LIMIT:g}); the last good "
+                f"answer was held for them and the memory did not move. Clean the output, or read it with "
+                f"dehyst.read_signal.",
+                RejectedSamplesWarning,
+                stacklevel=2,
+            )
         return DirectRun(table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy())
 
     def _given(self, given: Mapping[str, npt.ArrayLike], size: int) -> Array:
@@ -373,15 +396,15 @@ def _derivative(coefficients: Array, x: Array) -> Array:
 
 
 def slopes(y: Array, time: Array, restart: npt.NDArray[np.int64]) -> Array:
-    """Return dy/dt (T,) by central differences within each segment, 0 where times repeat. [y/s]"""
+    """Return dy/dt (T,) by central differences within each segment, 0 where times repeat or y is not finite. [y/s]"""
     out = np.zeros(y.size)
     edges = [0, *np.flatnonzero(restart[1:]) + 1, y.size]
     for a, b in itertools.pairwise(edges):
-        if b - a > 1:
-            k = np.arange(a, b)
-            before, after = np.maximum(k - 1, a), np.minimum(k + 1, b - 1)
+        k = a + np.flatnonzero(np.abs(y[a:b]) <= _native.INPUT_LIMIT)
+        if k.size > 1:
+            before, after = np.concatenate([k[:1], k[:-1]]), np.concatenate([k[1:], k[-1:]])
             span = time[after] - time[before]
-            out[a:b] = np.divide(y[after] - y[before], span, out=np.zeros(b - a), where=span > 0)
+            out[k] = np.divide(y[after] - y[before], span, out=np.zeros(k.size), where=span > 0)
     return out
 
 
