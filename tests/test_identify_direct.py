@@ -1,5 +1,7 @@
 """Identification of the direct inverse: what made the data is found, optima are optima, noise biases nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.optimize
@@ -10,11 +12,13 @@ import dehyst
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import follow
 from dehyst.identification.direct import selection
+from dehyst.identification.direct.cautions import about_direct_fit
 from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
 from dehyst.identification.direct.data import prepare_direct
-from dehyst.identification.direct.evidence import permutation_p
+from dehyst.identification.direct.evidence import Evidence, permutation_p
 from dehyst.identification.direct.program import blocks_of, solve_shape
 from dehyst.identification.direct.times import longest_hold, separable
+from dehyst.identification.least_squares import solve_bounded
 from dehyst.models import ModelCard, Schedule, SignalCard
 from direct_samples import TIPS, asked, log, motion
 
@@ -140,6 +144,86 @@ def test_creep_in_a_log_without_holds_comes_with_a_warning():
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.5),))
     assert "creep-without-holds" in codes(dehyst.identify_direct(log(t, y, u), creep=3))
+
+
+def test_a_hold_is_one_of_the_output_or_of_the_input():
+    t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
+    creeping = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((6.0, 3.0),))
+    held = prepare_direct((log(t, y, creeping),), 1.0, {})
+    assert longest_hold(held) == pytest.approx(3.0, abs=1.0)
+    swapped = prepare_direct((log(t, creeping, y),), 1.0, {})
+    assert longest_hold(swapped) == pytest.approx(longest_hold(held), rel=0.01)
+
+
+def test_without_holds_creep_cannot_be_told_rather_than_is_not_found():
+    t, y = motion()
+    u = asked(t, y, np.zeros(y.size), stops=STOPS)
+    (found,) = [each for each in dehyst.identify_direct(log(t, y, u)).evidence if each.group == "creep"]
+    assert not found.held
+    assert "cannot be told: the log never holds still" in str(found)
+
+
+def test_errors_are_printed_with_the_digits_that_tell_them_apart():
+    assert "0.160 % of range without, 0.159 %" in str(Evidence("creep", 0.1604, 0.1593, 4, 10, 0.4, False))
+    assert "2.34 % of range without, 0.16 %" in str(Evidence("creep", 2.34, 0.16, 10, 10, 0.001, True))
+
+
+@pytest.mark.parametrize("free", [0.0, 1.0, np.nan])
+def test_dependent_free_columns_share_the_least_solution_instead_of_failing(free):
+    rng = np.random.default_rng(3)
+    bounded, one = rng.uniform(0, 1, (50, 4)), np.ones((50, 1))
+    target = 2.0 + bounded @ [1.0, 0.0, 2.0, 0.5]
+    second = 1e-14 * rng.normal(size=(50, 1)) if np.isnan(free) else free * one
+    found = solve_bounded(np.column_stack([one, second, bounded, target]), 2, np.zeros(4))
+    alone = solve_bounded(np.column_stack([one, bounded, target]), 1, np.zeros(4))
+    np.testing.assert_allclose(found.bounded, alone.bounded, atol=1e-9)
+    assert found.free.sum() == pytest.approx(2.0, abs=1e-9)
+    assert np.abs(found.free).max() < 2.1
+
+
+@pytest.mark.parametrize("begins", [0.4, 0.08, 0.02])
+def test_a_load_in_one_stretch_of_the_log_ends_in_a_finding_and_not_in_a_traceback(begins):
+    t, y = motion(TIPS * 2)
+    load = np.where(t < begins * t[-1], 10.0, 20.0)
+    fit = dehyst.identify_direct(
+        log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS)), load=load, units={"load": "N"}, creep=0
+    )
+    assert "schedule-once" in codes(fit)
+    assert "schedule-no-gain" not in codes(fit)
+    assert "usable with care (schedule-once" in fit.verdict or "do not compensate" in fit.verdict
+
+
+def test_the_reason_is_given_where_a_small_error_is_not_enough(plain):
+    fit = dehyst.identify_direct(plain, initial_state="rest", train_fraction=1.0)
+    assert fit.verdict.endswith("usable with care (no-held-out).")
+
+
+def test_a_difference_within_the_spread_of_blocks_does_not_make_a_forward_family_better(plain, plain_fit):
+    def found(rival_percent, uncertainty):
+        rivals = (replace(plain_fit.rivals[0], inverse_percent=rival_percent * plain_fit.judged.rmse_percent),)
+        data = prepare_direct((plain,), 0.5, {})
+        findings = about_direct_fit(
+            (plain,), data, plain_fit.judged, plain_fit.static_test, rivals, plain_fit.certificate, False,
+            uncertainty * plain_fit.judged.rmse_percent, True,
+        )  # fmt: skip
+        return "forward-better" in {finding.code for finding in findings}
+
+    assert not found(0.94, 0.0)
+    assert found(0.8, 0.05)
+    assert not found(0.8, 0.15)
+
+
+def test_one_branch_is_not_said_to_be_as_good_as_a_curve():
+    t, y = motion()
+    fit = dehyst.identify_direct(log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS)), train_fraction=0.05)
+    assert "never-turns" in codes(fit)
+    assert "static-as-good" not in codes(fit)
+    assert "do not compensate with it" in fit.verdict
+
+
+def test_a_number_of_time_constants_and_time_constants_are_not_given_together(plain):
+    with pytest.raises(ParameterError, match="both given"):
+        dehyst.identify_direct(plain, creep=3, creep_times=[1.0, 5.0])
 
 
 def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):

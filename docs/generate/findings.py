@@ -343,7 +343,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     "Identification: the direct inverse": {
         "forward-better": (
             "On the same samples the inverse of a forward family misses the applied input by less than the direct "
-            "inverse does, by more than {WORTH:%} of it.",
+            "inverse does, by more than {FORWARD_MARGIN:%} of it and {STANDARD_ERRORS} standard errors of it between "
+            "blocks.",
             "Take that family, or log more loops: the direct inverse has more to learn.",
         ),
         "slope-not-guaranteed": (
@@ -352,7 +353,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "None for a compensator. Where it is to be adapted or read forward: `--no-position-schedule`.",
         ),
         "creep-without-holds": (
-            "Creep was fitted, but the input never holds still: loops at one speed cannot tell creep from stops.",
+            "Creep was fitted, but neither output nor input holds still for half the shortest time constant and "
+            "{HELD_LONGEST:%} of the longest that the log can tell: loops at one speed cannot tell creep from stops.",
             "Log with holds after reversals, and at different speeds.",
         ),
         "creep-no-gain": (
@@ -363,6 +365,12 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Time constants that were given lie outside what the log tells apart: {STEPS} sampling steps to a third of "
             "the fitted part.",
             "Log longer or faster, or let `--creep 3` choose them.",
+        ),
+        "schedule-once": (
+            "Load or mean pressure leaves half of its range in one stretch of the fitted part only: no held-out block "
+            "can judge what it changes.",
+            "Log every value several times, or a run under each (repeat `--run`), or fit a larger part "
+            "(`--train-fraction`).",
         ),
         "schedule-no-gain": (
             "Weights that depend on the load or the mean pressure do not lower the error on held-out blocks by "

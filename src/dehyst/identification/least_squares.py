@@ -21,6 +21,9 @@ Array = npt.NDArray[np.float64]
 
 NOTHING_LEFT = 1e-10
 NO_EFFECT = 1e-12
+# Free columns are dependent where less than this share of the longest is left of one; they are then held, at no price
+# that could be measured, by rows of this share of it.
+DEPENDENT, HELD = 1e-10, 1e-7
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,7 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     system
         Rows or their triangular factor, (T, free + n + 1).
     free
-        Number of unbounded unknowns, whose columns come first and are independent.
+        Number of unbounded unknowns, whose columns come first. Of dependent ones the smallest solution is taken.
     lower
         Lower bounds of w, (n,).
 
@@ -74,6 +77,8 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     n = lower.size
     if r.shape[0] < system.shape[1]:  # fewer equations than unknowns: the missing rows are zero
         r = np.vstack([r, np.zeros((system.shape[1] - r.shape[0], system.shape[1]))])
+    if free:
+        r = _held(r, free)
     inner, target = r[free:, free : free + n], r[free:, -1]
     shifted = target - inner @ lower
     # Columns of like length make the active set's choices independent of units. What is left of a column that the
@@ -92,6 +97,16 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     w = lower + _polish(inner, shifted, scaled / scale)
     a = _back_substitute(r[:free, :free], r[:free, -1] - r[:free, free : free + n] @ w)
     return Solution(a, w, _kkt_residual(inner, target, w, lower))
+
+
+def _held(r: Array, free: int) -> Array:
+    """The same equations, with rows that hold the free unknowns if these are not determined: a constant twice, say."""
+    longest = float(np.max(np.linalg.norm(r[:, :free], axis=0)))
+    if np.abs(np.diag(r)[:free]).min() > DEPENDENT * longest:
+        return r
+    rows = np.zeros((free, r.shape[1]))
+    rows[:, :free] = np.eye(free) * (HELD * longest if longest > 0.0 else 1.0)
+    return triangle(np.vstack([r, rows]))
 
 
 def _polish(inner: Array, target: Array, v: Array) -> Array:

@@ -13,8 +13,8 @@ from dehyst.identification.direct.columns import Shape
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.evidence import Evidence
 from dehyst.identification.direct.fit import DirectCertificate, Rival
-from dehyst.identification.direct.selection import WORTH, Trials
-from dehyst.identification.direct.times import longest_hold, separable, words
+from dehyst.identification.direct.selection import FOLDS, WORTH, Trials
+from dehyst.identification.direct.times import holds_still, longest_hold, separable, words
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.recording import Recording
@@ -22,8 +22,14 @@ from dehyst.recording import Recording
 Array = npt.NDArray[np.float64]
 
 BEYOND = 0.02
+# A forward family is called better where its error is smaller by this share, and by this many standard errors of the
+# direct inverse's error between blocks: less is chance.
+FORWARD_MARGIN = 0.1
+STANDARD_ERRORS = 2.0
 # Findings that keep a small error from being called good.
-SERIOUS_DIRECT = {"few-loops", "recordings-differ", "swapped-columns", "forward-better", "extrapolation", "drift"}
+SERIOUS_DIRECT = {
+    "few-loops", "recordings-differ", "swapped-columns", "forward-better", "extrapolation", "drift", "schedule-once",
+}  # fmt: skip
 # Findings about data that hold whatever is identified from it.
 OF_DATA = ("few-loops", "never-turns", "drift", "swapped-columns", "recordings-differ")
 
@@ -42,27 +48,35 @@ def about_terms(
             f"{max(1, times.size)}, which chooses within that range.",
         )
     if "creep" in shape.groups and times.size:
-        hold = longest_hold(data)
-        if hold < 0.5 * float(times[0]) or hold < 0.1 * high:
+        if not holds_still(data, times):
             yield Finding(
                 "creep-without-holds",
-                f"creep was fitted, but the input never holds still for long (longest {hold:.3g} s; time constants go "
-                f"up to {times[-1]:.3g} s): loops at one speed cannot tell creep from stops, and the split between the "
-                f"two is arbitrary at other speeds. Log with holds after reversals and at different speeds.",
+                f"creep was fitted, but neither output nor input holds still for long (longest "
+                f"{longest_hold(data):.3g} s; time constants go up to {times[-1]:.3g} s): loops at one speed cannot "
+                f"tell creep from stops, and the split between the two is arbitrary at other speeds. Log with holds "
+                f"after reversals and at different speeds.",
             )
         found = next((each for each in evidence if each.group == "creep"), None)
         if asked and found is not None and not found.there:
             yield Finding(
                 "creep-no-gain",
-                f"creep was asked for, but does not lower the error on held-out blocks ({found.without_percent:.2f} % "
-                f"without, {found.with_percent:.2f} % with it, p = {found.p:.2g}). Leave it out (--creep 0), or log "
-                f"with holds.",
+                f"creep was asked for, but does not lower the error on held-out blocks ({found.figures}, p = "
+                f"{found.p:.2g}). Leave it out (--creep 0), or log with holds.",
             )
     yield from _about_schedules(data, shape, trials)
 
 
 def _about_schedules(data: DirectData, shape: Shape, trials: Trials) -> Iterator[Finding]:
     if not data.given:
+        return
+    once = [f"'{given.name}'" for k, given in enumerate(data.given) if _once(data, k)]
+    if once:
+        yield Finding(
+            "schedule-once",
+            f"{' and '.join(once)} leaves half of its range in one stretch of the fitted part only: what it changes is "
+            f"learnt there alone, and held-out blocks cannot judge it. Log every value of it several times, or a run "
+            f"under each (repeat --run, or name several logs), or fit a larger part (--train-fraction).",
+        )
         return
     with_it, without_it = trials.schedules_worth(shape)
     if with_it < (1.0 - WORTH) * without_it:
@@ -76,6 +90,13 @@ def _about_schedules(data: DirectData, shape: Shape, trials: Trials) -> Iterator
     )
 
 
+def _once(data: DirectData, k: int) -> bool:
+    """Whether without one of the folds a given schedule keeps to half of its range."""
+    shares = np.concatenate([piece.given[k][piece.mask(True)] for piece in data.pieces])
+    folds = np.array_split(np.arange(shares.size), FOLDS)
+    return any(float(np.ptp(np.delete(shares, fold))) < 0.5 for fold in folds)
+
+
 def about_direct_fit(
     records: tuple[Recording, ...],
     data: DirectData,
@@ -84,8 +105,14 @@ def about_direct_fit(
     rivals: tuple[Rival, ...],
     certificate: DirectCertificate,
     nothing_held_out: bool,
+    uncertainty_percent: float,
+    turns: bool,
 ) -> Iterator[Finding]:
-    """Yield what limits the whole fit."""
+    """Yield what limits the whole fit.
+
+    `uncertainty_percent` is the standard error of the input's error from its scatter between blocks; where the
+    output never `turns`, there is no loop that a curve could be as good on.
+    """
     masked = sum(piece.known for piece in data.pieces if piece.after_break)
     if masked:
         yield Finding(
@@ -101,7 +128,7 @@ def about_direct_fit(
             f"there, and the test measures extrapolation. Fit a part that covers the whole range (--train-fraction, "
             f"--from, --to).",
         )
-    if judged.rmse > STATIC_AS_GOOD * static.rmse:
+    if turns and judged.rmse > STATIC_AS_GOOD * static.rmse:
         yield Finding(
             "static-as-good",
             f"a curve without memory is as good: it misses the input by {static.rmse_percent:.2f} % of its range, the "
@@ -115,7 +142,8 @@ def about_direct_fit(
             f"compensation. See the other warnings for the reason.",
         )
     best = min(rivals, key=lambda rival: rival.inverse_percent, default=None)
-    if best is not None and best.inverse_percent < (1.0 - WORTH) * judged.rmse_percent:
+    margin = max(FORWARD_MARGIN * judged.rmse_percent, STANDARD_ERRORS * uncertainty_percent)
+    if best is not None and best.inverse_percent < judged.rmse_percent - margin:
         yield Finding(
             "forward-better",
             f"the inverse of the forward family '{best.family}' misses the applied input by {best.inverse_percent:.2f} "
@@ -161,7 +189,7 @@ def direct_verdict(
     elif judged.rmse_percent <= GOOD_PERCENT and held_out and not serious:
         grade = "good for compensation"
     else:
-        grade = "usable with care" + (f" ({', '.join(serious)})" if serious else "")
+        grade = "usable with care" + (f" ({reasons})" if (reasons := _reasons(judged, held_out, serious)) else "")
     where = "on held-out loops" if held_out else "on the fitted samples (none held out)"
     best = min(rivals, key=lambda rival: rival.inverse_percent, default=None)
     against = f", {best.inverse_percent:.2f} % for the best forward family ({best.family})" if best else ""
@@ -170,6 +198,12 @@ def direct_verdict(
         f"{judged.rmse_percent:.2f} % of its range rms {where}, against {static.rmse_percent:.2f} % for the best curve "
         f"without memory{against}; read forward, {forward.rmse_percent:.2f} % of the output's range: {grade}."
     )
+
+
+def _reasons(judged: Score, held_out: bool, serious: list[str]) -> str:
+    """Why a model is to be used with care."""
+    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"more than {GOOD_PERCENT:g} % of range"]
+    return ", ".join([*serious, *error, *([] if held_out else ["no-held-out"])])
 
 
 def findings_of_data(findings: tuple[Finding, ...]) -> list[Finding]:

@@ -37,6 +37,8 @@ class Evidence:
         neighbours in time, so it is a guide and no proof.
     kept
         Whether the model has the group.
+    held
+        Whether the log holds still for long enough to tell: without holds stops imitate creep. True for "viscous".
     """
 
     group: str
@@ -46,6 +48,7 @@ class Evidence:
     blocks: int
     p: float
     kept: bool
+    held: bool = True
 
     @property
     def there(self) -> bool:
@@ -63,20 +66,33 @@ class Evidence:
             "p": self.p,
             "there": self.there,
             "kept": self.kept,
+            "held": self.held,
         }
+
+    @property
+    def figures(self) -> str:
+        """Both errors, with as many digits as tell them apart, at most four."""
+        without, with_it = self.without_percent, self.with_percent
+        for digits in (2, 3, 4):
+            if f"{without:.{digits}f}" != f"{with_it:.{digits}f}":
+                break
+        return f"{without:.{digits}f} % of range without, {with_it:.{digits}f} % with it"
 
     def __str__(self) -> str:
         """One sentence."""
         name = "rate (viscous term)" if self.group == "viscous" else "time (creep)"
+        if self.there:
+            answer = "found" if self.held else "found, but stops may imitate it: the log never holds still for long"
+        else:
+            answer = "not found" if self.held else "cannot be told: the log never holds still for long"
         return (
-            f"dependence on {name}: {'found' if self.there else 'not found'}; {self.without_percent:.2f} % of range "
-            f"without, {self.with_percent:.2f} % with it on held-out blocks, better in {self.better} of {self.blocks}, "
-            f"p = {self.p:.2g}"
+            f"dependence on {name}: {answer}; {self.figures} on held-out blocks, better in {self.better} of "
+            f"{self.blocks}, p = {self.p:.2g}"
         )
 
 
 def evidence(
-    layout: Layout, shape: Shape, blocks: list[Block], percent: float, groups: tuple[str, ...]
+    layout: Layout, shape: Shape, blocks: list[Block], percent: float, groups: tuple[str, ...], held: bool
 ) -> tuple[Evidence, ...]:
     """Test groups of terms, each beside all the others of a shape.
 
@@ -88,11 +104,13 @@ def evidence(
         What 1 in scaled units is in percent of the input's range.
     groups
         Which of "viscous" and "creep" to test.
+    held
+        Whether the log holds still for long enough to tell creep from stops.
     """
-    return tuple(_test(layout, shape, blocks, percent, group) for group in groups)
+    return tuple(_test(layout, shape, blocks, percent, group, held or group != "creep") for group in groups)
 
 
-def _test(layout: Layout, shape: Shape, blocks: list[Block], percent: float, group: str) -> Evidence:
+def _test(layout: Layout, shape: Shape, blocks: list[Block], percent: float, group: str, held: bool) -> Evidence:
     with_it = shape.with_group(group)
     without_it = replace(shape, groups=tuple(name for name in shape.groups if name != group))
     errors = [held_out(layout, each, blocks) ** 2 for each in (without_it, with_it)]
@@ -104,6 +122,7 @@ def _test(layout: Layout, shape: Shape, blocks: list[Block], percent: float, gro
         len(blocks),
         permutation_p(errors[0] - errors[1]),
         group in shape.groups,
+        held,
     )
 
 

@@ -23,7 +23,7 @@ from dehyst.identification.direct.forward import follow
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.rivals import compare_forward
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
-from dehyst.identification.direct.times import AUTO, check_creep, time_constants
+from dehyst.identification.direct.times import AUTO, check_creep, holds_still, time_constants
 from dehyst.identification.fit import Candidate, Score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
@@ -71,7 +71,7 @@ def identify_direct(
         How many time constants to offer, spread evenly on a logarithmic scale over what the log tells apart; 0 for
         none; "auto" offers six and keeps them if held-out error says so.
     creep_times
-        Time constants instead, (m,), increasing. [s]
+        Time constants instead, (m,), increasing; not together with a number of them. [s]
     load, mean_pressure
         Scheduling signals: the weights are blended between their lowest and highest fitted value. One value a sample,
         (T,), or one such array for each recording.
@@ -230,7 +230,11 @@ def _fitted(
     findings: list[Finding] = [finding for record in records for finding in record.findings]
     findings += compared.findings
     findings += about_terms(data, shape, layout.bank.time_constants, asked, trials, found)
-    findings += about_direct_fit(records, data, judged, static, compared.rivals, certificate, test is None)
+    findings += about_direct_fit(
+        records, data, judged, static, compared.rivals, certificate, test is None,
+        100.0 * data.amplitude / data.input_range * chosen.uncertainty,
+        all(finding.code != "never-turns" for finding in findings),
+    )  # fmt: skip
     unique = tuple({(finding.code, finding.message): finding for finding in findings}.values())
     verdict = direct_verdict(
         judged, forward_test or forward_train, static, compared.rivals, certificate, test is not None, unique
@@ -304,7 +308,10 @@ def _evidence(data: DirectData, layout: Layout, trials: Trials, shape: Shape) ->
     if not data.timed:
         return ()
     groups = ("viscous", "creep") if layout.bank.time_constants.size else ("viscous",)
-    return evidence(layout, shape, trials.blocks(shape.start), 100.0 * data.amplitude / data.input_range, groups)
+    times = layout.bank.time_constants
+    percent = 100.0 * data.amplitude / data.input_range
+    held = times.size == 0 or holds_still(data, times)
+    return evidence(layout, shape, trials.blocks(shape.start), percent, groups, held)
 
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:

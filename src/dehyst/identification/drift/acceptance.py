@@ -13,7 +13,6 @@ from dehyst.errors import DehystError
 from dehyst.identification.data import split_of
 from dehyst.identification.direct.fit import DirectFit
 from dehyst.identification.direct.procedure import identify_direct
-from dehyst.identification.direct.times import AUTO
 from dehyst.identification.drift.cycles import groups_of, samples_of
 from dehyst.identification.drift.design import Scale
 from dehyst.identification.drift.opening import Log
@@ -69,8 +68,7 @@ def _identified(model: Model, logs: Sequence[Log]) -> Fit | DirectFit:
     if isinstance(model, DirectInverse):
         signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in _scheduled(model)}
         times = settings.get("creep_times") or None
-        creep = AUTO if times is None else len(times)
-        return identify_direct(records, creep=creep, creep_times=times, train_fraction=FITTED, **signals)
+        return identify_direct(records, creep_times=times, train_fraction=FITTED, **signals)
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]
