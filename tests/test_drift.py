@@ -3,6 +3,7 @@ with its size; what cannot be compared is not; a new model is accepted only if i
 
 import dataclasses
 import itertools
+import re
 import sys
 from pathlib import Path
 
@@ -347,6 +348,25 @@ def test_a_direct_inverse_says_which_of_its_parts_changed(worn, part, size):
     ]
     same = old.simulate(y, t).u + 0.005 * np.random.default_rng(2).standard_normal(y.size)
     assert dehyst.drift(old, dehyst.Recording(input=same, output=y, time=t)).status == "unchanged"
+
+
+def test_a_shifted_sensor_is_an_offset_of_a_direct_inverse_and_nothing_else():
+    """Where the curve is held, beyond the range, a shift would look like a bend of the curve and a smaller gain."""
+    y = np.sin(np.arange(8000) * np.pi / 100)
+    model, t = direct(), 0.01 * np.arange(8000)
+    u = model.simulate(y, t).u + 0.005 * np.random.default_rng(3).standard_normal(8000)
+    found = dehyst.drift(model, dehyst.Recording(input=u, output=y + 0.1, time=t))
+    offset = found.change("offset")
+    assert offset.drifted and offset.estimate == pytest.approx(-0.2, rel=0.05)  # slope 2 of the curve
+    assert [c.part for c in found.logs[0].changes if c.drifted and c.effect_percent > 0.2 * offset.effect_percent] == [
+        "offset"
+    ]
+    beyond = int(np.count_nonzero(y + 0.1 > 1.0))
+    told = next(finding for finding in found.findings if finding.code == "drift-beyond-range")
+    counted, samples = map(int, re.findall(r"(\d+) of (\d+) samples", told.message)[0])
+    assert 0 < counted <= beyond and counted / samples == pytest.approx(beyond / y.size, rel=0.1)
+    same = dehyst.drift(model, dehyst.Recording(input=u, output=y, time=t))
+    assert "drift-beyond-range" not in {finding.code for finding in same.findings}
 
 
 def test_a_direct_inverse_that_depends_on_a_load_needs_it():

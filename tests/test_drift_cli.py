@@ -91,6 +91,14 @@ def test_json_is_only_json_and_its_keys_are_documented(run, folder):
     assert dehyst.load_model(folder / "json.json").card.provenance["replaces"]["reason"] == result["refit"]["reason"]
 
 
+def test_after_a_new_model_its_verdict_and_the_next_command_are_printed(run, folder):
+    status, out, _ = run("drift", folder / "model.json", folder / "worn.csv", "--refit", folder / "next.json")
+    flat = " ".join(out.split())
+    verdict = dehyst.load_model(folder / "next.json").card.provenance["verdict"]
+    assert status == 1 and f"verdict on the new model: {verdict}" in flat
+    assert "next: dehyst compensate" in flat and "next.json REFERENCE.csv --output angle" in flat
+
+
 def test_a_model_that_is_no_better_is_not_written(run, folder):
     target = folder / "no_better.json"
     status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", target)
@@ -137,8 +145,11 @@ def test_a_direct_inverse_is_compared_in_units_of_the_input(run, folder):
     log = dehyst.read_log(folder / "new.csv", "pressure", "angle")
     dehyst.identify_direct(log, creep=0).model.save(folder / "direct.json")
     status, out, _ = run("drift", folder / "direct.json", folder / "new.csv", folder / "worn.csv", "--json")
-    change = {c["part"]: c for c in json.loads(out)["logs"][1]["changes"]}
+    told = json.loads(out)["logs"][1]
+    change = {c["part"]: c for c in told["changes"]}
     assert status == 1
+    assert told["forward_percent"] > 0.0 and "inverse_percent" not in told  # the words of the verdict
+    assert len(told["blocks"]["forward_percent"]) == len(told["blocks"]["error_percent"])
     assert change["offset"]["unit"] == "bar"
     assert change["hysteresis"]["drifted"] and -30.0 < change["hysteresis"]["estimate"] < -15.0
 

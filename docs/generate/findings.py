@@ -329,6 +329,12 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "that changes are judged as without a reference.",
             "Repeat the motion of the reference.",
         ),
+        "drift-beyond-range": (
+            "Samples lie beyond the range in which a direct inverse was identified, where its curve is held: they were "
+            "left out of the scores.",
+            "Look at the offset where they are many: the sensor may have moved. Otherwise repeat the motion of the "
+            "identification.",
+        ),
         "drift-no-range": (
             "The model names no identified range: whether the logs cover it was not checked.",
             "Identify with `dehyst identify`.",

@@ -151,7 +151,11 @@ UnknownState = Annotated[
 ]
 Past = Annotated[
     tuple[float, float] | None,
-    typer.Option("--past", metavar="LO HI", help="What the signal cannot have left before, with --unknown-state."),
+    typer.Option(
+        "--past",
+        metavar="LO HI",
+        help="What the signal cannot have left before, with --unknown-state; no direct inverse.",
+    ),
 ]
 Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]
 

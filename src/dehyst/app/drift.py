@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from rich.table import Table
 from rich.text import Text
@@ -19,6 +20,7 @@ from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, DehystError, ExcitationError, OutputError, RecordingError
 from dehyst.files import write_atomically
+from dehyst.grades import Grade, grade_of
 from dehyst.identification.drift import Change, Drift, drift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
@@ -183,10 +185,25 @@ def _print(found: Drift, request: DriftRequest) -> None:
         out.print(Text(found.acceptance.reason, style="bold"))
         written = found.acceptance.accepted
         out.print(Text(f"model: {request.refit if written else f'{request.model}, as before; nothing was written'}"))
+        if written:
+            _print_accepted(found, cast(Path, request.refit))
     if request.report is not None:
         out.print(Text(f"report: {request.report}"))
     if found.status == "drifted" and found.acceptance is None:
         out.print(Text("next: repeat with --refit new.json; it is written only if it is better"), soft_wrap=True)
+
+
+def _print_accepted(found: Drift, path: Path) -> None:
+    """Say what the new model is worth, and what to do with it; a compensator is offered only where that allows one."""
+    verdict, output = found.model.card.provenance.get("verdict"), found.model.card.output.name
+    model, out = shlex.quote(str(path)), terminal()
+    if isinstance(verdict, str):
+        out.print(Text(f"verdict on the new model: {verdict}"), soft_wrap=True)
+    if grade_of(verdict) is Grade.BAD:
+        told = "do not compensate with the new model; read its verdict, cure it and identify again"
+    else:
+        told = f"dehyst compensate {model} REFERENCE.csv --output {shlex.quote(output)}"
+    out.print(Text(f"next: {told}"), soft_wrap=True)
 
 
 def _table(changes: Sequence[Change]) -> Table:

@@ -146,6 +146,8 @@ class Measured:
         Response less prediction, (T,), and drive asked for less applied, or None.
     columns
         Regressors by part.
+    inside
+        Samples that count, (T,): all of them, or those within the range in which a direct inverse was identified.
     """
 
     record: Recording
@@ -155,6 +157,13 @@ class Measured:
     error: Array
     inverse_error: Array | None
     columns: dict[str, Array]
+    inside: npt.NDArray[np.bool_]
+
+    def places(self, group: Sequence[Cycle]) -> npt.NDArray[np.int64]:
+        """Indices of the samples of a group that count."""
+        every = samples_of(group)
+        kept = every[self.inside[every]]
+        return kept if kept.size else every
 
 
 def steps_of(parts: Sequence[str], referred: bool) -> tuple[tuple[str, ...], ...]:
@@ -171,7 +180,7 @@ def steps_of(parts: Sequence[str], referred: bool) -> tuple[tuple[str, ...], ...
 def distinct_parts(measured: Measured, groups: Sequence[Sequence[Cycle]], parts: Sequence[str]) -> tuple[str, ...]:
     """Return those of the parts fitted together that the groups can tell apart."""
     kept = [part for part in parts if part == OFFSET or np.any(np.ptp(measured.columns[part]) > 0.0)]
-    places = [samples_of(group) for group in groups]
+    places = [measured.places(group) for group in groups]
     for part in DISPENSABLE:
         limit = INFLATION if part in FITTED else INFLATION_LACKED
         if part in kept and _inflation(measured, places, kept)[kept.index(part)] > limit:
@@ -199,7 +208,7 @@ def estimate(measured: Measured, groups: Sequence[Sequence[Cycle]], steps: Seque
     rest, error = np.zeros(len(groups)), np.zeros(len(groups))
     inverse = None if measured.inverse_error is None else np.zeros(len(groups))
     for k, group in enumerate(groups):
-        place = samples_of(group)
+        place = measured.places(group)
         left, first = measured.error[place], 0
         for step in filter(None, steps):
             matrix = np.column_stack([measured.columns[part][place] for part in step])
@@ -211,9 +220,9 @@ def estimate(measured: Measured, groups: Sequence[Sequence[Cycle]], steps: Seque
         rest[k], error[k] = _rms(left), _rms(measured.error[place])
         if inverse is not None and measured.inverse_error is not None:
             inverse[k] = _rms(measured.inverse_error[place])
-    everything = np.concatenate([samples_of(group) for group in groups])
+    everything = np.concatenate([measured.places(group) for group in groups])
     sizes = [1.0 if part == OFFSET else float(np.std(measured.columns[part][everything])) for part in parts]
-    motion = np.array([np.std(measured.drive[samples_of(group)]) for group in groups])
+    motion = np.array([np.std(measured.drive[measured.places(group)]) for group in groups])
     return Estimates(tuple(parts), values, rest, error, inverse, np.array(sizes), motion)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.drift import design, words
+from dehyst.identification.drift.cycles import Cycle, samples_of
 from dehyst.identification.drift.design import Estimates, Scale
 from dehyst.identification.drift.opening import Log, period_of
 from dehyst.identification.drift.parts import Model, Subject
@@ -42,6 +43,24 @@ def moved_alike(log: Log, known: Log, findings: list[Finding]) -> bool:
             )
         )
     return not fault
+
+
+def say_what_is_beyond(subject: Subject, log: Log, tested: Sequence[Cycle], findings: list[Finding]) -> None:
+    """Say how many samples lie where a direct inverse holds its curve and say nothing of the actuator."""
+    if log.measured is None:
+        return
+    inside = log.measured.inside[samples_of(tested)]
+    count = inside.size - int(np.count_nonzero(inside))
+    if count:
+        card = subject.drive
+        findings.append(
+            Finding(
+                "drift-beyond-range",
+                f"{count} of {inside.size} samples of {log.record.name} lie beyond the range {card} in which the model "
+                f"was identified, where a direct inverse holds its curve: they do not count. Where they are many and "
+                f"the motion is the same, the sensor has moved: look at the offset.",
+            )
+        )
 
 
 def own_error(model: Model) -> float | None:

@@ -125,4 +125,7 @@ def with_model(subject: Subject, log: Log, scale: Scale) -> Log:
     prediction = parts.predict(subject, log.record, log.given)
     missed = None if prediction.drive is None else prediction.drive - x
     columns = design.columns_of(log.record, x, prediction, scale)
-    return replace(log, measured=Measured(log.record, x, y, prediction, y - prediction.response, missed, columns))
+    inside = parts.inside(subject, x)
+    return replace(
+        log, measured=Measured(log.record, x, y, prediction, y - prediction.response, missed, columns, inside)
+    )

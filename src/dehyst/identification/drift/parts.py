@@ -110,6 +110,14 @@ class Subject:
         return ""
 
 
+def inside(subject: Subject, x: Array) -> npt.NDArray[np.bool_]:
+    """Which samples of the drive count: of a direct inverse those within its range, beyond which its curve is held."""
+    low, high = subject.drive.low, subject.drive.high
+    if not isinstance(subject.runs, DirectInverse) or low is None or high is None:
+        return np.ones(x.size, dtype=np.bool_)
+    return np.asarray((x >= low) & (x <= high))
+
+
 def predict(subject: Subject, record: Recording, given: Given | None = None) -> Prediction:
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
     if isinstance(subject.runs, DirectInverse):

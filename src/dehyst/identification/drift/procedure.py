@@ -16,7 +16,7 @@ from dehyst.identification.drift import comparable, design, testing, words
 from dehyst.identification.drift.acceptance import accept
 from dehyst.identification.drift.cycles import groups_of
 from dehyst.identification.drift.design import Estimates, Scale
-from dehyst.identification.drift.limits import moved_alike, own_error, say_what_limits
+from dehyst.identification.drift.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
 from dehyst.identification.drift.opening import MOST_GROUPS, Log, now_of, opened, reference_log, scale_of, with_model
 from dehyst.identification.drift.parts import Model, Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, Drift, LogDrift
@@ -253,6 +253,7 @@ def _entry(
             log.record, REFERENCE, "", log.record.name, len(everything), 0, *percents(now, scale), (), blocks,
             log.measured.prediction.response, where,
         )  # fmt: skip
+    say_what_is_beyond(subject, log, tested, findings)
     now = design.estimate(log.measured, groups_of(tested, MOST_GROUPS), steps)
     alike = known is not None and moved_alike(log, known, findings)
     unit = subject.response.unit or ""

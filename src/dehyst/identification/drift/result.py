@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
+from dehyst.identification.drift.parts import Subject
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.recording import Recording
 
@@ -106,7 +107,8 @@ class LogDrift:
     cycles, tested
         Complete cycles whose memory is known, and those of them that were tested: the last quarter of long logs.
     error_percent, inverse_percent
-        RMS of the tested cycles in percent of the ranges of response and drive; None where there is none.
+        RMS of the tested cycles in percent of the ranges of response and drive; None where there is none. The second
+        is that of the model read the other way: the inverse of a forward model, and forward for a direct inverse.
     changes
         Parts that the log can tell apart.
     blocks
@@ -298,9 +300,16 @@ class Drift:
             "verdict": self.verdict,
             "identified_percent": self.identified_percent,
             "reference": self.reference,
-            "logs": [entry.as_dict() for entry in self.logs],
+            "logs": [self._told(entry.as_dict()) for entry in self.logs],
             "trends": [trend.as_dict() for trend in self.trends],
             "refit": None if self.acceptance is None else self.acceptance.as_dict(),
             "settings": dict(self.settings),
             "warnings": [finding.as_dict() for finding in self.findings],
         }
+
+    def _told(self, entry: dict[str, Any]) -> dict[str, Any]:
+        """Name the other direction as it is: a model driven by the output is read forward, not as an inverse."""
+        if Subject.of(self.model).backward:
+            for told in filter(None, (entry, entry["blocks"])):
+                told["forward_percent"] = told.pop("inverse_percent")
+        return entry
