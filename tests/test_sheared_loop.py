@@ -1,6 +1,7 @@
 """The scale k of the sheared loop: chosen from data, subtracted exactly, no step at reversals."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -215,6 +216,29 @@ def test_a_compensator_that_errs_is_not_called_good():
     fit = dehyst.identify(erratic, shear=50.0)
     assert "inverse-errs" in {finding.code for finding in fit.warnings}
     assert "good for compensation" not in fit.verdict
+
+
+def test_the_headline_of_a_sheared_fit_is_the_error_of_its_inverse(log, fit):
+    miss = 100 * np.sqrt(np.mean((fit.model.inverse().simulate(log.output) - log.input)[fit.test_masks[0]] ** 2))
+    first = float(re.search(r"([\d.]+) % of its range rms on held-out loops", fit.verdict)[1])
+    assert first == pytest.approx(miss / np.ptp(log.input), rel=0.04)
+    assert first > 5 * fit.test.rmse_percent
+    assert fit.verdict.index(f"{fit.test.rmse_percent:.2f} %") > fit.verdict.index("on held-out loops")
+    assert "pi, the family that a shear takes" in fit.verdict
+    assert "the family that a shear takes" not in dehyst.identify(log, "pi", shear=5.0).verdict
+    assert fit.model.card.provenance["verdict"] == fit.verdict
+
+
+@pytest.mark.parametrize("shear", [0.3, "auto"])
+def test_a_shear_that_an_unsheared_family_beats_is_named_with_that_family(log, fit, shear):
+    recording = example()
+    codes = {f.code: f.message for f in dehyst.identify(recording, shear=shear).warnings}
+    best = dehyst.identify(recording, "modified-pi").certificate.inverse_miss_percent
+    assert ("shear-not-better" in codes) == (shear == "auto")
+    if shear == "auto":
+        assert "--family modified-pi" in codes["shear-not-better"]
+        assert float(re.search(r"back to ([\d.]+) %", codes["shear-not-better"])[1]) == pytest.approx(best, rel=0.04)
+    assert "shear-not-better" not in {finding.code for finding in fit.warnings}  # its backbone was taken off
 
 
 def test_a_gain_that_no_eps_reaches_is_named():

@@ -301,6 +301,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "(rms). The errors of the output look better than they are: the loop sees the output in its input.",
             "Log more loops of different size, with holds; look at creep and rate.",
         ),
+        "shear-not-better": (
+            "With `--shear auto` the inverse of the sheared loop misses more of the applied input than that of a "
+            "family without a shear. A shear is for loops whose backbone was taken off.",
+            "Leave `--shear` out and take the family that is named.",
+        ),
         "recordings-differ": (
             "Recordings fitted together lie more than {LEVELS_APART} of the output's range apart at the same input "
             "(difference of their mean residuals).",

@@ -19,6 +19,7 @@ from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Fit, Score, identify
 from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
+from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.recording import Recording
 
 
@@ -209,9 +210,10 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("", "rms" + (f" [{unit}]" if unit else ""), "rms [% of range]", "NRMSE", "max"):
         table.add_column(Text(name), justify="left" if not name else "right")
+    name = "sheared loop" if isinstance(fit.model, ShearedPrandtlIshlinskii) else fit.family
     rows: list[tuple[str, Score | None]] = [
-        (f"{fit.family}, fitted", fit.train),
-        (f"{fit.family}, held out", fit.test),
+        (f"{name}, fitted", fit.train),
+        (f"{name}, held out", fit.test),
         ("no hysteresis, held out" if fit.test else "no hysteresis, fitted", fit.static_test or fit.static_train),
     ]
     for label, score in rows:

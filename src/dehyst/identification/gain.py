@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import ParameterError
+from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
+from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import POOR_PERCENT, of_range
 from dehyst.identification.data import DataSet, prepare, range_over
 from dehyst.identification.fit import Fit
+from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.measures import Measure, Measured, measure_in_memory
 from dehyst.identification.procedure import Call, solve_in_memory
 from dehyst.identification.regressors import Bank
@@ -34,6 +36,9 @@ Array = npt.NDArray[np.float64]
 # An output map multiplies the gain of the operator in front of it: eps is raised until their product fits.
 TRIES = 4
 ROUNDING = 1e-9
+# Families that a shear chosen from the data is compared with, and by how much one must be better to be named.
+RIVALS = ("pi", "modified-pi")
+BETTER = 0.9
 
 
 def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, gain: float) -> Fit:
@@ -71,7 +76,7 @@ def identify_sheared(
     gain: float | None,
 ) -> Fit:
     """Fit y = H[u + k y] and return the sheared model, judged by what its inverse misses of u."""
-    call = replace(call, family="pi") if call.family == "auto" else call
+    asked, call = call, replace(call, family="pi") if call.family == "auto" else call
     check_family(call.family)
     if gain is not None:
         _refuse_both(call)
@@ -85,7 +90,9 @@ def identify_sheared(
     model = ShearedPrandtlIshlinskii(fit.model, k, _card(fit, records))
     certificate = replace(fit.certificate, inverse_gain=model.inverse_gain)
     fit = replace(fit, model=model, certificate=certificate, shear_choice=choice)
-    fit = _named(fit, k, records[0])
+    fit = _named(fit, k, records[0], asked.family == "auto")
+    if choice is not None and gain is None:
+        fit = replace(fit, warnings=(*fit.warnings, *_rivals(asked, records, weights, fit)))
     limits = {} if gain is None else {"max_inverse_gain": gain}
     return _checked(
         _with_settings(fit, {"shear": k, "shear_by": "held-out inverse" if choice else "given"} | limits), gain
@@ -157,13 +164,10 @@ def _card(fit: Fit, records: tuple[Recording, ...]) -> ModelCard:
     return replace(fit.model.card, input=SignalCard(first.input_name, first.input_unit, low, high))
 
 
-def _named(fit: Fit, k: float, record: Recording) -> Fit:
+def _named(fit: Fit, k: float, record: Recording, chosen: bool) -> Fit:
     """Fit whose verdict says that the loop was sheared, and is no better than its inverse."""
-    miss = fit.certificate.inverse_miss_percent
-    verdict = f"loop sheared by k = {k:.4g}{_unit_of_gain(record)}: {fit.verdict}"
-    warnings = fit.warnings
+    miss, warnings = fit.certificate.inverse_miss_percent, fit.warnings
     if miss > POOR_PERCENT:
-        verdict = verdict.replace("good for compensation", "usable with care (inverse-errs)")
         warnings += (
             Finding(
                 "inverse-errs",
@@ -172,7 +176,47 @@ def _named(fit: Fit, k: float, record: Recording) -> Fit:
                 f"of different size, or take the creep out of them with holds.",
             ),
         )
-    return replace(fit, verdict=verdict, warnings=warnings)
+    return replace(fit, verdict=_verdict(fit, k, record, chosen), warnings=warnings)
+
+
+def _verdict(fit: Fit, k: float, record: Recording, chosen: bool) -> str:
+    """The judgement in one line: what counts is what the compensator misses of the log's own input."""
+    certificate, judged = fit.certificate, fit.train if fit.test is None else fit.test
+    where = "on the fitted samples (none held out)" if fit.test is None else "on held-out loops"
+    grade, miss = fit.verdict.rpartition(": ")[2], certificate.inverse_miss_percent
+    if grade_of(grade) is Grade.GOOD and miss > GOOD_PERCENT:
+        grade = "usable with care" + (" (inverse-errs)." if miss > POOR_PERCENT else ".")
+    family = "pi, the family that a shear takes" if chosen else fit.family
+    return (
+        f"loop sheared by k = {k:.4g}{_unit_of_gain(record)}: {family}, {certificate.nonzero_weights} of "
+        f"{certificate.operators} operators: its inverse, the compensator, gives the applied input back to "
+        f"{of_range(miss)} its range rms {where} (the sheared loop itself, which sees the output in its input, "
+        f"{judged.rmse_percent:.2f} % of the output's): {grade}"
+    )
+
+
+def _rivals(
+    call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, fit: Fit
+) -> tuple[Finding, ...]:
+    """Say if the inverse of the loop as it was logged misses less than that of the sheared one."""
+    own, best, family = fit.certificate.inverse_miss_percent, float("inf"), ""
+    for name in RIVALS:
+        try:
+            rival = solve_in_memory(replace(call, family=name), records, weights)
+        except DehystError:
+            continue  # a loop without its backbone need not be of any of them
+        if rival.certificate.inverse_miss_percent < best:
+            best, family = rival.certificate.inverse_miss_percent, name
+    if not best < BETTER * own:
+        return ()
+    return (
+        Finding(
+            "shear-not-better",
+            f"without a shear the inverse of family '{family}' gives the applied input back to {of_range(best)} its "
+            f"range, the sheared one to {of_range(own)} it. A shear is for loops whose backbone was taken off. Leave "
+            f"--shear out and take --family {family}.",
+        ),
+    )
 
 
 def _with_settings(fit: Fit, more: dict[str, Any]) -> Fit:
