@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.errors import UnitError
 from dehyst.io import write_csv
 from direct_samples import TIPS, asked, motion
 
@@ -22,6 +23,11 @@ def folder(tmp_path_factory):
     share = 0.5 + np.clip((sigma - 10.0) / 40.0, 0, 1)
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((4.0, 0.3),), share=share)
     write_csv(place / "log.csv", {"time_s": t, U: u, Y: y, "load_N": sigma, "mean_bar": 3.0 + 0.01 * sigma})
+    write_csv(place / "mass.csv", {"time_s": t, U: u, Y: y, "load_kg": sigma, "load_N": sigma})
+    runs = {"run": np.repeat(["light", "heavy"], y.size), "time_s": np.tile(t, 2), Y: np.tile(y, 2)}
+    loads = np.repeat([1.0, 2.0], y.size)
+    hung = np.concatenate([asked(t, y, np.zeros(y.size), stops=STOPS, share=np.full(y.size, k)) for k in (1.0, 1.5)])
+    write_csv(place / "runs.csv", {**runs, U: hung, "load_g": 1000 * loads})
     write_csv(place / "plain.csv", {"time_s": t, U: asked(t, y, np.zeros(y.size), stops=STOPS), Y: y})
     t, y = motion((0.8, -0.6, 0.3))
     write_csv(place / "reference.csv", {"time_s": t, Y: y, "load_N": 20.0 + 0 * t, "pressure_bar": 0.9 * y})
@@ -95,6 +101,7 @@ def test_a_model_without_schedule_refuses_a_column_for_one_and_needs_time_only_f
         (("--stream",), "--stream"),
         (("--creep", "-2"), "creep"),
         (("--creep-times", "4,a"), "--creep-times"),
+        (("--creep", "3", "--creep-times", "4,20"), "both given"),
         (("--load", "mean_bar"), "force or torque"),
         (("--mean-pressure", "load_N"), "pressure"),
         (("--load", "no_such"), "no_such"),
@@ -106,6 +113,42 @@ def test_what_does_not_fit_is_refused_with_a_cure(run, folder, arguments, words)
     assert (status, out) == (2, "")
     assert words in err
     assert "Traceback" not in err
+
+
+def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folder, tmp_path):
+    model, out = tmp_path / "m.json", tmp_path / "u.csv"
+    status, text, err = identify(run, folder, "--load", "load_kg", "--creep", "0", "--save", model, log="mass.csv")
+    assert status == 0, err
+    assert "kg (a mass; no joint controller takes it)" in " ".join(text.split())
+    (schedule,) = dehyst.load_direct(model).outside
+    assert schedule.unit == "kg"
+    t, y = motion((0.8, -0.6, 0.3))
+    write_csv(
+        tmp_path / "r.csv", {"time_s": t, Y: y, "load_g": 2e4 + 0 * t, "load_kg": 20.0 + 0 * t, "load_N": 20 + 0 * t}
+    )
+    answers = []
+    for column in ("load_kg", "load_g"):
+        status, _, err = run("compensate", model, tmp_path / "r.csv", "--output", Y, "--load", column, "--out", out,
+                             "--overwrite")  # fmt: skip
+        assert status == 0, err
+        answers.append(np.loadtxt(out, delimiter=",", skiprows=1, usecols=2))
+    np.testing.assert_allclose(answers[0], answers[1])
+    status, _, err = run("compensate", model, tmp_path / "r.csv", "--output", Y, "--load", "load_N")
+    assert status == 2 and "a mass is not a force" in " ".join(err.split())
+    force = tmp_path / "f.json"
+    assert identify(run, folder, "--load", "load_N", "--creep", "0", "--save", force, log="mass.csv")[0] == 0
+    status, _, err = run("compensate", force, tmp_path / "r.csv", "--output", Y, "--load", "load_kg")
+    assert status == 2 and "a mass is not a force" in " ".join(err.split())
+
+
+def test_runs_under_different_loads_are_fitted_in_one_call_and_the_refusal_of_one_says_so(run, folder):
+    more = ("--load", "load_g", "--creep", "0")
+    status, _, err = identify(run, folder, "--run", "light", *more, log="runs.csv")
+    assert status == 2 and "repeat --run" in " ".join(err.split())
+    status, out, err = identify(run, folder, "--run", "light", "--run", "heavy", *more, log="runs.csv")
+    assert status == 0, err
+    assert "load 1000 to 2000 g" in " ".join(out.split())
+    assert "schedule-once" not in out and "schedule-no-gain" not in out
 
 
 def test_other_families_refuse_its_options(run, folder):
@@ -133,3 +176,21 @@ def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path)
     assert at == sorted(at)
     assert {path.name for path in figures.glob("*.svg")} >= {"figure-1-loop.svg", "figure-4-weights.svg"}
     assert "load_direct" in text
+
+
+def test_a_joint_controller_refuses_a_load_that_is_a_mass():
+    from dehyst.control.direct import in_si
+    from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
+
+    card = ModelCard(SignalCard("torque", "Nm"), SignalCard("angle", "deg"))
+    for unit in ("kg", "g"):
+        by_mass = DirectInverse(polynomial=np.zeros((2, 1)), schedules=(Schedule("load", 0.0, 1.0, unit),), card=card)
+        with pytest.raises(UnitError, match=f"is in {unit}, which is no torque"):
+            in_si(by_mass)
+
+
+def test_the_line_that_a_design_prints_says_what_to_do_with_a_log_that_begins_earlier(run, tmp_path):
+    status, out, err = run("design", "--range", "-30", "30", "--unit", "deg", "--rate", "40", "--time-limit", "360",
+                           "--out", tmp_path / "e.csv")  # fmt: skip
+    assert status == 0, err
+    assert "if it begins at s seconds, add s to both" in " ".join(out.split())

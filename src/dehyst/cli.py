@@ -32,7 +32,9 @@ Start = Annotated[float | None, typer.Option("--from", help="Leave out samples b
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
 Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist already.")]
-LoadColumn = Annotated[str | None, typer.Option("--load", help="direct-inverse: column of the load.")]
+LoadColumn = Annotated[
+    str | None, typer.Option("--load", help="direct-inverse: column of the load (force, torque, mass).")
+]
 MeanPressureColumn = Annotated[
     str | None, typer.Option("--mean-pressure", help="direct-inverse: column of the mean pressure.")
 ]

@@ -24,6 +24,8 @@ TABLE: dict[str, dict[str, float]] = {
     "torque": {"Nm": 1.0, "mNm": 1e-3},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
+# Masses stand apart: only a load may be one. As the end of a name "g" is as often an acceleration or a letter.
+MASS_FACTORS = {"kg": 1.0, "g": 1e-3}
 DIMENSION = {unit: dimension for dimension, units in TABLE.items() for unit in units}
 
 # Other spellings, in lower case. Upper-case variants of the table itself are found without them.
@@ -144,6 +146,19 @@ def dimension(unit: str) -> str:
     """
     known = canonical(unit)
     return DIMENSION[known] if known else ""
+
+
+def mass_unit(name: str, unit: str) -> str:
+    """Return the unit of a column that holds a mass, or "": ``unit`` if it is one, else that after the last ``_``.
+
+    Examples
+    --------
+    >>> mass_unit("load_kg", ""), mass_unit("load", "g"), mass_unit("load_N", "N"), mass_unit("load_2", "")
+    ('kg', 'g', '', '')
+    """
+    suffix = re.split(r"[_\s]", name.strip())[-1]
+    found = unit or suffix
+    return found if found in MASS_FACTORS else ""
 
 
 def words(name: str) -> list[str]:

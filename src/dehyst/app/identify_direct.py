@@ -13,8 +13,9 @@ from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Score, identify_direct
 from dehyst.io import Signal, read_signal
+from dehyst.models import Schedule
 from dehyst.recording import Recording
-from dehyst.units import convert, dimension
+from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
 if TYPE_CHECKING:
     from dehyst.app.identify import IdentifyRequest
@@ -107,11 +108,31 @@ def schedule_of(
     arrays, unit = [], ""
     for (log, run), record in zip(runs, records, strict=True):
         signal = read_signal(log, column, time=clock[0], run=run, time_unit=clock[1], missing="drop")
-        refuse_unit(option, name, signal)
-        unit = unit or signal.unit
-        values = convert(signal.values, signal.unit, unit) if signal.unit != unit else signal.values
+        values, found = schedule_values(option, name, column, signal, unit)
+        unit = unit or found
         arrays.append(at_samples(option, column, signal, np.asarray(values), record, len(record)))
     return arrays, unit
+
+
+def schedule_values(option: str, name: str, column: str, signal: Signal, unit: str) -> tuple[Array, str]:
+    """Values of a scheduling column in `unit`, or in its own if that is "", and the unit they are in.
+
+    A load may be a force, a torque or a mass, and stays what it is: weights that are learnt for kilograms are for
+    kilograms, and none of the three can be turned into another here.
+    """
+    mass = mass_unit(column, signal.unit) if name == "load" else ""
+    if not mass:
+        refuse_unit(option, name, signal)
+    own = mass or signal.unit
+    if unit in MASS_FACTORS or (unit and mass):
+        if not (unit in MASS_FACTORS and mass):
+            raise UnitError(
+                f"{option} '{column}' is in {own or 'no unit that is named'}, and the load so far in {unit}: a mass is "
+                f"not a force, and which force it stands for depends on the rig. Name a column in {unit}.",
+                unit=own,
+            )
+        return signal.values * (MASS_FACTORS[mass] / MASS_FACTORS[unit]), unit
+    return np.asarray(convert(signal.values, own, unit) if unit and own != unit else signal.values), unit or own
 
 
 def refuse_unit(option: str, name: str, signal: Signal) -> None:
@@ -120,7 +141,7 @@ def refuse_unit(option: str, name: str, signal: Signal) -> None:
     if found and found not in allowed:
         raise UnitError(
             f"{option} names column '{signal.name}' in {signal.unit}, a unit of {found}; it takes "
-            f"{' or '.join(allowed)}. Name the column that holds it.",
+            f"{' or '.join((*allowed, 'mass') if name == 'load' else allowed)}. Name the column that holds it.",
             unit=signal.unit,
         )
 
@@ -185,7 +206,7 @@ def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:
     rises = (
         "rises with the output whatever the past" if certificate.rises else "may fall with the output after some past"
     )
-    schedules = ", ".join(schedule.name for schedule in fit.model.schedules) or "none"
+    schedules = ", ".join(_schedule_words(schedule) for schedule in fit.model.schedules) or "none"
     times = ", ".join(f"{value:.3g}" for value in fit.model.time_constants)
     out.print(
         Text(
@@ -200,6 +221,14 @@ def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:
         if path is not None:
             out.print(Text(f"{what}: {path}"))
     out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
+
+
+def _schedule_words(schedule: Schedule) -> str:
+    """Name and, from outside, range; a mass is said to be one."""
+    if not schedule.outside:
+        return schedule.name
+    mass = " (a mass; no joint controller takes it)" if schedule.unit in MASS_FACTORS else ""
+    return f"{schedule.name} {schedule.low:.4g} to {schedule.high:.4g} {schedule.unit}".rstrip() + mass
 
 
 def _next(fit: DirectFit, saved: Path | None) -> str:

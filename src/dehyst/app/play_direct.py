@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.identify_direct import DIMENSIONS, at_samples, refuse_unit
+from dehyst.app.identify_direct import DIMENSIONS, at_samples, refuse_unit, schedule_values
 from dehyst.app.play import PlayRequest, about, in_units_of, jumps, outside, write
 from dehyst.app.terminal import print_findings
 from dehyst.app.unknown import band_columns, column
@@ -15,6 +15,7 @@ from dehyst.findings import Finding
 from dehyst.identification import follow
 from dehyst.io import Signal, read_signal
 from dehyst.models import DirectInverse, SignalCard
+from dehyst.units import MASS_FACTORS, mass_unit
 
 Array = npt.NDArray[np.float64]
 
@@ -111,10 +112,14 @@ def _given(request: PlayRequest, model: DirectInverse, signal: Signal) -> tuple[
         read = read_signal(
             request.log, given, time=request.time, run=request.run, time_unit=request.time_unit, missing="drop"
         )
-        refuse_unit(option, name, read)
         card = SignalCard(name, schedule.unit, schedule.low, schedule.high)
-        converted, told = in_units_of(card, read)
+        if schedule.unit in MASS_FACTORS or (schedule.unit and name == "load" and mass_unit(given, read.unit)):
+            converted = schedule_values(option, name, given, read, schedule.unit)[0]
+        else:
+            refuse_unit(option, name, read)
+            converted, told = in_units_of(card, read)
+            findings += told
         at = at_samples(option, given, read, np.asarray(converted), signal, signal.values.size)
-        findings += told + outside(at, card, name, "it is held at the end of its range")
+        findings += outside(at, card, name, "it is held at the end of its range")
         values[name] = at
     return values, findings

@@ -9,7 +9,7 @@ import numpy as np
 
 from dehyst.errors import ParameterError, UnitError
 from dehyst.models import DirectInverse, Schedule
-from dehyst.units import TABLE, canonical
+from dehyst.units import MASS_FACTORS, TABLE, canonical
 
 GIVEN = ("mean_pressure", "load")  # what the controller gives the model, in the order of the core
 LARGEST = (
@@ -91,7 +91,7 @@ def _unit(dimension: str) -> str:
 
 
 def _factor(unit: str, dimension: str, what: str) -> float:
-    known = canonical(unit) if unit else ""
+    known = (canonical(unit) or (unit if unit in MASS_FACTORS else "")) if unit else ""
     if not known:
         return 1.0
     if known not in TABLE[dimension]:

@@ -182,7 +182,8 @@ def _given_range(name: str, parts: tuple[Array, ...], unit: str, splits: Sequenc
         raise ExcitationError(
             f"the scheduling signal '{name}' stays at {low:g} {unit}".rstrip()
             + " in the part that is fitted: nothing can be learnt about what it changes. Leave it out, fit a larger "
-            "part (--train-fraction), or log with different values of it.",
+            "part (--train-fraction), or log with different values of it: in one log, or in several runs that are "
+            "fitted together (repeat --run, or name several logs).",
             value=low,
         )
     return GivenRange(name, unit, low, high)
