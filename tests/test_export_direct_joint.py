@@ -168,6 +168,12 @@ def test_the_command_exports_a_direct_inverse_in_a_controller(tmp_path, monkeypa
     assert "direct inverse" in said.err
 
 
+def test_where_no_instructions_were_measured_the_budget_says_so(tmp_path):
+    told = export(subject(), "c", tmp_path / "out").budget
+    assert ("not measured" in " ".join(told.lines())) == (not told.instructions)
+    assert any("instructions" in line for line in told.lines())
+
+
 def test_what_floats_cannot_tell_apart_is_refused():
     model = direct_model(stops=0, schedules=0)
     close = type(model)(radii=[0.1, 0.1 * (1 + 1e-9)], stop_weights=[1.0, 1.0], card=model.card)
