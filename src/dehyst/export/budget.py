@@ -57,8 +57,7 @@ class Budget:
         """Return it in words, a line each."""
         steps = [f"{name}: {values['typical']:.0f} instructions a step, {values['most']:.0f} at most"
                  for name, values in self.instructions.items()]  # fmt: skip
-        none = ["instructions of a step: not measured for a direct inverse; count them on your target before you choose "
-                "a period"]  # fmt: skip
+        none = ["instructions of a step: not measured for a direct inverse; count them on your target"]
         return [
             f"{self.parameter_bytes} bytes of constants, {self.state_bytes} bytes a unit, {self.image_bytes} bytes a "
             f"saved state; no allocation",
