@@ -178,6 +178,13 @@ def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path)
     assert "load_direct" in text
 
 
+def test_a_drift_is_not_told_from_a_mass_where_the_model_has_a_force(run, folder, tmp_path):
+    model = tmp_path / "m.json"
+    assert identify(run, folder, "--load", "load_N", "--creep", "0", "--save", model, log="mass.csv")[0] == 0
+    status, _, err = run("drift", model, folder / "mass.csv", "--load", "load_kg")
+    assert status == 2 and "a mass is not a force" in " ".join(err.split())
+
+
 def test_a_joint_controller_refuses_a_load_that_is_a_mass():
     from dehyst.control.direct import in_si
     from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard

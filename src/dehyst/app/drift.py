@@ -68,7 +68,7 @@ def run_drift(request: DriftRequest) -> None:
     with ask_progress("reading", request.json):
         read, unusable = _read_all(request, model)
         reference = None if request.reference is None else _read(request, model, request.reference, None)
-        signals = _signals(request, read, reference)
+        signals = _signals(request, model, read, reference)
     with ask_progress("comparing", request.json):
         found = drift(
             model,
@@ -112,15 +112,19 @@ def _read_all(
     return read, unusable
 
 
-def _signals(request: DriftRequest, read: list[Read], reference: Recording | None) -> dict[str, Any]:
-    """Scheduling signals by name, one for each recording and the reference, in the unit of the first."""
+def _signals(
+    request: DriftRequest, model: HysteresisModel | DirectInverse, read: list[Read], reference: Recording | None
+) -> dict[str, Any]:
+    """Scheduling signals by name, one for each recording and the reference, in the model's unit."""
+    units = {each.name: each.unit for each in model.schedules} if isinstance(model, DirectInverse) else {}
     if reference is not None and request.reference is not None:
         read = [*read, (request.reference, None, reference)]
     found: dict[str, Any] = {}
     for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
         if column is not None:
             runs, records = [(log, run) for log, run, _ in read], [record for _, _, record in read]
-            found[name] = schedule_of(name, column, (request.time, request.time_unit), runs, records)[0]
+            clock = (request.time, request.time_unit)
+            found[name] = schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
     return found
 
 

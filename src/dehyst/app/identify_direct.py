@@ -102,10 +102,11 @@ def schedule_of(
     clock: tuple[str | None, str | None],
     runs: list[tuple[Path, str | None]],
     records: list[Recording],
+    unit: str = "",
 ) -> tuple[list[Array], str]:
-    """Samples of a scheduling column at those of each recording, in the unit of the first one."""
+    """Samples of a scheduling column at those of each recording, in `unit`, or if that is "" in that of the first."""
     option = f"--{name.replace('_', '-')}"
-    arrays, unit = [], ""
+    arrays = []
     for (log, run), record in zip(runs, records, strict=True):
         signal = read_signal(log, column, time=clock[0], run=run, time_unit=clock[1], missing="drop")
         values, found = schedule_values(option, name, column, signal, unit)
