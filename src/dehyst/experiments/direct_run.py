@@ -31,7 +31,7 @@ def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:
     given = [read_log(file, input=MEAN, output=ANGLE, time=TIME).input for file in files] if by_mean else None
     return identify_direct(
         records,
-        creep=0,
+        creep="auto" if chosen.time_constants else 0,
         creep_times=chosen.time_constants or None,
         mean_pressure=given,
         units={"mean_pressure": "bar"},
