@@ -362,6 +362,33 @@ dehyst_real dehyst_direct_doubt(const dehyst_direct *direct, const dehyst_direct
 /* exp(-x) for x >= 0 without a library: within 1e-7 up to x = 0.5, 2e-3 of its value up to 4, in 0 .. 1 for any. */
 dehyst_real dehyst_decay(dehyst_real x);
 
+/* ---- A direct inverse as a function block of a machine: bounded for every input, switched without a bump. */
+
+typedef struct dehyst_direct_block {
+    dehyst_direct direct;                /* output_low .. output_high: what the actuator can be given */
+    dehyst_real line_slope, line_offset; /* answer while off: line_offset + line_slope y, [u/y], [u] */
+    dehyst_real fade;                    /* share of a switching that one sample makes, 1e-12 (float: 1e-6) .. 1 */
+} dehyst_direct_block;
+
+typedef struct dehyst_direct_block_state {
+    dehyst_direct_state direct; /* its memory must point to numbers of its own before the reset */
+    dehyst_real share;          /* 0 off .. 1 on */
+    dehyst_real output;         /* last good output, [u] */
+    uint32_t flags;             /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
+    int32_t started;            /* 0 until the first good sample after the reset */
+} dehyst_direct_block_state;
+
+/* Nothing is remembered and flags are cleared; the first good sample begins at rest at its y. */
+void dehyst_direct_block_reset(const dehyst_direct_block *block, dehyst_direct_block_state *state);
+
+/* One sample; `on` may change at any time: the output fades between that of the inverse and the line's over 1/fade
+ * samples, but for the first one after a reset. The memory follows y in either case. A sample with a number that is not
+ * finite or beyond DEHYST_INPUT_LIMIT holds all of it. DEHYST_LIMITED: y beyond the identified range, or u at a limit.
+ * output_low <= output <= output_high for every input, whatever its bits. While it is on and not fading the output is
+ * that of dehyst_direct_output, to the bit. */
+dehyst_real dehyst_direct_block_step(const dehyst_direct_block *block, dehyst_direct_block_state *state, dehyst_real y,
+                                     dehyst_real rate, const dehyst_real given[DEHYST_GIVEN], int on);
+
 /* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.
  *
  *   e = measured - (curve + offset + sum_g scale_g part_g)

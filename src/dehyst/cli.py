@@ -430,6 +430,9 @@ def export(
     controller: Annotated[
         Path | None, typer.Option("--controller", help="Parameters of the joint controller, JSON.")
     ] = None,
+    period: Annotated[
+        float | None, typer.Option("--period", help="Of a direct inverse: time between two of its samples [s].")
+    ] = None,
     name: Annotated[
         str | None, typer.Option("--name", help="C identifier; made of the model's file name without it.")
     ] = None,
@@ -445,7 +448,7 @@ def export(
     run_export(
         ExportRequest(
             model, target, out, real, what, range, ramp, log, column, controller, name, prune, overwrite, json,
-            Part(run, start, stop, time),
+            Part(run, start, stop, time), period,
         )
     )  # fmt: skip
 

@@ -9,6 +9,7 @@ NB_MODULE(_native, m)
     bind_block(m);
     bind_joint(m);
     bind_direct(m);
+    bind_direct_block(m);
     bind_plant(m);
     bind_robot(m);
     bind_gram(m);

@@ -62,6 +62,11 @@ def run_export(request: ExportRequest) -> None:
         _say(written, subject, request, [*pair, *findings])
         return
     model, request, told = _as_unit(loaded, request)
+    if request.period is not None:
+        raise ParameterError(
+            f"--period {request.period:g} belongs to a direct inverse, and '{request.model}' is none: no number of it "
+            f"depends on the time between two samples. Leave --period out."
+        )
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
@@ -126,6 +131,11 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         raise ParameterError(
             f'--ramp {request.ramp} belongs to --what inverse or forward; the ramp of a joint controller is "ramp" in '
             f"its file, in seconds. Leave --ramp out and set it there."
+        )
+    if request.what == "joint-controller" and request.period is not None:
+        raise ParameterError(
+            f"--period {request.period:g} belongs to a direct inverse alone; the period of a joint controller is "
+            f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
     if request.log is None and request.part != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
@@ -256,6 +266,12 @@ def _why(request: ExportRequest) -> str:
 
 
 def _interface(subject: Subject) -> list[str]:
+    if subject.direct_block is not None:
+        names = ", ".join(("y", "rate", *subject.direct_block.given, "on"))
+        return [
+            f"input {subject.input!s}; output {subject.output!s}",
+            f"a step takes {names}, every {subject.period:.9g} s",
+        ]
     if subject.joint is None:
         return [f"input {subject.input!s}; output {subject.output!s}"]
     shown = (("sensors", SENSORS), ("references", REFERENCE), ("outputs", OUTPUTS))
@@ -274,6 +290,8 @@ def _check_line(subject: Subject) -> str:
     if subject.joint is not None:
         return f"check: recorded run of {subject.test.samples} periods with switching and faults"
     signal = f"check: test signal of {subject.test.samples} samples"
+    if subject.direct_block is not None:
+        return f"{signal} with schedules, limits, switching and samples that are no number"
     if subject.excerpt is None:
         return f"{signal}, none of your log (add --log LOG --column COLUMN)"
     limited, share = use_of(subject.excerpt, subject.input)

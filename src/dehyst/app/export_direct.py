@@ -12,9 +12,9 @@ from dehyst.app.export_request import ExportRequest
 from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ParameterError
-from dehyst.export import joint_subject
+from dehyst.export import direct_block_subject, joint_subject
 from dehyst.export.numbers import DirectNumbers
-from dehyst.export.subject import Subject, identifier
+from dehyst.export.subject import RAMP, Subject, identifier
 from dehyst.findings import Finding
 from dehyst.models import DirectInverse
 
@@ -28,6 +28,12 @@ def direct_subject_of(model: DirectInverse, request: ExportRequest, real: str) -
     told = [*said, *_idle(model, request)]
     model = model.pruned() if request.prune else model
     name = request.name or identifier(request.model.stem)
+    if request.what == "inverse":
+        ramp = RAMP if request.ramp is None else request.ramp
+        subject = direct_block_subject(
+            model, name=name, real=real, period=cast(float, request.period), range=request.range, ramp=ramp
+        )
+        return subject, [*told, *_stalled(subject)]
     path = cast(Path, request.controller)
     parameters, adaptation = load_controller(path), load_adaptation(path)
     subject = joint_subject(model, parameters, adaptation, name=name, real=real)
@@ -37,16 +43,34 @@ def direct_subject_of(model: DirectInverse, request: ExportRequest, real: str) -
 
 def _refuse_what_it_is_not(request: ExportRequest) -> None:
     if request.what == "inverse":
-        raise ParameterError(
-            f"'{request.model}' is a direct inverse, which is exported inside a joint controller only, not as a "
-            f"unit of its own: its creep and its learning need the controller's period and observer. Add --what "
-            f"joint-controller --controller FILE, written by `dehyst reproduce` or dehyst.control.save_controller."
-        )
+        _refuse_unfit_block(request)
     if request.what == "forward":
         raise ParameterError(
             f"'{request.model}' is a direct inverse: it answers which input an output needs, and there is no model of "
             f"the output to export. Leave --what forward out, or identify another family for it."
         )
+
+
+def _refuse_unfit_block(request: ExportRequest) -> None:
+    """Refuse what a direct inverse without a controller cannot be exported with."""
+    if request.target not in HOLD:
+        raise ParameterError(
+            f"target '{request.target}' holds a direct inverse inside a joint controller only: --what joint-controller "
+            f"--controller FILE. On its own it is exported as C: --target c or --target c-header."
+        )
+    if request.period is None:
+        raise ParameterError(
+            f"'{request.model}' is a direct inverse: what creeps depends on the time between two samples, which is not "
+            f"known here. Add --period SECONDS, what your target calls it with, for example --period 0.001."
+        )
+    if request.log is not None:
+        raise ParameterError(
+            "--log takes one column, but a direct inverse needs its rate and scheduling variables too: leave --log "
+            "out; the test signal moves all of them."
+        )
+
+
+HOLD = ("c", "c-header")  # targets of a direct inverse without a controller
 
 
 def _idle(model: DirectInverse, request: ExportRequest) -> Iterator[Finding]:

@@ -27,3 +27,4 @@ class ExportRequest:
     overwrite: bool = False
     json: bool = False
     part: Part = ALL
+    period: float | None = None

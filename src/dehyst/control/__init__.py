@@ -3,6 +3,7 @@
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.block import BLOCK_FLAGS, Block, BlockParameters
 from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along
+from dehyst.control.direct_block import DirectBlock
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.control.storage import load_adaptation, load_controller, load_partner, save_controller
@@ -15,6 +16,7 @@ __all__ = [
     "Block",
     "BlockParameters",
     "Compensator",
+    "DirectBlock",
     "InverseCompensator",
     "JointController",
     "JointControllerParameters",

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 
 _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
@@ -20,6 +21,7 @@ MODEL_REST = {4: 40, 8: 48}
 IMAGE_OF_DIRECT = 89  # DEHYST_JOINT_WORDS of core/dehyst.h
 JOINT_REALS, JOINT_COUNTS = 132, {4: 48, 8: 64}
 DIRECT_PARAMETERS, DIRECT_REST = 11, {4: 60, 8: 64}
+DIRECT_BLOCK_PARAMETERS, DIRECT_BLOCK_REALS, DIRECT_BLOCK_COUNTS = 3, 20, {4: 16, 8: 24}
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Budget:
     state_bytes
         A unit's state on a 32-bit target; some bytes more with 64-bit pointers.
     image_bytes
-        A saved state.
+        A saved state; 0 if the unit has no such function.
     instructions
         Target -> instructions of a step in a slow signal, "typical", and of the slowest that was found, "most":
         straight lines over n through counts for n up to 200, compiled with -O2 (benchmarks/target.py).
@@ -58,9 +60,9 @@ class Budget:
         steps = [f"{name}: {values['typical']:.0f} instructions a step, {values['most']:.0f} at most"
                  for name, values in self.instructions.items()]  # fmt: skip
         none = ["instructions of a step: not measured for a direct inverse; count them on your target"]
+        saved = f", {self.image_bytes} bytes a saved state" if self.image_bytes else ""
         return [
-            f"{self.parameter_bytes} bytes of constants, {self.state_bytes} bytes a unit, {self.image_bytes} bytes a "
-            f"saved state; no allocation",
+            f"{self.parameter_bytes} bytes of constants, {self.state_bytes} bytes a unit{saved}; no allocation",
             *(steps or none),
         ]
 
@@ -75,18 +77,26 @@ def budget(subject: Subject) -> Budget:
         state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
         image = 4 * (6 + words * (n + 3))
         return Budget(constants, state, image, _instructions(subject))
-    assert subject.joint is not None  # one of both
+    if subject.direct_block is not None:
+        d = subject.direct_block.direct
+        constants = size * DIRECT_BLOCK_PARAMETERS + _direct_bytes(d, size)
+        return Budget(constants, size * (max(1, d.memory) + DIRECT_BLOCK_REALS) + DIRECT_BLOCK_COUNTS[size], 0, {})
+    assert subject.joint is not None  # one of them
     direct, model = subject.joint.direct, subject.joint.compensator
     n, points = (model.operators, sum(model.points)) if model else (0, 0)
     constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size] + (MODEL_REST[size] if model else 0)
     reals, image_reals = n + JOINT_REALS, n + 40
     if direct is not None:
-        tables = len(direct.radius) + len(direct.length) + len(direct.gain) + len(direct.weight)
-        constants += size * (tables + DIRECT_PARAMETERS) + 4 * len(direct.group) + DIRECT_REST[size]
+        constants += _direct_bytes(direct, size)
         reals += 2 * max(1, direct.memory)
         image_reals += IMAGE_OF_DIRECT + 2 * direct.memory
     image = 4 * (16 + words * image_reals)
     return Budget(constants, size * reals + JOINT_COUNTS[size], image, _instructions(subject))
+
+
+def _direct_bytes(direct: DirectNumbers, size: int) -> int:
+    tables = len(direct.radius) + len(direct.length) + len(direct.gain) + len(direct.weight)
+    return size * (tables + DIRECT_PARAMETERS) + 4 * len(direct.group) + DIRECT_REST[size]
 
 
 @cache

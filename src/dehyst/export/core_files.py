@@ -11,6 +11,7 @@ from dehyst.errors import OutputError
 
 BLOCK = ("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore")
 JOINT = ("dehyst_joint_reset", "dehyst_joint_step", "dehyst_joint_save", "dehyst_joint_restore")
+DIRECT_BLOCK = ("dehyst_direct_block_reset", "dehyst_direct_block_step")
 """Functions of the core that generated code calls."""
 
 CONFIG = "dehyst_config.h"

@@ -86,6 +86,11 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     True
     """
     kind = target_of(target)
+    if subject.direct_block is not None and subject.what not in kind.whats:
+        raise ParameterError(
+            f"target '{target}' holds no direct inverse without a controller yet. Export C sources, --target c or "
+            f"--target c-header, and call these from there."
+        )
     for value, allowed, option in ((subject.what, kind.whats, "--what"), (subject.real, kind.reals, "--real")):
         if value not in allowed:
             raise ParameterError(

@@ -141,6 +141,17 @@ class DirectNumbers:
 
 
 @dataclass(frozen=True)
+class DirectBlockNumbers:
+    """``dehyst_direct_block``, fields named as there; `given` are C names of its scheduling variables from outside."""
+
+    direct: DirectNumbers
+    line_slope: float
+    line_offset: float
+    fade: float
+    given: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class JointNumbers:
     """``dehyst_joint``: its numbers by the names of the core's fields, and the tables of its compensator.
 

@@ -17,12 +17,12 @@ from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.core_files import core_files
 from dehyst.export.float_rules import check_block
-from dehyst.export.numbers import BlockNumbers, DirectNumbers, JointNumbers, ModelNumbers, block_in
+from dehyst.export.numbers import BlockNumbers, DirectBlockNumbers, DirectNumbers, JointNumbers, ModelNumbers, block_in
 from dehyst.export.signal import Array, Signal, answers, test_input
 from dehyst.models import DirectInverse, HysteresisModel, SignalCard
 from dehyst.models.storage import model_to_dict
 
-WHATS = ("inverse", "forward", "joint-controller")
+WHATS = ("inverse", "forward", "joint-controller")  # as typed; a direct inverse is exported as "direct-inverse"
 REALS = ("double", "float")
 RAMP = 500  # samples over which a switching fades, unless said otherwise
 MOST_EXCERPT = 2000  # samples of the user's log
@@ -35,15 +35,15 @@ class Subject:
     Attributes
     ----------
     what
-        "inverse", "forward" or "joint-controller".
+        "inverse", "forward", "joint-controller", or "direct-inverse" for a direct inverse alone.
     name
         C identifier that all names of the exported unit begin with.
     real
         "double" or "float".
     block
-        Numbers of the block in that precision; None for a joint controller.
+        Numbers of the block in that precision; None for a joint controller and a direct inverse.
     joint
-        Numbers of the joint controller; None for a block.
+        Numbers of the joint controller; None for blocks.
     input, output
         Signals of the unit with their units and the limits that it keeps; of a joint controller those of the
         compensator.
@@ -71,6 +71,8 @@ class Subject:
         Of a joint controller with a direct inverse, else None.
     start_output
         Of a block after a reset. [output]
+    direct_block
+        Numbers of a direct inverse alone, else None.
     extra
         Files that go along for this subject: path -> text.
     """
@@ -94,6 +96,7 @@ class Subject:
     parameters: JointControllerParameters | None = None
     adaptation: Adaptation | None = None
     start_output: float = 0.0
+    direct_block: DirectBlockNumbers | None = None
     extra: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -106,7 +109,9 @@ class Subject:
 
     @property
     def direct(self) -> DirectNumbers | None:
-        """Numbers of the direct inverse, if it holds one."""
+        """Numbers of the direct inverse, if it is one or holds one."""
+        if self.direct_block is not None:
+            return self.direct_block.direct
         return self.joint.direct if self.joint else None
 
     @property
@@ -115,6 +120,8 @@ class Subject:
         if self.what == "joint-controller":
             kind = "stops and lags in its direct inverse" if self.direct else "operators in its compensator"
             return f"joint controller with {self.operators} {kind}"
+        if self.direct_block is not None:
+            return f"direct inverse: {self.input.label} -> {self.output.label}, {self.operators} stops and lags"
         kind = "inverse compensator" if self.what == "inverse" else "hysteresis model"
         return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} operators"
 

@@ -14,6 +14,9 @@ from dehyst.errors import ParameterError
 from dehyst.export.checks import Check
 from dehyst.export.subject import Subject
 
+BLOCKS_AND_JOINT = ("inverse", "forward", "joint-controller")
+ALL = (*BLOCKS_AND_JOINT, "direct-inverse")
+
 
 class TargetModule(Protocol):
     """What the module of a target offers."""
@@ -46,7 +49,7 @@ class Target:
     name: str
     summary: str
     module: str
-    whats: tuple[str, ...] = ("inverse", "forward", "joint-controller")
+    whats: tuple[str, ...] = BLOCKS_AND_JOINT
     reals: tuple[str, ...] = ("double", "float")
 
     @property
@@ -63,8 +66,8 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
     {
         target.name: target
         for target in (
-            Target("c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c"),
-            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header"),
+            Target("c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c", ALL),
+            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header", ALL),
             Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
             Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),

@@ -14,13 +14,14 @@ import numpy as np
 from dehyst.control.storage import load_adaptation, load_controller
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
+from dehyst.export.direct_block import WHAT, direct_block_subject
 from dehyst.export.folder import BUILD, MANIFEST, MOST_BYTES, VERIFIED, files_below, is_inside, read_manifest
 from dehyst.export.joint import joint_subject
 from dehyst.export.regeneration import regeneration_checks
 from dehyst.export.signal import Signal, from_csv, same_bits
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import target
-from dehyst.models import load_any, load_model
+from dehyst.models import DirectInverse, load_any, load_model
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,8 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
         adaptation = load_adaptation(folder / "controller.json")
         model = load_any(folder / "model.json")
         return joint_subject(model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"]))
+    if settings.get("what") == WHAT:
+        return _direct_again(folder, settings)
     excerpt = _read_signal(folder, "expected/excerpt.csv", 1) if "expected/excerpt.csv" in manifest["files"] else None
     bounds = settings.get("range")
     try:
@@ -185,6 +188,26 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
         raise OutputError(f"the manifest of '{folder}' lacks a setting ({fault}). Export again.") from None
 
 
+def _direct_again(folder: Path, settings: Mapping[str, Any]) -> Subject:
+    model = load_any(folder / "model.json")
+    if not isinstance(model, DirectInverse):
+        raise OutputError(f"'{folder / 'model.json'}' is no direct inverse. Export again.", path=str(folder))
+    bounds = settings.get("range")
+    try:
+        return direct_block_subject(
+            model,
+            name=str(settings["name"]),
+            real=str(settings["real"]),
+            period=float(settings["period"]),
+            range=None if bounds is None else (float(bounds[0]), float(bounds[1])),
+            ramp=int(settings["ramp"]),
+        )
+    except (KeyError, TypeError, IndexError, ValueError) as fault:
+        if isinstance(fault, DehystError):
+            raise
+        raise OutputError(f"the manifest of '{folder}' lacks a setting ({fault}). Export again.") from None
+
+
 def expectation_checks(folder: Path, subject: Subject) -> list[Check]:
     """Compare the expected answers in the folder with those of the model in it, computed again."""
     checks = []
@@ -192,8 +215,8 @@ def expectation_checks(folder: Path, subject: Subject) -> list[Check]:
         ("test signal", "expected/test_signal.csv", subject.test),
         ("excerpt in this folder", "expected/excerpt.csv", subject.excerpt),
     ):
-        if signal is None and subject.joint is not None:
-            continue  # a log of one column says nothing about a controller
+        if signal is None and subject.block is None:
+            continue  # a log of one column says nothing about a controller, nor about a unit with several inputs
         if signal is None:
             why = "exported without a log; add --log LOG --column COLUMN to dehyst export"
             checks.append(Check(f"{label}: expected answers are those of the model", "skipped", why))
