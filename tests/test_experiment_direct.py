@@ -73,7 +73,7 @@ def test_the_model_is_that_of_the_written_log():
     log = folder("maxwell-slip") / "identification_joint1_rates.csv"
     read = dehyst.read_log(log, input="sheared_torque_Nm", output="angle_rad", time="time_s")
     settings = {"creep_times": recipe("creep").time_constants, "initial_state": "rest", "train_fraction": 1.0}
-    again = dehyst.identify_direct(read, creep=0, **settings).model
+    again = dehyst.identify_direct(read, **settings).model
     assert np.array_equal(again.stop_weights, found.fit.model.stop_weights)
     q, t = found.unseen["angle_rad"], found.unseen["time_s"]
     k = calibrated().stiffness(3e5)

@@ -232,7 +232,7 @@ def _identified(
     return JointIdentification(
         joint=number,
         characteristic=characteristic,
-        log={**log.seen, INPUT: log.seen[HYSTERESIS] + shear * log.seen[OUTPUT]},
+        log=_sheared(log.seen, shear) if chosen.shear_from_log else log.seen,
         fit=fit,
         shear=shear,
         unseen=tested,
@@ -259,6 +259,11 @@ def _played(robot: Robot, file: Path, shear: float) -> Fit:
     if more:
         recording = replace(recording, input=recording.input + more * recording.output)
     return identify(recording, family="pi", n=settings.operators, eps=settings.eps)
+
+
+def _sheared(columns: Mapping[str, Array], shear: float) -> Mapping[str, Array]:
+    """Columns of a log whose loop is sheared by another k."""
+    return {**columns, INPUT: columns[HYSTERESIS] + shear * columns[OUTPUT]}
 
 
 def _hysteresis(columns: Mapping[str, Array]) -> Array:

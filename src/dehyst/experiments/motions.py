@@ -20,7 +20,7 @@ def motion_of(robot: Robot, number: int, log: str) -> Array:
     --------
     >>> from dehyst.plant.parameters import load_robot
     >>> [round(motion_of(load_robot(), 1, log).size * SPACING) for log in ("loops", "rates")]
-    [272, 794]
+    [270, 764]
     """
     reach = robot.identification.range_share * robot.joint(number).range
     parts = [_loops(robot), *([_rates(robot)] if log == "rates" else [])]
