@@ -187,6 +187,8 @@ def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptatio
     if schema not in (1, 2, SCHEMA) or isinstance(schema, bool):
         raise _refuse(path, f"has schema version {schema!s:.40}; this dehyst reads versions 1 to {SCHEMA}.")
     told = {key: content[key] for key in ("parameters", "adaptation", "model")[:schema] if key in content}
+    if schema == SCHEMA and "model" not in told:
+        raise _refuse(path, f"has schema version {SCHEMA} and names no model: it was edited after it was saved.")
     values, learning, partner = (told.get(key) for key in ("parameters", "adaptation", "model"))
     signed = values if schema == 1 else told
     try:
