@@ -96,7 +96,7 @@ class Program:
                 value = item.value
                 while isinstance(value, c_ast.Cast):
                     value = value.expr
-                self.constants[item.name] = integer(value.value) if value else len(self.constants)
+                self.constants[item.name] = whole(value) if value else len(self.constants)
         elif isinstance(kind, c_ast.Struct | c_ast.Union) and kind.decls:
             self.structs[kind.name] = kind
 
@@ -109,6 +109,11 @@ def preprocessed(path: Path, defines: tuple[str, ...]) -> str:
     options = ["-E", "-P", "-std=c11", "-ffreestanding", "-U__GNUC__", *(f"-D{name}" for name in defines)]
     done = subprocess.run([compiler, *options, str(path)], capture_output=True, text=True, check=True)
     return done.stdout
+
+
+def whole(node: c_ast.Node) -> int:
+    """A constant of an enumeration, which may have a sign."""
+    return -whole(node.expr) if isinstance(node, c_ast.UnaryOp) and node.op == "-" else integer(node.value)
 
 
 def integer(text: str) -> int:
