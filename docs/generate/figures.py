@@ -115,7 +115,11 @@ def arm() -> Figure:
     high = 1.35 * float(np.degrees(np.abs(off.error[:, 0]).max()))
     right.set(xlim=(0, float(on.time[-1])), ylim=(-high, high))
     for words, value, colour, y in zip(
-        ("without compensator", "with compensator"), demo.errors(1, "slow")[:2], (ORANGE, BLUE), (0.96, -0.96), strict=True
+        ("without compensator", "with compensator"),
+        demo.errors(1, "slow")[:2],
+        (ORANGE, BLUE),
+        (0.96, -0.96),
+        strict=True,
     ):
         right.text(
             0.99, 0.5 + 0.5 * y, f"{words}: {value:.3f}° rms", color=colour, ha="right",
