@@ -13,6 +13,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"recording", "loops", "gaps"},
     {"models"},
     {"identification", "control", "evaluation"},
+    {"families", "muscles"},
     {"io", "plant"},
     {"experiments", "export"},
     {"report"},
@@ -22,7 +23,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in rooms}
 HOMES = {
-    "scipy": {"identification", "io", "plant"},
+    "scipy": {"identification", "families", "muscles", "io", "plant"},
     "h5py": {"io"},
     "jinja2": {"export", "report"},
     "markupsafe": {"report"},  # jinja2's own strings

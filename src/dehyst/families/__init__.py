@@ -1,0 +1,24 @@
+"""Hysteresis families of the literature: one file a family, fitted to one log and compared."""
+
+from dehyst.families.base import STARTS, UNSCALED, InverseLoop, LoopModel, LoopStepper, Scaling
+from dehyst.families.fitting import FamilyFit, identify_family
+from dehyst.families.registry import MODULES, Family, example, family, names
+from dehyst.families.training import Stretch, Training
+
+__all__ = [
+    "MODULES",
+    "STARTS",
+    "UNSCALED",
+    "Family",
+    "FamilyFit",
+    "InverseLoop",
+    "LoopModel",
+    "LoopStepper",
+    "Scaling",
+    "Stretch",
+    "Training",
+    "example",
+    "family",
+    "identify_family",
+    "names",
+]

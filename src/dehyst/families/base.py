@@ -1,0 +1,330 @@
+"""What every family of loops can do: simulate, be identified, be inverted where an inverse exists."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import InvertibilityError, ParameterError
+from dehyst.models import ModelCard
+from dehyst.models.arrays import Array, signal_array
+from dehyst.recording import Recording
+
+if TYPE_CHECKING:
+    from dehyst.families.fitting import FamilyFit
+
+STARTS = ("zero", "rest", "rising", "falling", "origin")
+PRELUDE = 64  # samples of a stroke before the first sample
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """From the units of a log to those of a family's formulas: u = (x - center)/half_range, y = level + amplitude f.
+
+    Attributes
+    ----------
+    center, half_range
+        Of the input; the identified range is -1..1. [input]
+    level, amplitude
+        Of the output; a negative amplitude is that of a falling curve. [output]
+
+    Examples
+    --------
+    >>> Scaling(center=2.0, half_range=4.0).inward(6.0)
+    1.0
+    """
+
+    center: float = 0.0
+    half_range: float = 1.0
+    level: float = 0.0
+    amplitude: float = 1.0
+
+    def inward(self, x: Array | float) -> Array | float:
+        """Scaled input."""
+        return (x - self.center) / self.half_range
+
+    def outward(self, f: Array) -> Array:
+        """Output in the units of the log."""
+        return np.asarray(self.level + self.amplitude * f)
+
+    def swapped(self) -> Scaling:
+        """Scaling of the inverse."""
+        return Scaling(self.level, self.amplitude, self.center, self.half_range)
+
+
+UNSCALED = Scaling()
+
+
+class LoopModel(ABC):
+    """A frozen record of parameters with a formula y = f[x] that has a memory.
+
+    A family derives a frozen dataclass from this class, gives it its parameters, and last the three fields ::
+
+        scaling: Scaling = UNSCALED
+        start: str = "rest"
+        card: ModelCard = NO_CARD
+
+    and then `rest`, `run`, `free_parameters`, `no_inverse` and, where there is a formula for it, `run_inverse`. In
+    these input and output are the scaled ones; `simulate` does the rest.
+
+    Attributes
+    ----------
+    family
+        Name of the family.
+    rate_dependent
+        Whether the output depends on how fast the input moves, so that time stamps are needed.
+    """
+
+    family: ClassVar[str]
+    rate_dependent: ClassVar[bool] = False
+    scaling: Scaling
+    start: str
+    card: ModelCard
+
+    @abstractmethod
+    def rest(self, x: float) -> Array:
+        """Return the memory (m,) of an actuator that never moved from the scaled input x."""
+
+    @abstractmethod
+    def run(self, x: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
+        """Return the scaled outputs (T,) along scaled inputs, and the memory after them.
+
+        Parameters
+        ----------
+        x
+            Scaled inputs, (T,), finite.
+        dt
+            Time from the sample before, (T,); 0 is a move without effects of rate or time. None for families that
+            are not rate dependent. [s]
+        memory
+            Before the first sample; not changed. Running in two parts with the memory handed over is the same as
+            running once, bit for bit.
+        """
+
+    @property
+    @abstractmethod
+    def free_parameters(self) -> int:
+        """Number of values that were, or can be, identified; zero weights do not count."""
+
+    @property
+    @abstractmethod
+    def no_inverse(self) -> str:
+        """Why there is no inverse, in one sentence; empty if there is one: the output strictly follows the input."""
+
+    @classmethod
+    def example(cls) -> Self:
+        """Return a small model of this family, for tests and pictures."""
+        return cls()
+
+    @classmethod
+    def identify(
+        cls, recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5, seed: int = 0
+    ) -> FamilyFit:
+        """Identify a model of this family from recordings: `dehyst.identify_family` with its name."""
+        from dehyst.families.fitting import identify_family  # knows the registry
+
+        return identify_family(recordings, cls.family, train_fraction=train_fraction, seed=seed)
+
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None) -> Array:
+        """Return the output (T,) for an input (T,), beginning in the model's start state. [output]
+
+        Parameters
+        ----------
+        x
+            Input, (T,). [input]
+        time
+            (T,), increasing; needed by families that depend on rate or time. [s]
+
+        Raises
+        ------
+        ParameterError
+            If a sample is not finite, or time is needed and missing, or does not increase.
+        """
+        inputs = self._finite(x, "input x")
+        if not inputs.size:
+            return inputs
+        scaled = np.ascontiguousarray(self.scaling.inward(inputs))
+        return self.scaling.outward(self.run(scaled, self._steps(time, inputs.size), self.before(float(scaled[0])))[0])
+
+    def inverse(self) -> InverseLoop:
+        """Return what undoes this model: ``model.inverse().simulate(model.simulate(x))`` is x.
+
+        Raises
+        ------
+        InvertibilityError
+            If there is no inverse; the message says why.
+        """
+        if self.no_inverse:
+            raise InvertibilityError(f"this {self.family} model has no inverse: {self.no_inverse}", family=self.family)
+        return InverseLoop(self)
+
+    def run_inverse(self, y: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
+        """Return the scaled inputs (T,) for scaled outputs, and the memory after them; sample by sample a search."""
+        from dehyst.families.inversion import search_inputs
+
+        return search_inputs(self, y, dt, memory)
+
+    def before(self, first: float) -> Array:
+        """Return the memory on arrival at a first scaled input, as `start` says.
+
+        "rest": never moved. "zero": went from rest in the middle of the range there; the memory after decaying
+        oscillations. "origin": went there from rest at the log's input 0. "rising": went from the upper end of the
+        range to the lower and came up; "falling" is the mirror image.
+        """
+        if self.start not in STARTS:
+            raise ParameterError(f"start = {self.start!r} is not one of {', '.join(STARTS)}.", start=self.start)
+        if self.start == "rest":
+            return self.rest(first)
+        origin = float(self.scaling.inward(0.0)) if self.start == "origin" else 0.0
+        turns = {"rising": (1.0, -1.0), "falling": (-1.0, 1.0)}.get(self.start, ())
+        memory, at = self.rest(origin), origin
+        for turn in (*turns, first):
+            way = np.linspace(at, turn, PRELUDE + 1)[1:]
+            memory = self.run(way, np.zeros(PRELUDE) if self.rate_dependent else None, memory)[1]
+            at = turn
+        return memory
+
+    def with_start(self, start: str) -> Self:
+        """Return the same model that begins in another state, one of `STARTS`."""
+        return replace(self, start=start)  # type: ignore[type-var]
+
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same model with other signals."""
+        return replace(self, card=card)  # type: ignore[type-var]
+
+    def stepper(self) -> LoopStepper:
+        """Return the model as a function of one sample."""
+        return LoopStepper(self)
+
+    def parameters(self) -> dict[str, float | list[float] | str]:
+        """Return the parameters by name, plain values; scaling, start and card left out."""
+        named = {entry.name: getattr(self, entry.name) for entry in fields(self)}  # type: ignore[arg-type]
+        return {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in named.items()
+            if name not in ("scaling", "start", "card")
+        }
+
+    def __repr__(self) -> str:
+        """One line: family, parameters, signals."""
+        signals = f"{self.card.input!s} -> {self.card.output!s}"
+        return f"<{type(self).__name__} {self.family!r}: {self.free_parameters} parameters, {signals}>"
+
+    def _finite(self, values: npt.ArrayLike, name: str) -> Array:
+        found = signal_array(values, name)
+        bad = np.flatnonzero(~np.isfinite(found))
+        if bad.size:
+            raise ParameterError(
+                f"{name} has {bad.size} samples that are not finite, the first at index {bad[0]}. The memory would "
+                f"carry them into every later sample. Drop them, or read the log with dehyst.read_log.",
+                index=int(bad[0]),
+            )
+        return found
+
+    def _steps(self, time: npt.ArrayLike | None, size: int) -> Array | None:
+        if not self.rate_dependent:
+            return None
+        if time is None:
+            raise ParameterError(
+                f"a {self.family} model depends on how fast the input moves, but no time is given. Call "
+                f"simulate(x, time) with one time stamp [s] a sample."
+            )
+        stamps = self._finite(time, "time")
+        if stamps.size != size or np.any(np.diff(stamps) <= 0.0):
+            raise ParameterError(
+                f"time has {stamps.size} values for {size} samples, or does not increase; pass one time stamp [s] a "
+                f"sample, in order."
+            )
+        return np.diff(stamps, prepend=stamps[:1])
+
+
+@dataclass(frozen=True)
+class InverseLoop:
+    """The input that an output needs; made by ``model.inverse()``.
+
+    Attributes
+    ----------
+    of
+        The model that is inverted; the memory of both is the same.
+    """
+
+    of: LoopModel
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether time stamps are needed."""
+        return self.of.rate_dependent
+
+    def simulate(self, y: npt.ArrayLike, time: npt.ArrayLike | None = None) -> Array:
+        """Return the inputs (T,) that the outputs (T,) need, from the model's start state on. [input]
+
+        Raises
+        ------
+        ParameterError
+            As `LoopModel.simulate`.
+        """
+        from dehyst.families.inversion import first_input
+
+        of = self.of
+        outputs = of._finite(y, "output y")
+        if not outputs.size:
+            return outputs
+        scaled = np.ascontiguousarray((outputs - of.scaling.level) / of.scaling.amplitude)
+        memory = of.before(first_input(of, float(scaled[0])))
+        x = of.run_inverse(scaled, of._steps(time, outputs.size), memory)[0]
+        return np.asarray(of.scaling.center + of.scaling.half_range * x)
+
+    def inverse(self) -> LoopModel:
+        """Return the model."""
+        return self.of
+
+    def stepper(self) -> LoopStepper:
+        """Return the inverse as a function of one sample."""
+        return LoopStepper(self)
+
+
+class LoopStepper:
+    """A model or an inverse as a function of one sample: ``step(value, period)``; `reset` begins anew.
+
+    Examples
+    --------
+    >>> from dehyst.families import example
+    >>> step = example("dahl").stepper()
+    >>> step(0.0), step(0.5) == example("dahl").simulate([0.0, 0.5])[1]
+    (0.0, True)
+    """
+
+    def __init__(self, model: LoopModel | InverseLoop) -> None:
+        self._backward = isinstance(model, InverseLoop)
+        self._model = model.of if isinstance(model, InverseLoop) else model
+        self._memory: Array | None = None
+        self.output = 0.0
+
+    def reset(self) -> None:
+        """Forget everything; the next sample is the first."""
+        self._memory = None
+
+    def __call__(self, value: float, period: float = 0.0) -> float:
+        """Return the output for the next sample, `period` [s] after the one before."""
+        from dehyst.families.inversion import first_input
+
+        model, scaling = self._model, self._model.scaling
+        if not np.isfinite(value):
+            return self.output  # a rejected sample holds the last output
+        if self._backward:
+            scaled = (value - scaling.level) / scaling.amplitude
+            first = first_input(model, scaled) if self._memory is None else 0.0
+        else:
+            scaled = first = (value - scaling.center) / scaling.half_range
+        fresh = self._memory is None
+        memory = model.before(first) if self._memory is None else self._memory
+        dt = np.array([0.0 if fresh else period]) if model.rate_dependent else None
+        answer, self._memory = (model.run_inverse if self._backward else model.run)(np.array([scaled]), dt, memory)
+        origin, unit = (scaling.center, scaling.half_range) if self._backward else (scaling.level, scaling.amplitude)
+        self.output = float(origin + unit * answer[0])
+        return self.output

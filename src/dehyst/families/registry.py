@@ -1,0 +1,88 @@
+"""The families: one module each, named here and imported when it is first asked for.
+
+A new family is a new module with a `FAMILY`, one line here, and a test file (CONTRIBUTING.md shows it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from dehyst.errors import ParameterError
+
+if TYPE_CHECKING:
+    from dehyst.families.base import LoopModel
+    from dehyst.families.training import Training
+
+# Simple ones first: the order of the table where nothing else decides.
+MODULES = {
+    "dahl": "dehyst.families.dahl",
+}
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family that can be identified from a log.
+
+    Attributes
+    ----------
+    name
+        As typed, "bouc-wen".
+    title
+        As written, "Bouc-Wen".
+    model
+        Its record.
+    fit
+        Training data -> the fitted model, with the training's scaling. It raises a `DehystError` that says why where
+        the family cannot fit the data.
+    convex
+        Whether the fit is a convex program: no seeds, no local minima.
+    source
+        Where it comes from.
+    """
+
+    name: str
+    title: str
+    model: type[LoopModel]
+    fit: Callable[[Training], LoopModel]
+    convex: bool
+    source: str
+
+
+def names() -> tuple[str, ...]:
+    """Names of the families of this registry.
+
+    Examples
+    --------
+    >>> "dahl" in names()
+    True
+    """
+    return tuple(MODULES)
+
+
+def family(name: str) -> Family:
+    """Return a family by its name.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of that name.
+    """
+    if name not in MODULES:
+        raise ParameterError(f"no family '{name!s:.40}'. There are: {', '.join(MODULES)}.", name=name)
+    found = import_module(MODULES[name]).FAMILY
+    assert isinstance(found, Family)
+    return found
+
+
+def example(name: str) -> LoopModel:
+    """Return a small model of a family.
+
+    Examples
+    --------
+    >>> example("dahl").family
+    'dahl'
+    """
+    return family(name).model.example()
