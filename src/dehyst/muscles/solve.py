@@ -1,0 +1,81 @@
+"""A force solved for the pressure that gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from dehyst.errors import InvertibilityError
+from dehyst.models.arrays import Array
+
+LOW, HIGH = -1e5, 2e6  # Pa; vacuum, and more than any muscle takes
+_GRID = 22  # pressures at which the sign of the slope is looked at
+_HALVINGS = 60  # 2.1 MPa / 2^60: below rounding
+
+
+def solve_pressure(force_at: Callable[[Array], Array], force: Array, affine: bool, about: str) -> Array:
+    """Return the pressures at which `force_at` gives a force, element by element.
+
+    Parameters
+    ----------
+    force_at
+        Pressures -> forces, of the shape of `force`, each element of its own.
+    force
+        Wanted. [N]
+    affine
+        Whether `force_at` is affine: then in closed form, through two pressures.
+    about
+        Which muscle, for errors.
+
+    Returns
+    -------
+    pressure : Array
+        Gauge. [Pa]
+
+    Raises
+    ------
+    InvertibilityError
+        Where force does not grow with pressure, or no pressure from -1 to 20 bar gives it.
+
+    Examples
+    --------
+    >>> solve_pressure(lambda p: 2e-3 * p - 10.0, np.array([590.0]), True, "a muscle").round(6).tolist()
+    [300000.0]
+    """
+    at_zero = np.asarray(force_at(np.zeros_like(force)), float)
+    if affine:
+        rise = np.asarray(force_at(np.full_like(force, 1e6)), float) - at_zero
+        _insist(rise > 1e-6 * max(1.0, float(np.max(rise, initial=0.0))), about)
+        return np.asarray(1e6 * (force - at_zero) / rise)
+    return _monotone(force_at, force, about)
+
+
+def _monotone(force_at: Callable[[Array], Array], force: Array, about: str) -> Array:
+    """By halving, within the range, after a look at a grid of pressures."""
+    low, high = np.full_like(force, LOW), np.full_like(force, HIGH)
+    steps = [np.asarray(force_at(np.full_like(force, p)), float) for p in np.linspace(LOW, HIGH, _GRID)]
+    _insist(np.min(np.diff(steps, axis=0), axis=0) > 0 if force.size else np.ones(0, bool), about)
+    beyond = (steps[0] > force) | (force > steps[-1])
+    if beyond.any():
+        i = int(np.flatnonzero(beyond)[0])
+        raise InvertibilityError(
+            f"no pressure from {LOW:g} to {HIGH:g} Pa gives {force.flat[i]:.5g} N with {about}: it gives "
+            f"{steps[0].flat[i]:.5g} to {steps[-1].flat[i]:.5g} N there. Ask for a force in between.",
+            index=i,
+        )
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        above = np.asarray(force_at(middle), float) > force
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return 0.5 * (low + high)
+
+
+def _insist(rises: Array, about: str) -> None:
+    if not np.all(rises):
+        i = int(np.flatnonzero(np.logical_not(rises))[0])
+        raise InvertibilityError(
+            f"with {about} the force does not grow with the pressure at sample {i}: no pressure can be told from it. "
+            "The muscle is at or beyond its largest contraction there; keep to smaller ones.",
+            index=i,
+        )

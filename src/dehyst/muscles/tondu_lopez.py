@@ -1,0 +1,170 @@
+r"""Cylinder with conical ends and friction at the contact of its strands (Tondu, Lopez 2000).
+
+.. math::
+
+    F_{static} = \pi r_0^2 p \, [a (1 - k \kappa)^2 - b], \qquad a = 3/\tan^2\alpha_0, \quad b = 1/\sin^2\alpha_0
+
+    R = f(v) S_c(\kappa) \, p \, s, \qquad f(v) = f_k + (f_s - f_k) e^{-|v|/v_s}
+
+    S_c = \frac{2 \pi r_0 l_0}{\sin\alpha_0} (1 - \kappa) \sqrt{1 - \cos^2\alpha_0 (1 - \kappa)^2}
+
+k > 1 accounts for the ends, which do not stay cylindrical, and may depend on the pressure,
+:math:`k = k_e + k_p e^{-p/10^5 Pa}`. The muscle pulls up to the contraction :math:`(1 - \sqrt{b/a})/k`. The friction
+has the sign of the motion: s goes from -1 to 1 within twice the presliding strain after a reversal.
+
+Source of the structure: Tondu, Lopez, IEEE Control Systems Magazine 20(2), 2000. The coefficients of friction and the
+normalisation of the contact area differ between reprints (low confidence): calibrate f_s and f_k.
+
+Cannot show
+-----------
+Loops inside loops (the friction remembers nothing but the direction), creep, a rubber that pulls back without pressure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array
+from dehyst.muscles.arithmetic import Arithmetic
+from dehyst.muscles.base import MuscleModel, Parameter
+
+_PAPER = "Tondu, Lopez 2000"
+
+
+@dataclass(frozen=True)
+class TonduLopez(MuscleModel):
+    """Tondu-Lopez: geometry with conical ends, strand friction in proportion to pressure.
+
+    Parameters
+    ----------
+    length
+        l_0. [m]
+    radius
+        r_0, at rest. [m]
+    angle
+        alpha_0 between fibres and axis at rest, below 54.7 degrees. [rad]
+    shape
+        k_e, of the conical ends.
+    shape_pressure
+        k_p, what k is more without pressure; 0 for a constant k.
+    friction_static, friction_kinetic
+        f_s and f_k, coefficients of friction.
+    friction_speed
+        v_s, over which one goes into the other. [m/s]
+    presliding
+        Contraction over which the friction builds up after a reversal; numerical.
+
+    Raises
+    ------
+    ParameterError
+        If a value has no physical meaning.
+
+    Examples
+    --------
+    >>> muscle = TonduLopez.published("rubber-rayon")
+    >>> round(muscle.largest_contraction, 3)
+    0.297
+    >>> abs(float(muscle.static_force(muscle.largest_contraction, 3e5))) < 1e-9
+    True
+    """
+
+    length: float = 0.34
+    radius: float = 0.0095
+    angle: float = math.radians(20.0)
+    shape: float = 1.3
+    shape_pressure: float = 0.0
+    friction_static: float = 0.015
+    friction_kinetic: float = 0.0075
+    friction_speed: float = 0.15
+    presliding: float = 1e-4
+
+    name: ClassVar[str] = "tondu-lopez"
+    dynamic: ClassVar[bool] = True
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("length", "m", 0.01, 10.0, "assumption: of the muscle at hand", "length at rest", False),
+        Parameter("radius", "m", 1e-3, 0.1, f"{_PAPER}, own knowledge, medium", "radius at rest"),
+        Parameter("angle", "rad", 0.1, 0.9, f"{_PAPER}, own knowledge, medium", "fibre angle at rest"),
+        Parameter("shape", "1", 0.8, 2.0, f"{_PAPER}: 1.25 to 1.35", "k_e of the conical ends"),
+        Parameter("shape_pressure", "1", 0.0, 2.0, f"{_PAPER}, refined k(p)", "k_p, falling with pressure"),
+        Parameter("friction_static", "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_s"),
+        Parameter("friction_kinetic", "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_k"),
+        Parameter("friction_speed", "m/s", 1e-3, 10.0, "LAAS code, low", "v_s"),
+        Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
+    )
+    SETS: ClassVar[Mapping[str, str]] = {
+        "rubber-rayon": "Tondu, Lopez 2000: structure; numbers own knowledge, low confidence",
+        "DMSP-40": "geometry of 40 mm and 25 degrees; k fitted to the maker's map from 0.5 to 6 bar, 250 N rms; "
+        "friction set to 80 N at 3 bar (assumption)",
+    }
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "rubber-rayon": {},
+        "DMSP-40": {
+            "length": 0.4,
+            "radius": 0.02 * math.sqrt(1.006),
+            "angle": math.radians(25.0),
+            "shape": 1.533,
+            "friction_static": 0.00425,
+            "friction_kinetic": 0.0034,
+        },
+    }
+
+    def __post_init__(self) -> None:
+        self._check("radius", "angle", "shape", "friction_speed", "presliding")
+        if not self.angle < math.acos(1 / math.sqrt(3)):
+            raise ParameterError(
+                f"angle = {math.degrees(self.angle):g} degrees: a muscle that contracts has fibres below 54.7."
+            )
+        for name in ("shape_pressure", "friction_static", "friction_kinetic"):
+            if getattr(self, name) < 0:
+                raise ParameterError(f"{name} = {getattr(self, name):g} is negative; pass 0 or more.")
+
+    @property
+    def affine_in_pressure(self) -> bool:  # type: ignore[override]
+        """Whether k is constant."""
+        return self.shape_pressure == 0.0
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Fibres along the axis, and at right angles to it."""
+        return 1.0 - 1.0 / math.cos(self.angle), min(1.0, 1.0 / (self.shape + self.shape_pressure))
+
+    @property
+    def largest_contraction(self) -> float:
+        """At which it stops to pull, for a high pressure."""
+        return (1.0 - math.sqrt(self._b / self._a)) / self.shape
+
+    @property
+    def _a(self) -> float:
+        return 3.0 / math.tan(self.angle) ** 2
+
+    @property
+    def _b(self) -> float:
+        return 1.0 / math.sin(self.angle) ** 2
+
+    def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        k = self.shape + (self.shape_pressure * m.exp(-pressure / 1e5) if self.shape_pressure else 0.0)
+        return math.pi * self.radius**2 * pressure * (self._a * (1.0 - k * kappa) ** 2 - self._b)
+
+    def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        f = self.friction_kinetic + (self.friction_static - self.friction_kinetic) * m.exp(
+            -abs(speed) / self.friction_speed
+        )
+        return f * self.contact_area(kappa, m) * m.maximum(pressure, 0.0) * slip
+
+    def contact_area(self, kappa: Any, m: Arithmetic) -> Any:
+        """S_c, surface of the contact at a contraction. [m^2]"""
+        rest = 2.0 * math.pi * self.radius * self.length / math.sin(self.angle)
+        inside = 1.0 - (math.cos(self.angle) * (1.0 - kappa)) ** 2
+        return rest * (1.0 - kappa) * m.sqrt(m.maximum(inside, 0.0))
+
+    def _contacts(self) -> tuple[Array, Array]:
+        return np.array([self.presliding]), np.ones(1)
+
+
+MUSCLE = TonduLopez
