@@ -18,4 +18,5 @@ NB_MODULE(_native, m)
     bind_signal(m);
     bind_direct_forward(m);
     bind_text(m);
+    bind_friction(m);
 }

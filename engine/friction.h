@@ -1,0 +1,41 @@
+/* Elements of dry friction along a path, without time (Dahl, Bouc-Wen, generalised Bouc-Wen):
+ *
+ *     dz/dx = slope - psi(sgn dx, sgn z, sgn x) |z|^power
+ *
+ * psi is a table of eight numbers, so the equation is separable between changes of a sign. Power 1 is solved exactly
+ * by exponentials; other powers by Runge-Kutta steps of fourth order that end at each change of a sign. */
+#ifndef DEHYST_FRICTION_H
+#define DEHYST_FRICTION_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { ENGINE_FRICTION = 10 }; /* numbers of an element: slope > 0, power >= 1, psi (8,) */
+
+/* psi stands at 4 (dx > 0) + 2 (z > 0) + (x > 0). The state z at x1, for z at x0. */
+double engine_friction_step(const double *element, double x0, double z, double x1);
+
+/* y = curve(x) + sum of weight z. */
+typedef struct engine_bank {
+    int32_t coefficients, elements;
+    const double *curve;   /* (coefficients,): engine_curve() */
+    const double *element; /* (elements, ENGINE_FRICTION) */
+    const double *weight;  /* (elements,) */
+} engine_bank;
+
+/* Along x (samples,): y (samples,), and the states z (samples, elements) unless null. memory (1 + elements,) holds the
+ * x before the first sample and the states there; it is moved to the last sample. */
+void engine_bank_run(const engine_bank *bank, int64_t samples, const double *x, double *memory, double *y, double *z);
+
+/* x (samples,) for y (samples,), where y rises with x in every state; memory as above. */
+void engine_bank_invert(const engine_bank *bank, int64_t samples, const double *y, double farthest, double *memory,
+                        double *x);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

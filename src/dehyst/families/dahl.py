@@ -1,0 +1,129 @@
+"""Dahl's friction: after every turn the force rises along an exponential to the dry friction.
+
+Bristles of a rubbing surface bend before they slip. The force of one kind of bristles depends on the path x alone::
+
+    dz/dx = 1 - sgn(dx) z / L            so that |z| < L after any history from rest
+    z = L (1 - exp(-x / L))              from rest (the virgin curve)
+    y = c(x) + sum over k of w_k z_k
+
+The friction force of element k is F = w_k z_k, its stiffness sigma = w_k and its dry friction F_c = |w_k| L_k. This is
+Dahl's law with the exponent i = 1, the usual one. A positive weight makes the output lead the input (clockwise loops, a
+force over a displacement), a negative one makes it lag (an actuator's position over its drive). Input and output are
+scaled to the range of the log.
+
+==============  =======================================================  ============  =====================
+parameter       meaning                                                  unit          source
+==============  =======================================================  ============  =====================
+``curve``       coefficients of c, lowest first; straight beyond +-1     scaled        identified
+``lengths``     L_k, on which an element forgets a turn                  half ranges   grid, 0.01 to 5
+``weights``     w_k, stiffness of an element                             scaled        identified, convex
+==============  =======================================================  ============  =====================
+
+Source: P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968. Structure: high
+confidence. The bank of several lengths and its convex fit are this project's.
+
+The fit: for given lengths, curve and weights are the solution of one convex program (least squares with weights that
+are not negative over columns that rise in every state), so there is no seed. The inverse exists when the least slope of
+the curve exceeds twice the sum of the lagging weights; a fitted model always has one.
+
+Cannot show
+-----------
+Break-away: the force never exceeds its steady value, so there is no stick-slip. Speed: a loop is the same however fast
+it is run (see lugre). Closed minor loops: a small cycle between two inputs drifts along exponentials and closes only
+after several turns. Loops that are wider on one side than on the other (see duhem, generalised-bouc-wen).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.families.base import UNSCALED, Scaling
+from dehyst.families.friction import FrictionLoop, mix, positive
+from dehyst.families.registry import Family
+from dehyst.families.training import Training
+from dehyst.models import ModelCard
+from dehyst.models.arrays import Array, parameter_array
+from dehyst.models.card import NO_CARD
+
+LENGTHS = np.geomspace(0.01, 5.0, 14)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Dahl(FrictionLoop):
+    """A curve and elements of Dahl's friction.
+
+    Attributes
+    ----------
+    curve
+        Coefficients of c(x), (n,), lowest first.
+    lengths, weights
+        L_k > 0 and w_k of the elements, (m,).
+
+    Examples
+    --------
+    From rest the force follows 1 - exp(-x) towards 1:
+
+    >>> import numpy as np
+    >>> model = Dahl(curve=[0.0], lengths=[1.0], weights=[1.0])
+    >>> bool(np.allclose(model.simulate([0.0, 0.5, 3.0]), 1 - np.exp([0.0, -0.5, -3.0])))
+    True
+    """
+
+    curve: Array = field(default_factory=lambda: np.array([0.0, 1.5]))
+    lengths: Array = field(default_factory=lambda: np.array([0.1, 0.4]))
+    weights: Array = field(default_factory=lambda: np.array([-0.4, -0.3]))
+    scaling: Scaling = UNSCALED
+    start: str = "rest"
+    card: ModelCard = NO_CARD
+    family = "dahl"
+
+    def __post_init__(self) -> None:
+        self.check()
+        object.__setattr__(self, "lengths", parameter_array(self.lengths, "lengths"))
+        if self.lengths.size != self.weights.size:
+            raise ParameterError(
+                f"{self.lengths.size} lengths for {self.weights.size} weights; give one of each an element."
+            )
+        positive(self.lengths, "lengths")
+
+    def table(self) -> Array:
+        """Elements as the engine takes them: psi = sgn(dx) sgn(z) / L."""
+        along, side, _ = np.unravel_index(np.arange(8), (2, 2, 2))
+        psi = np.where(along == side, 1.0, -1.0) / self.lengths[:, None]
+        ones = np.ones((self.lengths.size, 1))
+        return np.hstack([ones, ones, psi])
+
+    def slope_ranges(self) -> tuple[Array, Array]:
+        """dz/dx lies between 0, slipping, and 2, turned after slipping."""
+        return np.zeros(self.lengths.size), np.full(self.lengths.size, 2.0)
+
+    @property
+    def own(self) -> int:
+        """The length."""
+        return 1
+
+
+def fit(training: Training) -> Dahl:
+    """Return the bank of a grid of lengths that fits best, from the start state that fits best."""
+    thin = training.thinned()
+    grid = Dahl(np.zeros(1), LENGTHS, np.zeros(LENGTHS.size), training.scaling, "zero")
+    errors = {start: mix(thin, grid.with_start(start)).rms for start in ("zero", "rest", "rising", "falling", "origin")}
+    least = min(errors, key=lambda start: errors[start])
+    start = least if errors[least] < 0.98 * errors["zero"] else "zero"
+    found = mix(training, grid.with_start(start))
+    used = np.flatnonzero(found.weights != 0.0)
+    kept = used if used.size else np.array([0])
+    return Dahl(found.curve, LENGTHS[kept], found.weights[kept], training.scaling, start)
+
+
+FAMILY = Family(
+    name="dahl",
+    title="Dahl",
+    model=Dahl,
+    fit=fit,
+    convex=True,
+    source="P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968",
+)
