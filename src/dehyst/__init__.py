@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     from dehyst.experiments.results import Reproduction as Reproduction
     from dehyst.experiments.trials import Equipment as Equipment
     from dehyst.experiments.trials import run_trial as run_trial
+    from dehyst.families import Comparison as Comparison
+    from dehyst.families import FamilyFit as FamilyFit
+    from dehyst.families import LoopModel as LoopModel
+    from dehyst.families import compare as compare
+    from dehyst.families import identify_family as identify_family
     from dehyst.findings import Finding as Finding
     from dehyst.identification import CrossValidation as CrossValidation
     from dehyst.identification import DirectFit as DirectFit
@@ -65,6 +70,7 @@ if TYPE_CHECKING:
     from dehyst.plant import Robot as Robot
     from dehyst.plant import load_robot as load_robot
     from dehyst.recording import Recording as Recording
+    from dehyst.report import write_comparison_report as write_comparison_report
     from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
     from dehyst.report import write_reproduction_report as write_reproduction_report
@@ -75,6 +81,7 @@ _HOME = {
     "Arm": "dehyst.plant",
     "Block": "dehyst.control",
     "Compensator": "dehyst.control",
+    "Comparison": "dehyst.families",
     "CrossValidation": "dehyst.identification",
     "DehystError": "dehyst.errors",
     "DirectFit": "dehyst.identification",
@@ -84,6 +91,7 @@ _HOME = {
     "Limits": "dehyst.evaluation",
     "Drift": "dehyst.identification.drift",
     "Equipment": "dehyst.experiments.trials",
+    "FamilyFit": "dehyst.families",
     "Finding": "dehyst.findings",
     "Fit": "dehyst.identification",
     "HysteresisModel": "dehyst.models",
@@ -92,6 +100,7 @@ _HOME = {
     "JointControllerParameters": "dehyst.control",
     "Mechanism": "dehyst.plant",
     "ModifiedPrandtlIshlinskii": "dehyst.models",
+    "LoopModel": "dehyst.families",
     "MonotoneMap": "dehyst.models",
     "PrandtlIshlinskii": "dehyst.models",
     "Progress": "dehyst.identification.stream",
@@ -104,6 +113,7 @@ _HOME = {
     "ShearedPrandtlIshlinskii": "dehyst.models",
     "StaticCurve": "dehyst.models",
     "StopOperatorModel": "dehyst.models",
+    "compare": "dehyst.families",
     "choose_shear": "dehyst.identification",
     "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
@@ -113,6 +123,7 @@ _HOME = {
     "drift": "dehyst.identification.drift",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
+    "identify_family": "dehyst.families",
     "identify_direct": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",
     "identify_paper": "dehyst.identification",
@@ -127,6 +138,7 @@ _HOME = {
     "read_signal": "dehyst.io",
     "reproduce": "dehyst.experiments.reproduce",
     "run_trial": "dehyst.experiments.trials",
+    "write_comparison_report": "dehyst.report",
     "write_drift_report": "dehyst.report",
     "write_report": "dehyst.report",
     "write_reproduction_report": "dehyst.report",

@@ -464,6 +464,43 @@ def verify(
     run_verify(folder, json)
 
 
+@app.command()
+def compare(
+    log: Logs,
+    input: Input,
+    output: Output,
+    time: Time = None,
+    time_unit: TimeUnit = None,
+    run: Annotated[
+        list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")
+    ] = None,
+    start: Start = None,
+    stop: Stop = None,
+    families: Annotated[
+        str | None, typer.Option("--families", help="Only these, with commas, e.g. pi,preisach,bouc-wen; default all.")
+    ] = None,
+    train_fraction: Annotated[
+        float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
+    ] = 0.5,
+    seed: Annotated[int, typer.Option("--seed", help="Of the searches of families whose fit is not convex.")] = 0,
+    report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Write the picture to this file, .svg or .png.")
+    ] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Identify every hysteresis family from a log: errors, parameters, time, inverses, side by side."""
+    from dehyst.app.compare import CompareRequest, run_compare
+
+    run_compare(
+        CompareRequest(
+            tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, families, train_fraction, seed,
+            report, figure, overwrite, json,
+        )
+    )  # fmt: skip
+
+
 def main() -> None:
     """Run the command line; faults a user can cure end with their message and exit status 2."""
     from dehyst.errors import DehystError

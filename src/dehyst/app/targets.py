@@ -13,6 +13,7 @@ PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
 BAND = "dehyst band: "
+FAMILIES = "dehyst compare: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
 _BEGINNING = 2000
 
@@ -51,6 +52,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         SWEEP: "no picture of a sweep",
         EXCITATION: "no picture of dehyst design",
         BAND: "no picture of an unknown memory",
+        FAMILIES: "no picture of dehyst compare",
         REPRODUCTION: "no result of dehyst reproduce",
     }
     kind = "" if own is None else f" and is {kinds[own]}"

@@ -1,6 +1,8 @@
 """Hysteresis families of the literature: one file a family, fitted to one log and compared."""
 
 from dehyst.families.base import STARTS, UNSCALED, InverseLoop, LoopModel, LoopStepper, Scaling
+from dehyst.families.comparison import Comparison, all_names, compare
+from dehyst.families.entry import Entry
 from dehyst.families.fitting import FamilyFit, identify_family
 from dehyst.families.registry import MODULES, Family, example, family, names
 from dehyst.families.training import Stretch, Training
@@ -9,6 +11,8 @@ __all__ = [
     "MODULES",
     "STARTS",
     "UNSCALED",
+    "Comparison",
+    "Entry",
     "Family",
     "FamilyFit",
     "InverseLoop",
@@ -17,6 +21,8 @@ __all__ = [
     "Scaling",
     "Stretch",
     "Training",
+    "all_names",
+    "compare",
     "example",
     "family",
     "identify_family",

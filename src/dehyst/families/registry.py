@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from dehyst.families.training import Training
 
 # Simple ones first: the order of the table where nothing else decides.
-MODULES = {
-    "dahl": "dehyst.families.dahl",
-}
+MODULES: dict[str, str] = {}
 
 
 @dataclass(frozen=True)

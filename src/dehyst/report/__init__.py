@@ -1,7 +1,16 @@
 """Report: a fit, or the paper's whole experiment, -> one self-contained HTML page."""
 
+from dehyst.report.compare import write_comparison_figure, write_comparison_report
 from dehyst.report.drift import drift_page, write_drift_report
 from dehyst.report.page import write_figures, write_report
 from dehyst.report.reproduction import write_reproduction_report
 
-__all__ = ["drift_page", "write_drift_report", "write_figures", "write_report", "write_reproduction_report"]
+__all__ = [
+    "drift_page",
+    "write_comparison_figure",
+    "write_comparison_report",
+    "write_drift_report",
+    "write_figures",
+    "write_report",
+    "write_reproduction_report",
+]

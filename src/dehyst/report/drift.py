@@ -4,33 +4,26 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
 import numpy as np
 import numpy.typing as npt
-from markupsafe import Markup
 
-from dehyst import __version__
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
 from dehyst.identification.drift import Drift, LogDrift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
-from dehyst.report.svg import panel_svg
+from dehyst.report.sheet import Sheet, sheet_page
 from dehyst.report.tables import Table
-from dehyst.report.text import clean, number, plain, short, with_unit
-from dehyst.report.theme import DATA, FIFTH, MODEL, MUTED, SIXTH, STATIC, TEST, TRAIN, Token, variables
-from dehyst.report.theme import FONT_STACK as FONTS
+from dehyst.report.text import number, plain, short, with_unit
+from dehyst.report.theme import DATA, FIFTH, MODEL, MUTED, SIXTH, STATIC, TEST, TRAIN, Token
 from dehyst.report.thin import Window
 
 Array = npt.NDArray[np.float64]
 
-TEMPLATES = ("drift.html", "page.css", "tables.html")
 GRADES = {"unchanged": Grade.GOOD, "drifted": Grade.BAD, "not comparable": Grade.CARE}
 # Parts drawn over the cycles, by their unit.
 PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
@@ -85,32 +78,21 @@ def write_drift_report(found: Drift, path: str | os.PathLike[str], model_name: s
 
 def drift_page(found: Drift, model_name: str = "the model") -> str:
     """Return the text of the page."""
-    room = files("dehyst.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
-        autoescape=True,
-        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     card = found.model.card
-    return environment.get_template("drift.html").render(
-        title=short(model_name, 80),
-        relation=f"{short(card.input.name, 60)} → {short(card.output.name, 60)}",
-        found=found,
-        grade=GRADES[found.status],
-        warnings=[*(f for entry in found.logs for f in entry.findings), *found.findings],
-        figures=[
-            (figure, [(panel, Markup(panel_svg(panel, f"{figure.key}{k}"))) for k, panel in enumerate(figure.panels)])
-            for figure in drift_figures(found)
-        ],
-        tables=_tables(found),
-        version=__version__,
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        light=Markup(variables(dark=False)),
-        dark=Markup(variables(dark=True)),
-        font=Markup(FONTS),
+    return sheet_page(
+        Sheet(
+            kind="Has the actuator changed?",
+            title=short(model_name, 80),
+            relation=f"{short(card.input.name, 60)} → {short(card.output.name, 60)}",
+            subject="drift",
+            badge=found.status,
+            grade=GRADES[found.status],
+            lead=found.verdict,
+            more=() if found.acceptance is None else (found.acceptance.reason,),
+            figures=drift_figures(found),
+            warnings=[*(f for entry in found.logs for f in entry.findings), *found.findings],
+            tables=_tables(found),
+        )
     )
 
 

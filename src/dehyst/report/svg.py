@@ -37,7 +37,7 @@ def panel_svg(panel: Panel, prefix: str) -> str:
     it refers to nothing outside.
     """
     with settings(style() | {"svg.hashsalt": prefix}):
-        canvas = Canvas(figsize=(WIDTH, HEIGHT), layout="constrained")
+        canvas = Canvas(figsize=(WIDTH, HEIGHT * panel.tall), layout="constrained")
         FigureCanvasSVG(canvas)
         panel.draw(canvas.add_subplot())
         return inline_svg(canvas, prefix, panel.alt)
@@ -56,18 +56,36 @@ def inline_svg(canvas: Canvas, prefix: str, alt: str) -> str:
 
 def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
     """Write a figure with all its panels as SVG and PNG; return the files."""
+    stem = f"figure-{number}-{figure.key}"
+    with settings(_paper(stem)):
+        return write_canvas(_drawn(figure), folder, stem, figure.title)
+
+
+def write_picture(figure: Figure, path: Path, title: str) -> Path:
+    """Write a figure with all its panels as one file, PNG if its name ends so and SVG otherwise."""
+    with settings(_paper(figure.key)):
+        canvas = _drawn(figure)
+        png = path.suffix.lower() == ".png"
+        return write_atomically(path, png_file(canvas, title) if png else svg_file(canvas, title))
+
+
+def _paper(salt: str) -> dict[str, Any]:
+    return style() | {"svg.hashsalt": salt, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}
+
+
+def _drawn(figure: Figure) -> Canvas:
+    """All panels on one canvas, under the settings of the caller."""
     columns = min(2, len(figure.panels))
     rows = -(-len(figure.panels) // columns)
-    stem = f"figure-{number}-{figure.key}"
-    with settings(style() | {"svg.hashsalt": stem, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}):
-        canvas = Canvas(figsize=(WIDTH * columns, HEIGHT * rows + 0.3), layout="constrained")
-        parts = canvas.subfigures(rows, columns, squeeze=False).ravel()
-        for part, panel in zip(parts, figure.panels, strict=False):
-            part.suptitle(short(panel.title, 60), x=0.02, ha="left", fontsize=10.5, fontweight="bold", color=INK.light)
-            panel.draw(part.add_subplot())
-        for part in parts:
-            part.set_facecolor("none")
-        return write_canvas(canvas, folder, stem, figure.title)
+    tall = max(panel.tall for panel in figure.panels)
+    canvas = Canvas(figsize=(WIDTH * columns, HEIGHT * tall * rows + 0.3), layout="constrained")
+    parts = canvas.subfigures(rows, columns, squeeze=False).ravel()
+    for part, panel in zip(parts, figure.panels, strict=False):
+        part.suptitle(short(panel.title, 60), x=0.02, ha="left", fontsize=10.5, fontweight="bold", color=INK.light)
+        panel.draw(part.add_subplot())
+    for part in parts:
+        part.set_facecolor("none")
+    return canvas
 
 
 def write_canvas(canvas: Canvas, folder: Path, stem: str, title: str) -> list[Path]:

@@ -44,11 +44,14 @@ class Panel:
         Draws it into matplotlib axes.
     alt
         What a reader who cannot see it should know.
+    tall
+        Height, 1 for the usual one.
     """
 
     title: str
     draw: Callable[[Axes], None]
     alt: str
+    tall: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

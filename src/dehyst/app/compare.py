@@ -1,0 +1,186 @@
+"""dehyst compare: every hysteresis family on one log, one table, one picture."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from dehyst.app.identify import _finite
+from dehyst.app.targets import FAMILIES, PAGE, refuse_existing, refuse_unwritable
+from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.errors import OutputError, ParameterError
+from dehyst.families import Comparison, Entry, all_names, compare
+from dehyst.io import read_log
+from dehyst.recording import Recording
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@dataclass(frozen=True)
+class CompareRequest:
+    """The command line of ``dehyst compare``."""
+
+    logs: tuple[Path, ...]
+    input: str
+    output: str
+    time: str | None
+    time_unit: str | None
+    runs: tuple[str, ...]
+    start: float | None
+    stop: float | None
+    families: str | None
+    train_fraction: float
+    seed: int
+    report: Path | None
+    figure: Path | None
+    overwrite: bool
+    json: bool
+
+
+def run_compare(request: CompareRequest) -> None:
+    """Read, identify every family, draw, print."""
+    _refuse_clashes(request)
+    families = _families(request.families)
+    with ask_progress("reading", request.json):
+        records = _read(request)
+    with _progress(request.json) as told:
+        found = compare(records, families, train_fraction=request.train_fraction, seed=request.seed, progress=told)
+    with ask_progress("drawing", request.json):
+        _draw(found, request)
+    if request.json:
+        sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+    else:
+        _print(found, request)
+
+
+def _families(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    wanted = tuple(part.strip() for part in text.split(",") if part.strip())
+    unknown = [name for name in wanted if name not in all_names()]
+    if unknown or not wanted:
+        raise ParameterError(
+            f"--families {text!r} names no family '{unknown[0] if unknown else ''}'. Write names with commas: "
+            f"{', '.join(all_names())}; leave it out for all.",
+            names=unknown,
+        )
+    return wanted
+
+
+def _read(request: CompareRequest) -> list[Recording]:
+    return [
+        read_log(
+            log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop,
+            time_unit=request.time_unit,
+        )
+        for log in request.logs
+        for run in (request.runs or (None,))
+    ]  # fmt: skip
+
+
+def _refuse_clashes(request: CompareRequest) -> None:
+    """Refuse outputs that could not be written or would be lost, before any work is done."""
+    logs = {log.resolve() for log in request.logs}
+    for path in filter(None, (request.report, request.figure)):
+        refuse_unwritable(path)
+        if path.resolve() in logs:
+            raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
+    if request.report is not None:
+        refuse_existing(request.report, request.overwrite, own=PAGE)
+        if request.figure is not None and request.report.resolve() == request.figure.resolve():
+            raise OutputError(f"--report and --figure both name '{request.report}'. Name two files.")
+    if request.figure is not None:
+        from dehyst.report.sweep import require_picture_name
+
+        refuse_existing(require_picture_name(request.figure), request.overwrite, own=FAMILIES)
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[str, int, int], object] | None]:
+    """Show which family is being identified, on a terminal only."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=terminal(stderr=True), transient=True) as bar:
+        task = bar.add_task("families", total=None)
+
+        def told(name: str, number: int, total: int) -> None:
+            bar.update(task, description=name, completed=number, total=total)
+
+        yield told
+
+
+def _draw(found: Comparison, request: CompareRequest) -> None:
+    if request.report is not None:
+        from dehyst.report.compare import write_comparison_report
+
+        write_comparison_report(found, request.report)
+    if request.figure is not None:
+        from dehyst.report.compare import write_comparison_figure
+
+        write_comparison_figure(found, request.figure)
+
+
+def _print(found: Comparison, request: CompareRequest) -> None:
+    out = terminal()
+    out.print(Text(found.verdict, style="bold"))
+    out.print()
+    table = Table(box=None, pad_edge=False)
+    for k, name in enumerate(("family", "held out %", "fitted %", "inverse %", "parameters", "fit s", "inverse")):
+        table.add_column(Text(name), justify="left" if k in (0, 6) else "right")
+    for entry in found.entries:
+        if entry.model is not None:
+            table.add_row(*_row(entry), style="bold" if entry is found.chosen else None)
+    out.print(table)
+    out.print(Text("rms, percent of the output's range (inverse: of the input's); * within noise of the best"))
+    said = [(entry.family, entry.reason) for entry in found.entries if entry.reason]
+    said += [(entry.family, f"no inverse: {entry.no_inverse}") for entry in found.entries if entry.no_inverse]
+    if said:
+        out.print()
+    for name, words in said:
+        out.print(Text.assemble((name, "bold"), f": {words}"))
+    print_findings(found.auto.warnings)
+    out.print()
+    for path, what in ((request.report, "report"), (request.figure, "picture")):
+        if path is not None:
+            out.print(Text(f"{what}: {path}"))
+    out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
+
+
+def _row(entry: Entry) -> tuple[Text | str, ...]:
+    return (
+        Text(f"{entry.family}{' *' if entry.tied else ''}"),
+        "" if entry.test is None else f"{entry.test.rmse_percent:.3f}",
+        "" if entry.train is None else f"{entry.train.rmse_percent:.3f}",
+        "" if entry.inverse_percent is None else f"{entry.inverse_percent:.3f}",
+        str(entry.parameters),
+        f"{entry.seconds:.2f}",
+        "yes" if entry.invertible else "no",
+    )
+
+
+def _next(found: Comparison, request: CompareRequest) -> str:
+    """What to do now: the best family that can be identified, saved and exported."""
+    from dehyst.families.existing import TITLES
+
+    ready = [entry for entry in found.entries if entry.family in TITLES and entry.family != "static" and entry.model]
+    if not ready:
+        return "cure what the warnings above name and compare again"
+    log = " ".join(shlex.quote(str(path)) for path in request.logs)
+    signals = f"--input {shlex.quote(request.input)} --output {shlex.quote(request.output)}"
+    window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
+    window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
+    same = "".join(f" {name} {shlex.quote(f'{value}')}" for name, value in window if value is not None)
+    return f"dehyst identify {log} {signals}{same} --family {ready[0].family} --save model.json --report report.html"

@@ -1,0 +1,272 @@
+"""compare(): every family on one log, on the same samples, with the same verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import DehystError, ParameterError
+from dehyst.families.entry import Entry
+from dehyst.families.existing import TITLES, entry_of, existing
+from dehyst.families.fitting import fit_one, orientation_of
+from dehyst.families.registry import family, names
+from dehyst.identification import Fit, identify
+from dehyst.identification.data import DataSet, prepare
+from dehyst.identification.scores import Part, parts
+from dehyst.identification.settings import check_recordings
+from dehyst.identification.threads import single_blas
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+
+BLOCKS = 10  # of the held-out part, for the noise of a difference
+SIGMAS = 2.0
+POOR = 10.0  # held-out error from which a reason is looked for, percent of range
+AS_A_CURVE = 0.95  # or this many times that of the best curve without memory
+LEADING = ("stop",)  # families of `identify` whose output leads
+NOT_FOUND = "no choice of its parameters that was found comes close to these loops"
+RATE = 5.0  # part of the output that follows the rate from which on rate is a reason, percent of range
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Families on a log, the smallest held-out error first; those that cannot fit it last, with the reason.
+
+    Attributes
+    ----------
+    entries
+        One for each family.
+    recordings
+        The data.
+    auto
+        What `dehyst.identify` chooses by itself, on the same samples; its family's row is this fit.
+    auto_entry
+        Its row.
+    masks
+        Held-out samples of each recording, (T,); all fitted ones where nothing was held out.
+    seed
+        Of all searches.
+    """
+
+    entries: tuple[Entry, ...]
+    recordings: tuple[Recording, ...]
+    auto: Fit
+    auto_entry: Entry
+    masks: tuple[npt.NDArray[np.bool_], ...]
+    seed: int
+
+    @property
+    def chosen(self) -> Entry:
+        """The family with the smallest held-out error."""
+        return self.entries[0]
+
+    @property
+    def verdict(self) -> str:
+        """The result in one sentence."""
+        best, auto = self.chosen, self.auto_entry
+        if best.model is None:
+            return "no family could be identified from this log."
+        where = "on held-out loops" if best.test is not None else "on the fitted samples (none held out)"
+        said = f"{best.family} has the smallest error, {best.error_percent:.2f} % of range rms {where}"
+        if best.family == auto.family:
+            said += "; it is what identify chooses, too"
+        else:
+            said += f", against {auto.error_percent:.2f} % of {auto.family}, which identify chooses"
+        ties = [entry.family for entry in self.entries[1:] if entry.tied]
+        said += f"; within noise of it: {', '.join(ties)}" if ties else ""
+        return f"{said}; {_inverse(best)}."
+
+    def __getitem__(self, name: str) -> Entry:
+        """Row of a family."""
+        for entry in self.entries:
+            if entry.family == name:
+                return entry
+        raise ParameterError(f"'{name!s:.40}' is not among {', '.join(e.family for e in self.entries)}.", name=name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the comparison as printed by ``dehyst compare --json``."""
+        return {
+            "families": {entry.family: entry.as_dict() for entry in self.entries},
+            "chosen": self.chosen.family,
+            "verdict": self.verdict,
+            "auto": {"family": self.auto.family, "test": _plain(self.auto_entry)},
+            "orientation": self.auto.facts.orientation,
+            "rate_dependence_percent": self.auto.facts.rate_dependence_percent,
+            "seed": self.seed,
+            "warnings": [finding.as_dict() for finding in self.auto.warnings],
+        }
+
+
+def _inverse(best: Entry) -> str:
+    if not best.invertible:
+        return f"it has no inverse: {best.no_inverse.rstrip('.')}"
+    return f"its inverse gives the applied input back to {best.inverse_percent:.2f} % of its range"
+
+
+def _plain(entry: Entry) -> dict[str, float] | None:
+    return None if entry.test is None else entry.test.as_dict()
+
+
+def all_names() -> tuple[str, ...]:
+    """Every family that can be compared.
+
+    Examples
+    --------
+    >>> all_names()[:3]
+    ('static', 'pi', 'pi-cumulative')
+    """
+    return (*TITLES, *names())
+
+
+def compare(
+    recordings: Recording | Sequence[Recording],
+    families: Sequence[str] | None = None,
+    *,
+    train_fraction: float = 0.5,
+    seed: int = 0,
+    progress: Callable[[str, int, int], object] | None = None,
+) -> Comparison:
+    """Identify every hysteresis family from the same samples and score it on the same held-out ones.
+
+    Parameters
+    ----------
+    recordings
+        One recording or a list of them; all are fitted together.
+    families
+        Names of `dehyst.families.all_names()`; None for all.
+    train_fraction
+        Share of each recording that is fitted; the rest is the test, which no fit sees. The order of the rows is by
+        the test: which family is best for a plant is itself a finding from this log, and another log confirms it.
+    seed
+        Of the searches of families whose fit is not convex.
+    progress
+        Called with the family that begins, its number and the number of all.
+
+    Returns
+    -------
+    comparison : Comparison
+        Rows with errors, parameters, time and whether an inverse exists.
+
+    Raises
+    ------
+    ParameterError
+        If a name is not that of a family.
+    ExcitationError
+        If input or output does not move, so that nothing can be identified.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst
+    >>> x = 2 * np.sin(np.linspace(0, 40, 800)) * np.linspace(1, 0.3, 800)
+    >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    >>> found = compare(dehyst.Recording(input=x, output=y), ["static", "pi"])
+    >>> [entry.family for entry in found.entries], found["pi"].invertible
+    (['pi', 'static'], True)
+    """
+    records = check_recordings(recordings)
+    wanted = tuple(dict.fromkeys(families)) if families is not None else all_names()
+    unknown = [name for name in wanted if name not in all_names()]
+    if unknown or not wanted:
+        raise ParameterError(
+            f"no family '{unknown[0] if unknown else ''}'. There are: {', '.join(all_names())}.", names=unknown
+        )
+    begun = time.thread_time()
+    auto = identify(records, train_fraction=train_fraction)
+    spent = time.thread_time() - begun
+    with single_blas():
+        data = prepare(records, train_fraction)
+        part = parts(records, data, auto.certificate.initial_state)
+        baseline = entry_of(auto, part, data.output_range, spent)
+        found = []
+        for number, name in enumerate(wanted):
+            if progress is not None:
+                progress(name, number, len(wanted))
+            found.append(_entry(name, records, data, part, baseline, train_fraction, seed))
+    curve = (auto.static_test or auto.static_train).rmse_percent
+    found = [_with_reason(entry, auto, curve) for entry in found]
+    seen = part[1] if part[1] else part[0]
+    masks = tuple(seen.mask(k, len(record)) for k, record in enumerate(records))
+    ranked = sorted(found, key=lambda entry: entry.error_percent)
+    return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
+
+
+def _entry(
+    name: str,
+    records: tuple[Recording, ...],
+    data: DataSet,
+    part: tuple[Part, Part],
+    baseline: Entry,
+    train_fraction: float,
+    seed: int,
+) -> Entry:
+    title = TITLES.get(name) or family(name).title
+    try:
+        if name == baseline.family:
+            return baseline
+        if name in TITLES:
+            return existing(name, records, part, data.output_range, train_fraction)
+        fit = fit_one(name, records, data, part, orientation_of(data), seed)
+    except DehystError as fault:
+        return Entry(name, title, reason=" ".join(str(fault).split()))
+    return Entry(
+        family=name,
+        title=title,
+        model=fit.model,
+        predictions=fit.predictions,
+        train=fit.train,
+        test=fit.test,
+        inverse_percent=fit.inverse_percent,
+        parameters=fit.free_parameters,
+        invertible=fit.invertible,
+        seconds=fit.seconds,
+        start=fit.model.start,
+        seed=fit.seed,
+        no_inverse=fit.model.no_inverse,
+    )
+
+
+def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
+    """Say why a family that errs by a tenth of the range, or as much as a mere curve, does so."""
+    if entry.model is None or entry.reason or entry.error_percent < min(POOR, AS_A_CURVE * curve):
+        return entry
+    said = []
+    leads = entry.family in LEADING
+    if entry.family == "static":
+        said.append("it remembers nothing: both branches of the loop are one curve")
+    elif entry.family in TITLES and auto.facts.orientation == ("counter-clockwise" if leads else "clockwise"):
+        way = ("counter-clockwise", "lags", "lead") if leads else ("clockwise", "leads", "lag")
+        said.append("the loop is {}: its output {}, and these operators {}".format(*way))
+    share = auto.facts.rate_dependence_percent
+    if share is not None and share > RATE and not getattr(entry.model, "rate_dependent", False):
+        said.append(f"{share:.0f} % of the output's range follow how fast the input moves, and this family does not")
+    return replace(entry, reason=f"{'; '.join(said) or NOT_FOUND}.")
+
+
+def _with_ties(
+    ranked: list[Entry], records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]
+) -> tuple[Entry, ...]:
+    """Mark the rows whose mean square error differs from the best one by less than the scatter between blocks."""
+    if not ranked or ranked[0].model is None:
+        return tuple(ranked)
+    best = _squares(ranked[0], records, masks)
+    marked = []
+    for entry in ranked:
+        if entry.model is None:
+            marked.append(entry)
+            continue
+        gaps = np.array(
+            [block.mean() for block in np.array_split(_squares(entry, records, masks) - best, BLOCKS) if block.size]
+        )
+        doubt = float(np.std(gaps, ddof=1) / np.sqrt(gaps.size)) if gaps.size > 1 else float("inf")
+        marked.append(replace(entry, tied=bool(gaps.mean() <= SIGMAS * doubt)))
+    return tuple(marked)
+
+
+def _squares(entry: Entry, records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]) -> Array:
+    pairs = zip(entry.predictions, records, masks, strict=True)
+    return np.concatenate([(y[mask] - record.output[mask]) ** 2 for y, record, mask in pairs])

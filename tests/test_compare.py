@@ -1,0 +1,218 @@
+"""dehyst compare: all families see the same samples, and the verdict is on those that none has seen."""
+
+import json
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from dehyst import Recording, compare, identify
+from dehyst.errors import ExcitationError, ParameterError
+from dehyst.families import Family, LoopModel, Scaling, all_names, identify_family, registry
+from dehyst.families.base import UNSCALED
+from dehyst.models import PrandtlIshlinskii
+from dehyst.models.card import NO_CARD, ModelCard
+
+DATA = Path(__file__).parents[1].parent / "shared" / "data"
+LOGS = {
+    "pam_wrist_joint": ("pressure_mpa", "angle_deg", ()),
+    "pneumatic_arm_segment": ("pressure_interp_psi", "tilt_rad", ("--from", "12", "--run", "oct28_exp1")),
+    "cavatappi_muscle": ("pressure_psi", "displacement_mm", ("--run", "200g_s2_t1")),
+    "tendon_sheath_joint": ("angle_cmd_deg", "angle_deg", ("--run", "conf0_50")),
+    "piezo_dbo": ("voltage_v", "displacement_um", ("--from", "2", "--run", "model")),
+    "mr_damper": ("displacement_mm", "force_N", ("--run", "ensaio1.2")),
+}
+
+
+@pytest.fixture(scope="module")
+def lagging():
+    t = np.linspace(0.0, 60.0, 1500)
+    x = 2.0 * np.sin(t) * np.linspace(1.0, 0.3, t.size) + 0.5
+    truth = PrandtlIshlinskii([0.0, 0.3, 0.8], [0.7, 0.4, 0.3])
+    return Recording(input=x, output=truth.simulate(x) + np.random.default_rng(1).normal(0.0, 0.005, t.size), time=t)
+
+
+@pytest.fixture(scope="module")
+def found(lagging):
+    return compare(lagging)
+
+
+def test_every_family_has_a_row_with_an_error_or_a_reason(found):
+    assert {entry.family for entry in found.entries} == set(all_names())
+    for entry in found.entries:
+        assert entry.model is not None or entry.reason
+        assert entry.invertible or entry.no_inverse or entry.reason
+
+
+def test_rows_are_in_the_order_of_their_held_out_error(found):
+    errors = [entry.error_percent for entry in found.entries]
+    assert errors == sorted(errors)
+    assert found.chosen is found.entries[0]
+
+
+def test_the_chosen_family_is_never_worse_than_what_identify_chooses(found, lagging):
+    auto = identify(lagging)
+    assert found.auto.family == auto.family
+    assert found.auto_entry.test.rmse == pytest.approx(auto.test.rmse, rel=1e-12)
+    assert found.chosen.test.rmse <= auto.test.rmse
+
+
+def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, lagging):
+    mask = found.masks[0]
+    for entry in found.entries:
+        if entry.model is not None:
+            error = entry.predictions[0][mask] - lagging.output[mask]
+            assert entry.test.rmse == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-9)
+            assert entry.test.max == pytest.approx(np.abs(error).max(), rel=1e-9)
+
+
+def test_no_family_sees_the_held_out_samples(lagging):
+    """Other values there change no model, so no prediction of the fitted part."""
+    half = len(lagging) // 2
+    y = lagging.output.copy()
+    y[half:] = 0.3 * y[half:] + 0.2
+    other = replace(lagging, output=y)
+    for name in all_names():
+        a, b = (compare(record, [name])[name] for record in (lagging, other))
+        if a.model is not None:
+            np.testing.assert_array_equal(a.predictions[0][:half], b.predictions[0][:half], err_msg=name)
+
+
+def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
+    found = compare(lagging, ["pi", "pi-cumulative", "static"])
+    assert found.chosen.tied
+    assert found["pi"].tied and not found["static"].tied
+
+
+def test_a_reason_names_the_direction_of_the_loop():
+    x = np.sin(np.linspace(0.0, 60.0, 1500)) * np.linspace(1.0, 0.4, 1500)
+    y = 1.5 * x - PrandtlIshlinskii([0.0, 0.4], [0.2, 0.8]).simulate(x)
+    found = compare(Recording(input=x, output=y), ["pi", "stop"])
+    assert "clockwise" in found["pi"].reason
+    assert "clockwise" not in found["stop"].reason
+
+
+def test_unknown_names_and_dead_signals_are_refused_with_the_cure(lagging):
+    with pytest.raises(ParameterError, match="There are: static, pi"):
+        compare(lagging, ["prandtl"])
+    with pytest.raises(ParameterError):
+        compare(lagging, [])
+    with pytest.raises(ExcitationError):
+        compare(Recording(input=np.ones(100), output=np.arange(100.0)))
+
+
+def test_a_progress_callback_is_told_of_every_family(lagging):
+    told = []
+    compare(lagging, ["pi", "static"], progress=lambda *what: told.append(what))
+    assert told == [("pi", 0, 2), ("static", 1, 2)]
+
+
+# A toy family: one file, one line of registration.
+
+
+@dataclass(frozen=True, repr=False)
+class Backlash(LoopModel):
+    """y = (1 - w) x + w P_r[x]: one play operator beside a line."""
+
+    radius: float = 0.2
+    weight: float = 0.5
+    scaling: Scaling = UNSCALED
+    start: str = "rest"
+    card: ModelCard = NO_CARD
+    family = "backlash"
+    free_parameters = 2
+    no_inverse = ""
+
+    def rest(self, x):
+        return np.array([x])
+
+    def run(self, x, dt, memory):
+        z, y = memory[0], np.empty(x.size)
+        for k, value in enumerate(x):
+            z = max(value - self.radius, min(value + self.radius, z))
+            y[k] = (1.0 - self.weight) * value + self.weight * z
+        return y, np.array([z])
+
+
+def fit_backlash(training):
+    tried = [Backlash(r, w, training.scaling) for r in (0.1, 0.2, 0.3, 0.4) for w in (0.3, 0.5, 0.7)]
+    return training.best_start(training.thinned(300).best(tried))
+
+
+@pytest.fixture
+def registered(monkeypatch):
+    module = ModuleType("backlash_of_a_user")
+    module.FAMILY = Family("backlash", "Backlash", Backlash, fit_backlash, convex=False, source="this test")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(registry.MODULES, "backlash", module.__name__)
+
+
+def test_a_new_family_needs_one_module_and_one_line(registered, lagging):
+    x = lagging.input
+    truth = Backlash(0.3, 0.5, Scaling(float(x.mean()), 2.0, 3.0, 7.0), "zero")
+    record = Recording(input=x, output=truth.simulate(x))
+    found = compare(record, ["pi", "backlash"])
+    assert found["backlash"].test.rmse_percent < 2.0
+    assert found["backlash"].invertible and found["backlash"].inverse_percent < 4.0
+    fit = Backlash.identify(record)
+    assert (fit.model.radius, fit.model.weight) == (found["backlash"].model.radius, found["backlash"].model.weight)
+    assert identify_family(record, "backlash").test.rmse == found["backlash"].test.rmse
+    np.testing.assert_allclose(fit.model.inverse().simulate(fit.model.simulate(x)), x, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory, lagging):
+    path = tmp_path_factory.mktemp("compare") / "log.csv"
+    rows = np.column_stack([lagging.time, lagging.input, lagging.output])
+    np.savetxt(path, rows, delimiter=",", header="time_s,pressure_bar,angle_deg", comments="", fmt="%.9g")
+    return path
+
+
+SIGNALS = ("--input", "pressure_bar", "--output", "angle_deg")
+
+
+def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_path):
+    page, picture = tmp_path / "families.html", tmp_path / "families.svg"
+    chosen = ("--families", "pi,modified-pi,static", "--report", page, "--figure", picture)
+    status, out, _ = run("compare", log, *SIGNALS, *chosen)
+    assert status == 0 and "held out %" in out and "next: dehyst identify" in out
+    assert page.read_text().startswith("<!DOCTYPE html>") and "Every family on this log" in page.read_text()
+    assert "<svg" in picture.read_text()
+    assert run("compare", log, *SIGNALS, *chosen)[0] == 0  # its own files may be drawn anew
+
+
+def test_json_has_a_row_for_each_family(run, log):
+    result = json.loads(run("compare", log, *SIGNALS, "--families", "pi,static", "--json")[1])
+    assert set(result["families"]) == {"pi", "static"}
+    row = result["families"]["pi"]
+    assert {"test", "seconds", "parameters", "invertible"} <= set(row)
+    assert row["test"]["rmse_percent"] > 0.0 and isinstance(row["parameters"], int) and row["invertible"] is True
+    assert result["chosen"] == "pi"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((*SIGNALS, "--families", "prandl"), "names no family"),
+        (("--input", "presure_mbar", "--output", "angle_deg"), "pressure_bar"),
+        ((*SIGNALS, "--figure", "families.pdf"), ".svg"),
+        ((*SIGNALS, "--report", "nowhere/families.html"), "Make it first"),
+    ],
+    ids=["family", "column", "picture", "folder"],
+)
+def test_bad_requests_end_with_a_cure_before_any_work(run, log, arguments, words):
+    status, _, err = run("compare", log, *arguments)
+    assert status == 2
+    assert words in err
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="measured logs are not there")
+@pytest.mark.parametrize("name", LOGS)
+def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, name):
+    x, y, more = LOGS[name]
+    result = json.loads(run("compare", DATA / name / "data.csv.gz", "--input", x, "--output", y, *more, "--json")[1])
+    best = result["families"][result["chosen"]]
+    assert best["test"]["rmse"] <= result["auto"]["test"]["rmse"]
