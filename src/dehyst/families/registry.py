@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from dehyst.families.training import Training
 
 # Simple ones first: the order of the table where nothing else decides.
-MODULES: dict[str, str] = {}
+MODULES = {
+    "dahl": "dehyst.families.dahl",
+}
 
 
 @dataclass(frozen=True)
