@@ -27,3 +27,17 @@ class Arithmetic:
 
 ARRAYS = Arithmetic(np.exp, np.sqrt, np.maximum, np.minimum, np.where)
 FLOATS = Arithmetic(math.exp, math.sqrt, max, min, lambda condition, yes, no: yes if condition else no)
+
+
+def polynomial(coefficients: tuple[float, ...], x: Any) -> Any:
+    """Return the value of a polynomial, coefficients lowest power first.
+
+    Examples
+    --------
+    >>> polynomial((1.0, 2.0, 3.0), 10.0)
+    321.0
+    """
+    value = coefficients[-1] + 0.0 * x
+    for c in reversed(coefficients[:-1]):
+        value = value * x + c
+    return value

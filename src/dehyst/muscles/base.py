@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from dehyst._native import play_bank
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array
 from dehyst.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
 from dehyst.muscles.solve import solve_pressure
 
@@ -184,14 +184,21 @@ class MuscleModel(ABC):
     def _check(self, *positive: str) -> None:
         """Take every number of the record, and insist on positive ones where they are named."""
         for entry in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, entry.name)
-            if entry.type in ("float", float):
-                object.__setattr__(self, entry.name, parameter_number(value, entry.name))
+            value, put = getattr(self, entry.name), object.__setattr__
+            if str(entry.type) == "float":
+                put(self, entry.name, parameter_number(value, entry.name))
+            elif str(entry.type).startswith("tuple"):
+                put(self, entry.name, tuple(parameter_array(value, entry.name).tolist()))
         for name in ("length", *positive):
             if not getattr(self, name) > 0:
                 raise ParameterError(
                     f"{name} = {getattr(self, name):g} of {self.name} must be positive.", **{name: name}
                 )
+
+    def _not_negative(self, *names: str) -> None:
+        for name in names:
+            if np.min(getattr(self, name)) < 0:
+                raise ParameterError(f"{name} = {getattr(self, name)} of {self.name} is negative; pass 0 or more.")
 
     # -- forces -------------------------------------------------------------------------------------------------------
 

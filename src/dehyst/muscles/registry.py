@@ -12,8 +12,20 @@ from typing import Any
 from dehyst.errors import ParameterError
 from dehyst.muscles.base import MuscleModel
 
+# Maps first, then what adds friction, speed and memory.
 MODULES = {
+    "maker": "dehyst.muscles.maker",
+    "sarosi": "dehyst.muscles.sarosi",
+    "aschemann-schindele": "dehyst.muscles.aschemann_schindele",
+    "boblan-martens": "dehyst.muscles.boblan_martens",
+    "chou-hannaford": "dehyst.muscles.chou_hannaford",
     "tondu-lopez": "dehyst.muscles.tondu_lopez",
+    "davis-caldwell": "dehyst.muscles.davis_caldwell",
+    "tondu-zagal": "dehyst.muscles.tondu_zagal",
+    "klute": "dehyst.muscles.klute",
+    "reynolds": "dehyst.muscles.reynolds",
+    "kerscher": "dehyst.muscles.kerscher",
+    "vo-minh": "dehyst.muscles.vo_minh",
 }
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from dehyst.errors import InvertibilityError
 from dehyst.models.arrays import Array
 
-LOW, HIGH = -1e5, 2e6  # Pa; vacuum, and more than any muscle takes
-_GRID = 22  # pressures at which the sign of the slope is looked at
-_HALVINGS = 60  # 2.1 MPa / 2^60: below rounding
+LOW, HIGH = 0.0, 2e6  # Pa; more than any muscle takes
+_GRID = 21  # pressures at which the sign of the slope is looked at
+_HALVINGS = 60  # 2 MPa / 2^60: below rounding
 
 
 def solve_pressure(force_at: Callable[[Array], Array], force: Array, affine: bool, about: str) -> Array:
@@ -36,7 +36,8 @@ def solve_pressure(force_at: Callable[[Array], Array], force: Array, affine: boo
     Raises
     ------
     InvertibilityError
-        Where force does not grow with pressure, or no pressure from -1 to 20 bar gives it.
+        Where force does not grow with pressure, or no pressure gives it; 0 to 20 bar are searched where the force is not
+        affine.
 
     Examples
     --------
@@ -56,7 +57,8 @@ def _monotone(force_at: Callable[[Array], Array], force: Array, about: str) -> A
     low, high = np.full_like(force, LOW), np.full_like(force, HIGH)
     steps = [np.asarray(force_at(np.full_like(force, p)), float) for p in np.linspace(LOW, HIGH, _GRID)]
     _insist(np.min(np.diff(steps, axis=0), axis=0) > 0 if force.size else np.ones(0, bool), about)
-    beyond = (steps[0] > force) | (force > steps[-1])
+    slack = 1e-9 * (steps[-1] - steps[0])
+    beyond = (steps[0] > force + slack) | (force > steps[-1] + slack)
     if beyond.any():
         i = int(np.flatnonzero(beyond)[0])
         raise InvertibilityError(

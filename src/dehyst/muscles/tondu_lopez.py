@@ -29,10 +29,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle
 
 _PAPER = "Tondu, Lopez 2000"
 
@@ -116,13 +116,8 @@ class TonduLopez(MuscleModel):
 
     def __post_init__(self) -> None:
         self._check("radius", "angle", "shape", "friction_speed", "presliding")
-        if not self.angle < math.acos(1 / math.sqrt(3)):
-            raise ParameterError(
-                f"angle = {math.degrees(self.angle):g} degrees: a muscle that contracts has fibres below 54.7."
-            )
-        for name in ("shape_pressure", "friction_static", "friction_kinetic"):
-            if getattr(self, name) < 0:
-                raise ParameterError(f"{name} = {getattr(self, name):g} is negative; pass 0 or more.")
+        contracting_angle(self.angle)
+        self._not_negative("shape_pressure", "friction_static", "friction_kinetic")
 
     @property
     def affine_in_pressure(self) -> bool:  # type: ignore[override]
@@ -137,19 +132,11 @@ class TonduLopez(MuscleModel):
     @property
     def largest_contraction(self) -> float:
         """At which it stops to pull, for a high pressure."""
-        return (1.0 - math.sqrt(self._b / self._a)) / self.shape
-
-    @property
-    def _a(self) -> float:
-        return 3.0 / math.tan(self.angle) ** 2
-
-    @property
-    def _b(self) -> float:
-        return 1.0 / math.sin(self.angle) ** 2
+        return conical_limit(self.shape, self.angle)
 
     def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
         k = self.shape + (self.shape_pressure * m.exp(-pressure / 1e5) if self.shape_pressure else 0.0)
-        return math.pi * self.radius**2 * pressure * (self._a * (1.0 - k * kappa) ** 2 - self._b)
+        return pressure * conical_pull(kappa, k, self.radius, self.angle)
 
     def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
         f = self.friction_kinetic + (self.friction_static - self.friction_kinetic) * m.exp(

@@ -1,0 +1,135 @@
+r"""Inextensible braid by virtual work, and Coulomb friction (Chou, Hannaford 1994, 1996).
+
+.. math::
+
+    F_{static} = -p \frac{dV}{dl} = \frac{\pi D_{90}^2 p}{4} (3 \cos^2\theta - 1)
+        + \pi p \left[ D_{90}\, t \left( 2 \sin\theta - \frac{1}{\sin\theta} \right) - t^2 \right],
+    \qquad \cos\theta = (1 - \kappa) \cos\theta_0
+
+.. math:: R = F_c \, s
+
+D_90 = D_0/sin(theta_0) is the diameter with fibres at right angles to the axis, t the thickness of the wall. Without
+wall the force is zero at 54.7 degrees, arccos(1/sqrt 3), whatever the pressure.
+
+Source: Chou, Hannaford, IEEE Transactions on Robotics and Automation 12(1), 1996 (own knowledge, high confidence). They
+measured hysteresis that is Coulomb friction, hardly dependent on rate, and gave no model: a constant band F_c of 2 to
+5 N for braided muscles of 15 mm (low confidence: calibrate).
+
+Cannot show
+-----------
+Rubber that resists contraction: a geometric muscle is some 4 % of the largest force off. Friction that grows with
+pressure; loops inside loops.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.models.arrays import Array
+from dehyst.muscles.arithmetic import Arithmetic
+from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.braid import NEUTRAL, Braid, contracting_angle
+
+_PAPER = "Chou, Hannaford 1996"
+
+
+@dataclass(frozen=True)
+class ChouHannaford(MuscleModel):
+    """Chou-Hannaford: geometry and a Coulomb band.
+
+    Parameters
+    ----------
+    length
+        l_0. [m]
+    diameter
+        D_0, at rest. [m]
+    angle
+        theta_0 between fibres and axis at rest, below 54.7 degrees. [rad]
+    wall
+        t. [m]
+    band
+        F_c, half height of the loop. [N]
+    presliding
+        Contraction over which the friction builds up after a reversal; numerical.
+
+    Raises
+    ------
+    ParameterError
+        If a value has no physical meaning.
+
+    Examples
+    --------
+    >>> braid = ChouHannaford.published("braid-15")
+    >>> neutral = 1 - math.cos(NEUTRAL) / math.cos(braid.angle)
+    >>> abs(float(braid.static_force(neutral, 4e5))) < 1e-9
+    True
+    """
+
+    length: float = 0.2
+    diameter: float = 0.015
+    angle: float = math.radians(23.0)
+    wall: float = 0.0
+    band: float = 3.0
+    presliding: float = 1e-4
+
+    name: ClassVar[str] = "chou-hannaford"
+    dynamic: ClassVar[bool] = True
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
+        Parameter("diameter", "m", 2e-3, 0.2, "assumption: of the muscle at hand", "diameter at rest"),
+        Parameter("angle", "rad", 0.12, 0.94, "assumption: of the muscle at hand", "fibre angle at rest"),
+        Parameter("wall", "m", 0.0, 0.01, f"{_PAPER}: option", "thickness of the wall"),
+        Parameter("band", "N", 0.0, 1e3, f"{_PAPER}, 2 to 5 N; own knowledge, low", "F_c, Coulomb friction"),
+        Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
+    )
+    SETS: ClassVar[Mapping[str, str]] = {
+        "braid-15": "braided muscle of 15 mm: dimensions are assumptions, band 2 to 5 N (own knowledge, low)",
+        "DMSP-40": "fibre geometry of a DMSP-40, 28.6 degrees and 40 mm (Martens, Boblan 2017, found); band 80 N "
+        "(assumption)",
+    }
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "braid-15": {},
+        "DMSP-40": {"length": 0.4, "diameter": 0.04, "angle": math.radians(28.6), "band": 80.0},
+    }
+
+    def __post_init__(self) -> None:
+        self._check("diameter", "angle", "presliding")
+        contracting_angle(self.angle)
+        self._not_negative("wall", "band")
+        if not 2 * self.wall < self.diameter:
+            raise ParameterError(f"wall = {self.wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
+        object.__setattr__(self, "_braid", Braid(self.length, self.diameter, self.angle))
+
+    @property
+    def braid(self) -> Braid:
+        """Geometry: fibre length, turns, volume."""
+        braid: Braid = self._braid  # type: ignore[attr-defined]
+        return braid
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Fibres between 5.7 and 80 degrees."""
+        return self.braid.limits
+
+    @property
+    def largest_contraction(self) -> float:
+        """At 54.7 degrees, where a muscle without wall stops to pull."""
+        return 1.0 - math.cos(NEUTRAL) / math.cos(self.angle)
+
+    def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        return pressure * self.braid.pull(kappa, self.wall, m)
+
+    def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        return self.band * slip
+
+    def _contacts(self) -> tuple[Array, Array]:
+        return np.array([self.presliding]), np.ones(1)
+
+
+MUSCLE = ChouHannaford

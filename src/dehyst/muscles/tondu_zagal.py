@@ -1,0 +1,114 @@
+r"""Friction that depends on the speed as in Hill's law (Tondu, Zagal 2006).
+
+.. math:: F = F_{static} - \left[ B + \frac{a}{b + |v|} \right] v
+
+with the static force of `dehyst.muscles.tondu_lopez`. An iron braid was found viscous (B), a rayon braid to follow
+a/(b + |v|): a damping a/b at first that saturates at the force a, a smooth Coulomb friction. For shortening that is
+Hill's law, (F + a_H)(v + b) = (F_0 + a_H) b, with a = F_0 + a_H.
+
+Source: Tondu, Zagal, BioRob 2006 (the law found in Kastner and others 2012, the identity computed); sizes low
+confidence, a about 20 to 30 % of the force and b 0.1 to 0.3 m/s: calibrate.
+
+Cannot show
+-----------
+Hysteresis: the friction vanishes with the speed and remembers nothing. Dependence of the friction on pressure.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from dehyst.muscles.arithmetic import Arithmetic
+from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle
+
+_PAPER = "Tondu, Zagal 2006"
+
+
+@dataclass(frozen=True)
+class TonduZagal(MuscleModel):
+    """Tondu-Zagal: geometry and a friction of the speed.
+
+    Parameters
+    ----------
+    length
+        l_0. [m]
+    radius
+        r_0, at rest. [m]
+    angle
+        alpha_0, below 54.7 degrees. [rad]
+    shape
+        k of the conical ends.
+    drag
+        a, friction at high speed. [N]
+    drag_speed
+        b. [m/s]
+    viscosity
+        B. [N s/m]
+
+    Raises
+    ------
+    ParameterError
+        If a value has no physical meaning.
+
+    Examples
+    --------
+    >>> rayon = TonduZagal.published("rayon")
+    >>> rayon.drag / rayon.drag_speed
+    1500.0
+    """
+
+    length: float = 0.34
+    radius: float = 0.0095
+    angle: float = math.radians(20.0)
+    shape: float = 1.3
+    drag: float = 300.0
+    drag_speed: float = 0.2
+    viscosity: float = 0.0
+
+    name: ClassVar[str] = "tondu-zagal"
+    dynamic: ClassVar[bool] = True
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
+        Parameter("radius", "m", 1e-3, 0.1, "as tondu-lopez", "radius at rest"),
+        Parameter("angle", "rad", 0.12, 0.94, "as tondu-lopez", "fibre angle at rest"),
+        Parameter("shape", "1", 0.8, 2.0, "as tondu-lopez", "k of the conical ends"),
+        Parameter("drag", "N", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "a"),
+        Parameter("drag_speed", "m/s", 1e-3, 10.0, f"{_PAPER}, size low: calibrate", "b"),
+        Parameter("viscosity", "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "B"),
+    )
+    SETS: ClassVar[Mapping[str, str]] = {
+        "rayon": f"{_PAPER}: law of the rayon braid; a = 25 % of the force at 3 bar and b = 0.2 m/s, low",
+        "iron": f"{_PAPER}: law of the iron braid; B = 50 N s/m is an assumption",
+    }
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "rayon": {},
+        "iron": {"drag": 0.0, "viscosity": 50.0},
+    }
+
+    def __post_init__(self) -> None:
+        self._check("radius", "angle", "shape", "drag_speed")
+        contracting_angle(self.angle)
+        self._not_negative("drag", "viscosity")
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Fibres along the axis; and 1/k, beyond which the square rises again."""
+        return 1.0 - 1.0 / math.cos(self.angle), min(0.9, 1.0 / self.shape)
+
+    @property
+    def largest_contraction(self) -> float:
+        """At which it stops to pull."""
+        return conical_limit(self.shape, self.angle)
+
+    def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        return pressure * conical_pull(kappa, self.shape, self.radius, self.angle)
+
+    def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        return (self.viscosity + self.drag / (self.drag_speed + abs(speed))) * speed
+
+
+MUSCLE = TonduZagal
