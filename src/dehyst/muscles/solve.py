@@ -36,8 +36,8 @@ def solve_pressure(force_at: Callable[[Array], Array], force: Array, affine: boo
     Raises
     ------
     InvertibilityError
-        Where force does not grow with pressure, or no pressure gives it; 0 to 20 bar are searched where the force is not
-        affine.
+        Where force does not grow with pressure, or no pressure gives it. Where the force is not affine, 0 to 20 bar are
+        searched.
 
     Examples
     --------
