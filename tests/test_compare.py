@@ -11,7 +11,7 @@ import pytest
 
 from dehyst import Recording, compare, identify
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.families import Family, LoopModel, Scaling, all_names, identify_family, registry
+from dehyst.families import Family, LoopModel, Scaling, all_names, identify_family, load_file, registry
 from dehyst.families.base import UNSCALED
 from dehyst.models import PrandtlIshlinskii
 from dehyst.models.card import NO_CARD, ModelCard
@@ -182,6 +182,44 @@ def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_pat
     assert page.read_text().startswith("<!DOCTYPE html>") and "Every family on this log" in page.read_text()
     assert "<svg" in picture.read_text()
     assert run("compare", log, *SIGNALS, *chosen)[0] == 0  # its own files may be drawn anew
+
+
+@pytest.mark.parametrize("family", ["dahl", "pi", "direct-inverse"])
+def test_the_saved_model_of_any_family_simulates_and_compensates(run, log, tmp_path, family):
+    model, there, back = tmp_path / "m.json", tmp_path / "y.csv", tmp_path / "x.csv"
+    status, out, err = run("compare", log, *SIGNALS, "--families", family, "--save", model)
+    assert status == 0 and "dehyst compensate" in out, err
+    assert run("simulate", model, log, "--input", "pressure_bar", "--out", there)[0] == 0
+    assert run("compensate", model, log, "--output", "angle_deg", "--out", back)[0] == 0
+    x = np.loadtxt(back, delimiter=",", skiprows=1)
+    y = np.loadtxt(there, delimiter=",", skiprows=1)
+    data = np.loadtxt(log, delimiter=",", skiprows=1)
+    late = slice(len(data) // 2, None)
+    assert np.sqrt(np.mean((x[late, 2] - data[late, 1]) ** 2)) < 0.05 * np.ptp(data[:, 1])
+    assert np.sqrt(np.mean((y[late, 2] - data[late, 2]) ** 2)) < 0.05 * np.ptp(data[:, 2])
+
+
+def test_a_damaged_file_of_a_family_is_refused(run, log, tmp_path):
+    model = tmp_path / "m.json"
+    assert run("compare", log, *SIGNALS, "--families", "dahl", "--save", model)[0] == 0
+    content = json.loads(model.read_text())
+    content["parameters"]["values"]["weights"] = [9.0]
+    model.write_text(json.dumps(content))
+    status, _, err = run("simulate", model, log, "--input", "pressure_bar")
+    assert status == 2 and "checksum" in err
+    status, _, err = run("export", model, "--target", "c", "--out", tmp_path / "c")
+    assert status == 2 and "family" in err
+
+
+@pytest.mark.parametrize("name", registry.names())
+def test_every_family_survives_its_file_bit_for_bit(name, tmp_path):
+    model = registry.example(name)
+    path = model.save(tmp_path / "m.json")
+    again = load_file(path)
+    x = np.sin(np.linspace(0.0, 20.0, 300))
+    t = np.linspace(0.0, 20.0, 300)
+    assert again.parameters() == model.parameters() and again.start == model.start
+    np.testing.assert_array_equal(again.simulate(x, t), model.simulate(x, t))
 
 
 def test_json_has_a_row_for_each_family(run, log):

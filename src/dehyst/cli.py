@@ -483,6 +483,9 @@ def compare(
         float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
     ] = 0.5,
     seed: Annotated[int, typer.Option("--seed", help="Of the searches of families whose fit is not convex.")] = 0,
+    save: Annotated[
+        Path | None, typer.Option("--save", help="Write the model of the best family to this JSON file.")
+    ] = None,
     report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Write the picture to this file, .svg or .png.")
@@ -496,7 +499,7 @@ def compare(
     run_compare(
         CompareRequest(
             tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, families, train_fraction, seed,
-            report, figure, overwrite, json,
+            save, report, figure, overwrite, json,
         )
     )  # fmt: skip
 

@@ -16,10 +16,11 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.identify import _finite
-from dehyst.app.targets import FAMILIES, PAGE, refuse_existing, refuse_unwritable
+from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
-from dehyst.errors import OutputError, ParameterError
+from dehyst.errors import IdentificationError, OutputError, ParameterError
 from dehyst.families import Comparison, Entry, all_names, compare
+from dehyst.families.existing import TITLES
 from dehyst.io import read_log
 from dehyst.recording import Recording
 
@@ -42,6 +43,7 @@ class CompareRequest:
     families: str | None
     train_fraction: float
     seed: int
+    save: Path | None
     report: Path | None
     figure: Path | None
     overwrite: bool
@@ -56,12 +58,21 @@ def run_compare(request: CompareRequest) -> None:
         records = _read(request)
     with _progress(request.json) as told:
         found = compare(records, families, train_fraction=request.train_fraction, seed=request.seed, progress=told)
+    if request.save is not None:
+        _save(found, request.save)
     with ask_progress("drawing", request.json):
         _draw(found, request)
     if request.json:
         sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
     else:
         _print(found, request)
+
+
+def _save(found: Comparison, path: Path) -> None:
+    """Write the model of the best family."""
+    if found.chosen.model is None:
+        raise IdentificationError("no family could be identified, so there is no model to save; see the reasons.")
+    found.chosen.model.save(path)
 
 
 def _families(text: str | None) -> tuple[str, ...] | None:
@@ -92,14 +103,17 @@ def _read(request: CompareRequest) -> list[Recording]:
 def _refuse_clashes(request: CompareRequest) -> None:
     """Refuse outputs that could not be written or would be lost, before any work is done."""
     logs = {log.resolve() for log in request.logs}
-    for path in filter(None, (request.report, request.figure)):
+    for path in filter(None, (request.save, request.report, request.figure)):
         refuse_unwritable(path)
         if path.resolve() in logs:
             raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
+    named = [path.resolve() for path in (request.save, request.report, request.figure) if path is not None]
+    if len(set(named)) < len(named):
+        raise OutputError(f"two of --save, --report and --figure name the same file, '{named[-1].name}'. Name others.")
+    if request.save is not None:
+        refuse_existing(request.save, request.overwrite, own=MODEL)
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, own=PAGE)
-        if request.figure is not None and request.report.resolve() == request.figure.resolve():
-            raise OutputError(f"--report and --figure both name '{request.report}'. Name two files.")
     if request.figure is not None:
         from dehyst.report.sweep import require_picture_name
 
@@ -153,7 +167,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
         out.print(Text.assemble((name, "bold"), f": {words}"))
     print_findings(found.auto.warnings)
     out.print()
-    for path, what in ((request.report, "report"), (request.figure, "picture")):
+    for path, what in ((request.save, "model"), (request.report, "report"), (request.figure, "picture")):
         if path is not None:
             out.print(Text(f"{what}: {path}"))
     out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
@@ -172,15 +186,20 @@ def _row(entry: Entry) -> tuple[Text | str, ...]:
 
 
 def _next(found: Comparison, request: CompareRequest) -> str:
-    """What to do now: the best family that can be identified, saved and exported."""
-    from dehyst.families.existing import TITLES
-
-    ready = [entry for entry in found.entries if entry.family in TITLES and entry.family != "static" and entry.model]
-    if not ready:
+    """What to do now: use what was saved; or identify the best family that can be exported, or save the best one."""
+    if found.chosen.model is None:
         return "cure what the warnings above name and compare again"
+    if request.save is not None:
+        what = "compensate" if found.chosen.invertible else "simulate"
+        column = request.output if found.chosen.invertible else request.input
+        option = "--output" if found.chosen.invertible else "--input"
+        return f"dehyst {what} {shlex.quote(str(request.save))} SIGNAL.csv {option} {shlex.quote(column)}"
     log = " ".join(shlex.quote(str(path)) for path in request.logs)
     signals = f"--input {shlex.quote(request.input)} --output {shlex.quote(request.output)}"
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
     same = "".join(f" {name} {shlex.quote(f'{value}')}" for name, value in window if value is not None)
-    return f"dehyst identify {log} {signals}{same} --family {ready[0].family} --save model.json --report report.html"
+    if found.chosen.family in TITLES and found.chosen.family != "static":
+        family = found.chosen.family
+        return f"dehyst identify {log} {signals}{same} --family {family} --save model.json --report report.html"
+    return f"dehyst compare {log} {signals}{same} --families {found.chosen.family} --save model.json"

@@ -14,10 +14,12 @@ from dehyst.app.terminal import print_findings
 from dehyst.app.unknown import column, refuse_without_unknown_state, with_any_past
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import OutputError, ParameterError
+from dehyst.families.base import LoopModel
+from dehyst.families.storage import load_file
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
-from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard, load_any
+from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard
 from dehyst.units import canonical, convert
 
 Array = npt.NDArray[np.float64]
@@ -57,7 +59,12 @@ def run_simulate(request: PlayRequest) -> None:
 
         simulate_direct(request, model, signal)
         return
-    _refuse_schedules(request)
+    if isinstance(model, LoopModel):
+        from dehyst.app.play_loop import simulate_loop
+
+        simulate_loop(request, model, signal)
+        return
+    refuse_schedules(request)
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     given = {column(model.card.input): x}
@@ -78,7 +85,12 @@ def run_compensate(request: PlayRequest) -> None:
 
         compensate_direct(request, model, signal)
         return
-    _refuse_schedules(request)
+    if isinstance(model, LoopModel):
+        from dehyst.app.play_loop import compensate_loop
+
+        compensate_loop(request, model, signal)
+        return
+    refuse_schedules(request)
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
@@ -97,7 +109,7 @@ def run_compensate(request: PlayRequest) -> None:
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
-def _read(request: PlayRequest) -> tuple[HysteresisModel | DirectInverse, Signal]:
+def _read(request: PlayRequest) -> tuple[LoopModel | HysteresisModel | DirectInverse, Signal]:
     _refuse_sources(request)
     refuse_without_unknown_state(request.unknown_state, request.past, request.figure, request.overwrite)
     signal = read_signal(
@@ -109,10 +121,11 @@ def _read(request: PlayRequest) -> tuple[HysteresisModel | DirectInverse, Signal
         stop=request.stop,
         time_unit=request.time_unit,
     )
-    return load_any(request.model), signal
+    return load_file(request.model), signal
 
 
-def _refuse_schedules(request: PlayRequest) -> None:
+def refuse_schedules(request: PlayRequest) -> None:
+    """Refuse columns that only a direct inverse with a schedule takes."""
     wrong = [name for name, given in (("--load", request.load), ("--mean-pressure", request.mean_pressure)) if given]
     if wrong:
         raise ParameterError(

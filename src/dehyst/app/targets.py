@@ -9,6 +9,7 @@ from dehyst.errors import OutputError
 
 # How the files begin that dehyst itself writes again and again; enough of a file is read to see it.
 MODEL = '"format": "dehyst-model"'
+FAMILY_MODEL = '"format": "dehyst-family"'
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
@@ -42,7 +43,8 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         return
     if path.is_file() and path.stat().st_size == 0:  # nothing to lose
         return
-    if own is not None and own in _beginning(path, _BEGINNING):
+    beginning = _beginning(path, _BEGINNING)
+    if own is not None and (own in beginning or (own == MODEL and FAMILY_MODEL in beginning)):
         return
     if content is not None and _beginning(path, len(content.encode()) + 1) == content:
         return

@@ -5,6 +5,7 @@ from dehyst.families.comparison import Comparison, all_names, compare
 from dehyst.families.entry import Entry
 from dehyst.families.fitting import FamilyFit, identify_family
 from dehyst.families.registry import MODULES, Family, example, family, names
+from dehyst.families.storage import load_file
 from dehyst.families.training import Stretch, Training
 
 __all__ = [
@@ -26,5 +27,6 @@ __all__ = [
     "example",
     "family",
     "identify_family",
+    "load_file",
     "names",
 ]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
@@ -196,6 +198,20 @@ class LoopModel(ABC):
     def with_card(self, card: ModelCard) -> Self:
         """Return the same model with other signals."""
         return replace(self, card=card)  # type: ignore[type-var]
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the model to a JSON file, atomically; `dehyst.families.load_file` reads it back bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If its family is not registered.
+        OutputError
+            If the file cannot be written. An earlier file of that name stays as it was.
+        """
+        from dehyst.families.storage import save_loop  # knows the registry
+
+        return save_loop(self, path)
 
     def stepper(self) -> LoopStepper:
         """Return the model as a function of one sample."""

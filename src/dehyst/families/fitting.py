@@ -17,9 +17,12 @@ from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
 from dehyst.families.registry import family
 from dehyst.families.training import steps_of, training_of
+from dehyst.grades import ENDINGS, Grade
 from dehyst.identification import facts
+from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.data import DataSet, Piece, prepare, range_over
 from dehyst.identification.fit import Score
+from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.scores import Part, inverse_miss, parts, score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
@@ -162,7 +165,7 @@ def fit_one(
     seen = part[1] if part[1] else part[0]
     return FamilyFit(
         family=name,
-        model=model.with_card(_card(name, records, train, test, model.start)),
+        model=model.with_card(_card(model, records, train, test)),
         recordings=records,
         predictions=outputs,
         demands=demands,
@@ -204,7 +207,7 @@ def _pieces(
     return listed
 
 
-def _card(name: str, records: tuple[Recording, ...], train: Score, test: Score | None, start: str) -> ModelCard:
+def _card(model: LoopModel, records: tuple[Recording, ...], train: Score, test: Score | None) -> ModelCard:
     first = records[0]
     return ModelCard(
         SignalCard(first.input_name, first.input_unit, *range_over([record.input for record in records])),
@@ -213,9 +216,25 @@ def _card(name: str, records: tuple[Recording, ...], train: Score, test: Score |
             "logs": [dict(record.provenance) | {"name": record.name, "samples": record.samples} for record in records],
             "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
             "dehyst": __version__,
-            "identified_family": name,
-            "initial_state": start,
+            "identified_family": model.family,
+            "initial_state": model.start,
             "train": train.as_dict(),
             "test": None if test is None else test.as_dict(),
+            "verdict": verdict_of(model, train, test),
         },
     )
+
+
+def verdict_of(model: LoopModel, train: Score, test: Score | None) -> str:
+    """The judgement in one sentence, with the words of all verdicts at its end."""
+    error = (test or train).rmse_percent
+    grade = _grade(error, test is not None, not model.no_inverse)
+    words = next(ending for rank, ending in ENDINGS if rank is grade) + (" with it" if grade is Grade.BAD else "")
+    where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
+    return f"{model.family}, {model.free_parameters} parameters: {error:.2f} % of range rms {where}: {words}."
+
+
+def _grade(error: float, held_out: bool, invertible: bool) -> Grade:
+    if not invertible or error > POOR_PERCENT:
+        return Grade.BAD
+    return Grade.GOOD if error <= GOOD_PERCENT and held_out else Grade.CARE

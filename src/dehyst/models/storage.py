@@ -45,14 +45,25 @@ def model_to_dict(model: HysteresisModel | DirectInverse) -> Json:
     >>> content["family"], content["schema"]
     ('pi', 1)
     """
+    return signed("dehyst-model", model.family, parameters_of(model), model.card)
+
+
+def signed(kind: str, family: str, parameters: Json, card: ModelCard) -> Json:
+    """Return the content of a file of a kind, with its checksum.
+
+    Raises
+    ------
+    ParameterError
+        If something is no plain JSON value.
+    """
     content: Json = {
-        "format": "dehyst-model",
+        "format": kind,
         "schema": SCHEMA,
-        "family": model.family,
-        "parameters": parameters_of(model),
-        "input": _signal(model.card.input),
-        "output": _signal(model.card.output),
-        "provenance": dict(model.card.provenance),
+        "family": family,
+        "parameters": parameters,
+        "input": _signal(card.input),
+        "output": _signal(card.output),
+        "provenance": dict(card.provenance),
     }
     try:
         content = json.loads(json.dumps(content, allow_nan=False))  # tuples and number keys as a reader will see them
@@ -112,17 +123,22 @@ def _read_signal(p: Any, name: str) -> SignalCard:
     return SignalCard(p["name"], p["unit"], *bounds)
 
 
-def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | DirectInverse:
-    """Return the model of a file's content, or refuse it by name.
+def check_signed(content: Any, kind: str, path: str) -> Json:
+    """Return the content of a file of a kind, as it was when it was signed.
 
     Raises
     ------
     ModelFileError
-        If the content is not a model, of another schema version, was altered since it was saved, or its
-        parameters are not those of a model.
+        If it is of another kind or schema version, nested too deeply, or was altered.
     """
-    if not isinstance(content, dict) or content.get("format") != "dehyst-model":
-        raise _refuse(path, 'is not a dehyst model: it lacks "format": "dehyst-model".')
+    if isinstance(content, dict) and content.get("format") == "dehyst-family" != kind:
+        raise _refuse(
+            path,
+            f"holds a {content.get('family')!s:.40} model, a family of the literature, which is not of this kind.",
+            "Read it with dehyst.families.load_file, or use it with `dehyst simulate` and `dehyst compensate`.",
+        )
+    if not isinstance(content, dict) or content.get("format") != kind:
+        raise _refuse(path, f'is not a dehyst model: it lacks "format": "{kind}".')
     if type(content.get("schema")) is not int or content["schema"] != SCHEMA:
         raise _refuse(
             path,
@@ -143,17 +159,41 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | Dire
             "trusted on a machine.",
             "Restore it from a backup, or write edited parameters with model.save(...), which signs them anew.",
         )
+    return content
+
+
+def read_card(content: Json) -> ModelCard:
+    """Return signals and provenance of a checked file; raises what a wrong value raises."""
+    provenance = content["provenance"]
+    if not isinstance(provenance, dict):
+        raise ParameterError("provenance is not an object.")
+    return ModelCard(_read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance)
+
+
+def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | DirectInverse:
+    """Return the model of a file's content, or refuse it by name.
+
+    Raises
+    ------
+    ModelFileError
+        If the content is not a model, of another schema version, was altered since it was saved, or its
+        parameters are not those of a model.
+    """
+    intact = check_signed(content, "dehyst-model", path)
     try:
-        model = model_of(content["family"], content["parameters"])
-        provenance = content["provenance"]
-        if not isinstance(provenance, dict):
-            raise ParameterError("provenance is not an object.")
-        card = ModelCard(_read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance)
+        return model_of(intact["family"], intact["parameters"]).with_card(read_card(intact))
     except (KeyError, TypeError, AttributeError) as fault:
         raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault!s:.200}).") from None
     except (ParameterError, OverflowError) as fault:
         raise _refuse(path, f"holds parameters of no model: {fault}") from None
-    return model.with_card(card)
+
+
+def content_of(text: str, path: str) -> Any:
+    """Return what the JSON text of a file holds; refuse what is no JSON, or names a key twice."""
+    try:
+        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_no_repetition)
+    except (ValueError, RecursionError) as fault:
+        raise _refuse(path, f"is not JSON ({fault}).") from None
 
 
 def model_from_text(text: str, path: str = "model") -> HysteresisModel | DirectInverse:
@@ -164,11 +204,7 @@ def model_from_text(text: str, path: str = "model") -> HysteresisModel | DirectI
     ModelFileError
         If the text is not JSON, names a key twice, or is refused by `model_from_dict`.
     """
-    try:
-        content = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_no_repetition)
-    except (ValueError, RecursionError) as fault:
-        raise _refuse(path, f"is not JSON ({fault}).") from None
-    return model_from_dict(content, path)
+    return model_from_dict(content_of(text, path), path)
 
 
 def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
@@ -247,6 +283,11 @@ def load_direct(path: str | os.PathLike[str]) -> DirectInverse:
 
 def load_any(path: str | os.PathLike[str]) -> HysteresisModel | DirectInverse:
     """Read a model file of either kind; errors are those of `load_model`."""
+    return model_from_text(text_of(path), str(path))
+
+
+def text_of(path: str | os.PathLike[str]) -> str:
+    """Return the text of a model file; refuse what is no regular file, too large or no text."""
     if not isinstance(path, str | os.PathLike):
         raise _refuse(f"{path!r:.60}", "is no path.", "Give the file's name, for example 'model.json'.")
     source = Path(path)
@@ -259,9 +300,8 @@ def load_any(path: str | os.PathLike[str]) -> HysteresisModel | DirectInverse:
             data = stream.read(MAXIMUM_BYTES + 1)
         if len(data) > MAXIMUM_BYTES:
             raise _refuse(str(path), f"is larger than {MAXIMUM_BYTES} bytes, which no model needs.")
-        text = data.decode("utf-8")
+        return data.decode("utf-8")
     except OSError as fault:
         raise _refuse(str(path), f"cannot be read ({fault.strerror}).", "Check its name and permissions.") from None
     except ValueError as fault:
         raise _refuse(str(path), f"cannot be read as UTF-8 text ({fault}).") from None
-    return model_from_text(text, str(path))
