@@ -100,13 +100,13 @@ class DavisCaldwell(MuscleModel):
         Parameter("strands", "1", 2.0, 1000.0, "assumption: of the muscle at hand", "N, each way", False),
         Parameter("strand", "m", 1e-5, 5e-3, "assumption: of the muscle at hand", "d, thickness", False),
         Parameter("friction", "1", 0.0, 2.0, f"{_PAPER}: 0.1 to 0.2 for nylon, low", "mu"),
-        Parameter("contact", "1", 0.01, 1.0, "assumption: friction of 20 N at 3 bar", "w, width of contact", False),
+        Parameter("contact", "1", 0.01, 1.0, "assumption: friction of 17 N at 3 bar", "w, width of contact", False),
         Parameter("exponent", "1", 0.0, 2 / 3, "0: constant width; 2/3: Hertz", "e, of the pressure"),
         Parameter("reference_pressure", "Pa", 1e4, 1e6, "assumption", "p_r", False),
         Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
     )
     SETS: ClassVar[Mapping[str, str]] = {
-        "nylon": f"{_PAPER}: structure; dimensions are assumptions, friction 20 N at 3 bar",
+        "nylon": f"{_PAPER}: structure; dimensions are assumptions, friction 17 N at 3 bar",
         "hertz": f"{_PAPER}: structure; as nylon, contacts that widen with the power 2/3 of the pressure",
     }
     _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {"nylon": {}, "hertz": {"exponent": 2 / 3}}
