@@ -93,5 +93,6 @@ void bind_stack(nb::module_ &m);
 void bind_signal(nb::module_ &m);
 void bind_direct_forward(nb::module_ &m);
 void bind_friction(nb::module_ &m);
+void bind_triangle(nb::module_ &m);
 
 #endif

@@ -17,6 +17,7 @@ NB_MODULE(_native, m)
     bind_engine(m);
     bind_signal(m);
     bind_direct_forward(m);
+    bind_triangle(m);
     bind_text(m);
     bind_friction(m);
 }

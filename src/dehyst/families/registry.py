@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 # Simple ones first: the order of the table where nothing else decides.
 MODULES = {
     "dahl": "dehyst.families.dahl",
+    "preisach": "dehyst.families.preisach",
 }
 
 
