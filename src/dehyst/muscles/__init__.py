@@ -1,5 +1,6 @@
 """Muscle models of the literature: force from contraction and pressure, with memory, and back to the pressure."""
 
+from dehyst.muscles.antagonists import MuscleJoint, SlippingJoint, identify_slips
 from dehyst.muscles.base import Memory, MuscleModel, MuscleStepper, Parameter
 from dehyst.muscles.joint import JointCharacteristic, joint_characteristic
 from dehyst.muscles.mechanism import MuscleMechanism
@@ -8,10 +9,13 @@ from dehyst.muscles.registry import muscle, muscle_class, names
 __all__ = [
     "JointCharacteristic",
     "Memory",
+    "MuscleJoint",
     "MuscleMechanism",
     "MuscleModel",
     "MuscleStepper",
     "Parameter",
+    "SlippingJoint",
+    "identify_slips",
     "joint_characteristic",
     "muscle",
     "muscle_class",

@@ -445,18 +445,46 @@ class MuscleStepper:
         ParameterError
             If the contraction is outside the model's limits.
         """
-        x, model = contraction, self._model
+        speed, slip = self._move(contraction, period)
+        return self._force(contraction, pressure, speed, slip)
+
+    def pressure(self, contraction: float, force: float, period: float) -> float:
+        """Return the gauge pressure [Pa] that gives a force [N] after moving there within a period [s], and move.
+
+        Raises
+        ------
+        ParameterError
+            If the contraction is outside the model's limits; the memory stays as it was.
+        InvertibilityError
+            If no pressure gives the force.
+        """
+        speed, slip = self._move(contraction, period)
+        return float(
+            solve_pressure(
+                lambda p: np.array([self._force(contraction, float(p[0]), speed, slip)]),
+                np.array([float(force)]),
+                self._model.affine_in_pressure,
+                f"{self._model.name} at contraction {contraction:.4g}",
+            )[0]
+        )
+
+    def _move(self, x: float, period: float) -> tuple[float, float]:
+        """Take the next contraction; return speed and slip."""
         if not self._limits[0] <= x <= self._limits[1]:
             raise ParameterError(
                 f"contraction {x:g} is outside {self._limits[0]:.4g} .. {self._limits[1]:.4g}, where the formulas of "
-                f"{model.name} hold: the joint left the range of its muscle."
+                f"{self._model.name} hold: the joint left the range of its muscle."
             )
-        speed = model.length * (x - self._last) / period
+        speed = self._model.length * (x - self._last) / period
         slip, plays = 0.0, self._plays
         for i, (strain, share) in enumerate(self._contacts):
             plays[i] = z = max(x - strain, min(x + strain, plays[i]))
             slip += share * max(-1.0, min(1.0, (x - z) / strain))
         self._last = x
+        return speed, slip
+
+    def _force(self, x: float, pressure: float, speed: float, slip: float) -> float:
+        model = self._model
         return float(model._static(x, pressure, FLOATS) - model._resistance(x, pressure, speed, slip, FLOATS))
 
     @property

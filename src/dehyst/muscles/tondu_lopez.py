@@ -89,7 +89,7 @@ class TonduLopez(MuscleModel):
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
         Parameter("length", "m", 0.01, 10.0, "assumption: of the muscle at hand", "length at rest", False),
         Parameter("radius", "m", 1e-3, 0.1, f"{_PAPER}, own knowledge, medium", "radius at rest"),
-        Parameter("angle", "rad", 0.1, 0.9, f"{_PAPER}, own knowledge, medium", "fibre angle at rest"),
+        Parameter("angle", "rad", 0.12, 0.94, f"{_PAPER}, own knowledge, medium", "fibre angle at rest"),
         Parameter("shape", "1", 0.8, 2.0, f"{_PAPER}: 1.25 to 1.35", "k_e of the conical ends"),
         Parameter("shape_pressure", "1", 0.0, 2.0, f"{_PAPER}, refined k(p)", "k_p, falling with pressure"),
         Parameter("friction_static", "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_s"),
