@@ -3,7 +3,7 @@
  *     dz/dx = slope - psi(sgn dx, sgn z, sgn x) |z|^power
  *
  * psi is a table of eight numbers, so the equation is separable between changes of a sign. Power 1 is solved exactly
- * by exponentials; other powers by Runge-Kutta steps of fourth order that end at each change of a sign. */
+ * by exponentials; other powers by Runge-Kutta steps of fifth order that end at each change of a sign. */
 #ifndef DEHYST_FRICTION_H
 #define DEHYST_FRICTION_H
 

@@ -40,8 +40,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.families.base import UNSCALED, Scaling
-from dehyst.families.friction import FrictionLoop, mix, positive
+from dehyst.families.base import STARTS, UNSCALED, Scaling
+from dehyst.families.friction import FrictionLoop, Mixer, best_start, positive
 from dehyst.families.registry import Family
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
@@ -108,15 +108,14 @@ class Dahl(FrictionLoop):
 
 def fit(training: Training) -> Dahl:
     """Return the bank of a grid of lengths that fits best, from the start state that fits best."""
-    thin = training.thinned()
     grid = Dahl(np.zeros(1), LENGTHS, np.zeros(LENGTHS.size), training.scaling, "zero")
-    errors = {start: mix(thin, grid.with_start(start)).rms for start in ("zero", "rest", "rising", "falling", "origin")}
-    least = min(errors, key=lambda start: errors[start])
-    start = least if errors[least] < 0.98 * errors["zero"] else "zero"
-    found = mix(training, grid.with_start(start))
+    thin = Mixer(training.thinned())
+    found = Mixer(training)(
+        grid.with_start(best_start({start: thin.error(grid.with_start(start)) for start in STARTS}))
+    )
     used = np.flatnonzero(found.weights != 0.0)
     kept = used if used.size else np.array([0])
-    return Dahl(found.curve, LENGTHS[kept], found.weights[kept], training.scaling, start)
+    return Dahl(found.curve, LENGTHS[kept], found.weights[kept], training.scaling, found.start)
 
 
 FAMILY = Family(

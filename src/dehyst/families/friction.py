@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -18,8 +18,9 @@ from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array, parameter_array
 
-F = TypeVar("F", bound="FrictionLoop")
+M = TypeVar("M", bound="FrictionLoop")
 
+CLEAR = 0.9  # of the error of the usual start, below which another one is believed
 CALM = 1e-9  # least slope of the output over the input that counts as rising
 
 
@@ -94,54 +95,78 @@ class FrictionLoop(LoopModel):
         """Parameters of an element besides its weight."""
 
 
-@dataclass(frozen=True)
-class Mixture:
-    """Best curve and weights for elements that are given: `rms` is the scaled residual."""
+class Mixer:
+    """Best curves and weights on one set of data, for one model's elements after the other: convex programs.
 
-    curve: Array
-    weights: Array
-    rms: float
-
-
-def mix(training: Training, model: FrictionLoop, signs: tuple[int, ...] = (1, -1)) -> Mixture:
-    """Return the curve and weights that fit best with a model's elements and start: convex, and rising throughout.
-
-    The columns are polynomials that rise, and for each element what leads, ``z - min(0, low) x``, and what lags,
+    The columns are polynomials that rise, and for each element what leads, ``z - min(0, low) x``, or what lags,
     ``high x - z``, low and high the limits of dz/dx. Each rises in every state, and so does their sum with weights
-    that are not negative. `signs` says which of the two are offered.
+    that are not negative. Where the loops of the log run one way round, elements of that sign are offered only.
+
+    Parameters
+    ----------
+    training
+        Data.
     """
-    basis = rising_polynomials()
-    low, high = model.slope_ranges()
-    x = training.joined(lambda s: s.x[:, None])[:, 0]
-    z = training.joined(lambda s: model.states(s.x))
-    columns = [values(row, x)[:, None] for row in basis]
-    if 1 in signs:
-        columns.append(z - np.minimum(0.0, low) * x[:, None])
-    if -1 in signs:
-        columns.append(high * x[:, None] - z)
-    found, offset, rms = nonnegative(np.hstack(columns), training.y - FLOOR * x)
-    parts = np.split(found, np.cumsum([len(basis), *[low.size] * (len(signs) - 1)]))
-    curve = parts[0] @ basis
-    weights = np.zeros(low.size)
-    for sign, part in zip((s for s in (1, -1) if s in signs), parts[1:], strict=True):
-        weights += sign * part
-        curve[1] += np.sum(part * (high if sign < 0 else -np.minimum(0.0, low)))
-    curve[0] += offset
-    curve[1] += FLOOR
-    return Mixture(curve, weights, rms)
+
+    def __init__(self, training: Training) -> None:
+        self.training = training
+        self._basis = rising_polynomials()
+        self._x = training.joined(lambda s: s.x[:, None])[:, 0]
+        self._curves = np.column_stack([values(row, self._x) for row in self._basis])
+        self._y = training.y - FLOOR * self._x
+        one = {"clockwise": (1,), "counter-clockwise": (-1,)}
+        self.signs = one.get(training.orientation, (1, -1))
+
+    def error(self, model: FrictionLoop) -> float:
+        """Root mean square of what the best mixture leaves; infinite for elements that diverge."""
+        columns = self._columns(model)
+        return quick(columns, self._y) if np.all(np.isfinite(columns)) else float("inf")
+
+    def __call__(self, model: M) -> M:
+        """Return the model with the best curve and weights."""
+        low, high = model.slope_ranges()
+        found, offset = nonnegative(self._columns(model), self._y)
+        first = len(self._basis)
+        curve = found[:first] @ self._basis
+        curve[0] += offset
+        curve[1] += FLOOR
+        weights = np.zeros(low.size)
+        for sign, part in zip(self.signs, found[first:].reshape(len(self.signs), -1), strict=True):
+            weights += sign * part
+            curve[1] += np.sum(part * (high if sign < 0 else -np.minimum(0.0, low)))
+        return replace(model, curve=curve, weights=weights)  # type: ignore[type-var]
+
+    def _columns(self, model: FrictionLoop) -> Array:
+        low, high = model.slope_ranges()
+        z, x = self.training.joined(lambda s: model.states(s.x)), self._x[:, None]
+        parts = [z - np.minimum(0.0, low) * x if sign > 0 else high * x - z for sign in self.signs]
+        return np.hstack([self._curves, *parts])
 
 
-def nonnegative(columns: Array, y: Array) -> tuple[Array, float, float]:
-    """Return weights >= 0 and an offset that fit y best, and the root mean square of what remains."""
+def quick(columns: Array, y: Array) -> float:
+    """Residual of the best weights >= 0 and offset, by normal equations: enough to compare."""
+    centred, wanted = columns - columns.mean(axis=0), y - y.mean()
+    size = np.sqrt(np.einsum("ij,ij->j", centred, centred))
+    size[size == 0.0] = 1.0
+    gram = (centred.T @ centred) / np.outer(size, size)
+    gram.flat[:: size.size + 1] += 1e-12
+    side = (centred.T @ wanted) / size
+    triangle = np.linalg.cholesky(gram)
+    goal = np.linalg.solve(triangle, side)
+    miss = nnls(triangle.T, goal, maxiter=30 * size.size)[1]
+    square = float(wanted @ wanted - goal @ goal + miss * miss)
+    return float(np.sqrt(max(square, 0.0) / y.size))
+
+
+def nonnegative(columns: Array, y: Array) -> tuple[Array, float]:
+    """Return the weights >= 0 and the offset that fit y best, by an orthogonal factorisation."""
     mean, level = columns.mean(axis=0), float(y.mean())
     centred = columns - mean
     size = np.linalg.norm(centred, axis=0)
     size[size == 0.0] = 1.0
     triangle: Array = np.linalg.qr(np.column_stack([centred / size, y - level]), mode="r")  # type: ignore[assignment]
-    if not np.all(np.isfinite(triangle)):
-        return np.zeros(size.size), level, float("inf")
     try:
-        scaled, miss = nnls(triangle[:, :-1], triangle[:, -1], maxiter=30 * size.size)
+        scaled = nnls(triangle[:, :-1], triangle[:, -1], maxiter=30 * size.size)[0]
     except RuntimeError:
         raise IdentificationError(
             f"the least squares with weights >= 0 over {size.size} columns did not end. The log hardly moves: "
@@ -149,11 +174,22 @@ def nonnegative(columns: Array, y: Array) -> tuple[Array, float, float]:
             columns=size.size,
         ) from None
     weights = scaled / size
-    return weights, level - float(mean @ weights), float(miss) / np.sqrt(y.size)
+    return weights, level - float(mean @ weights)
 
 
-def positive(values: Array, name: str, least: float = 0.0) -> None:
-    """Raise ParameterError unless all values are above `least`."""
-    if np.any(values <= least):
-        k = int(np.argmax(values <= least))
-        raise ParameterError(f"{name}[{k}] = {values[k]:g}, but must be above {least:g}.", index=k)
+def best_start(errors: dict[str, float]) -> str:
+    """Start state with the smallest error; "zero", unless that is worse by a tenth.
+
+    A wrong start may fit a short log a little better, with elements so long that they never settle.
+    """
+    least = min(errors, key=lambda start: errors[start])
+    return least if errors[least] < CLEAR * errors["zero"] else "zero"
+
+
+def positive(values: Array, name: str, least: float = 0.0, *, included: bool = False) -> None:
+    """Raise ParameterError unless all values are above `least`, or equal to it where that is included."""
+    bad = values < least if included else values <= least
+    if np.any(bad):
+        k = int(np.argmax(bad))
+        wanted = "at least" if included else "above"
+        raise ParameterError(f"{name}[{k}] = {values[k]:g}, but must be {wanted} {least:g}.", index=k)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MODULES = {
     "dahl": "dehyst.families.dahl",
     "preisach": "dehyst.families.preisach",
+    "bouc-wen": "dehyst.families.bouc_wen",
 }
 
 
