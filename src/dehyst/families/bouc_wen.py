@@ -54,7 +54,7 @@ from dehyst.models import ModelCard
 from dehyst.models.arrays import Array, parameter_array
 from dehyst.models.card import NO_CARD
 
-LENGTHS = (0.02, 0.06, 0.15, 0.4, 1.0, 2.5)
+LENGTHS = (0.02, 0.05, 0.12, 0.25, 0.5, 0.9)
 SIGMAS = (0.5, 1.0, 2.0)
 POWERS = (1.0, 2.0, 5.0)
 MOST_ELEMENTS = 2
@@ -139,7 +139,7 @@ def shaped(shapes: Sequence[Array], scaling: Scaling, start: str) -> BoucWen:
 def fit(training: Training) -> BoucWen:
     """Return up to two elements that fit best, from the start state that fits best."""
     grid = [np.log([length, sigma, power]) for length in LENGTHS for sigma in SIGMAS for power in POWERS]
-    limits = np.log([[0.02, 2.5], [0.5, 8.0], [1.0, 10.0]])
+    limits = np.log([[0.02, 1.0], [0.5, 8.0], [1.0, 10.0]])
     return search(training, shaped, grid, limits, MOST_ELEMENTS)
 
 
