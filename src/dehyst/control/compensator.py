@@ -192,17 +192,26 @@ def refuse_second_shear(inverse: HysteresisModel, shear: float) -> None:
         )
 
 
-def along(compensator: Compensator, angle: npt.ArrayLike, velocity: npt.ArrayLike | None = None) -> Array:
+def along(
+    compensator: Compensator,
+    angle: npt.ArrayLike,
+    velocity: npt.ArrayLike | None = None,
+    time: npt.ArrayLike | None = None,
+) -> Array:
     """Return a compensator's term along a desired path, (T,). [Pa]
 
     Parameters
     ----------
     compensator
-        Is reset to the first angle, then stepped through the whole path.
+        Is reset to the first angle, then stepped through the whole path. If it has a method
+        ``over(angle, velocity, time)`` as well, that is asked for the whole path at once where `time` is known: a
+        model in one piece takes a hundredth of the time, and only so one that depends on rate knows how fast it goes.
     angle
         Desired angles, (T,). [rad]
     velocity
         Desired velocities, (T,); None for zeros, which suits compensators that do not use it. [rad/s]
+    time
+        Increasing, (T,). [s]
 
     Raises
     ------
@@ -224,6 +233,9 @@ def along(compensator: Compensator, angle: npt.ArrayLike, velocity: npt.ArrayLik
         raise ParameterError(f"{q.size} angles but {qd.size} velocities; pass one of each a sample.")
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(qd))):
         raise ParameterError("the desired path is not finite everywhere; a compensator must not be driven with it.")
+    over = getattr(compensator, "over", None)
+    if time is not None and callable(over) and q.size:
+        return _finite_term(compensator, over(q, qd, _times(time, q.size)), q)
     term = np.empty(q.size)
     if q.size:
         compensator.reset(float(q[0]))
@@ -232,16 +244,40 @@ def along(compensator: Compensator, angle: npt.ArrayLike, velocity: npt.ArrayLik
     return term
 
 
-def _pressure(compensator: Compensator, answer: object, k: int, q: Array) -> float:
+def _times(time: npt.ArrayLike, size: int) -> Array:
+    t = signal_array(time, "time")
+    if t.size != size or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0.0):
+        raise ParameterError(
+            f"time has {t.size} values for {size} angles, or does not increase; pass one time stamp [s] a sample."
+        )
+    return t
+
+
+def _finite_term(compensator: Compensator, answer: object, q: Array) -> Array:
+    try:
+        term = np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError):
+        term = np.empty(0)
+    if term.shape != q.shape:
+        raise OutputError(
+            f"{type(compensator).__name__}.over answered {answer!r:.40} for {q.size} angles; it must be one finite "
+            f"pressure difference in Pa for each. Correct over(), or remove it: then step() is called."
+        )
+    for k in np.flatnonzero(~np.isfinite(term))[:1]:
+        _pressure(compensator, term[k], int(k), q, "over")
+    return term
+
+
+def _pressure(compensator: Compensator, answer: object, k: int, q: Array, method: str = "step") -> float:
     try:
         value = float(answer)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         value = float("nan")
     if not np.isfinite(value):
         raise OutputError(
-            f"{type(compensator).__name__}.step answered {answer!r:.40} at sample {k} (desired angle {q[k]:g} rad); "
-            f"it must be a finite pressure difference in Pa, because it goes to the valves. Correct step(), or leave "
-            f"the compensator off.",
+            f"{type(compensator).__name__}.{method} answered {answer!r:.40} at sample {k} (desired angle {q[k]:g} "
+            f"rad); it must be a finite pressure difference in Pa, because it goes to the valves. Correct {method}(), "
+            f"or leave the compensator off.",
             sample=k,
         )
     return value

@@ -291,13 +291,15 @@ def _with_extra(
     cut = first.load.shape[0]
     extra = np.zeros((cut + second.load.shape[0], len(arm.moving)))
     angle, velocity = (np.concatenate([first.motion[k], second.motion[k]]) for k in range(2))
+    # The second part begins where the first ends; its knots are told one later, for time to increase.
+    knots = first.spacing * np.arange(cut), first.duration + second.spacing * np.arange(1, second.load.shape[0] + 1)
+    time = np.concatenate(knots)
     for number, compensator in own.items():
         index = arm.moving.index(number)
-        extra[:, index] = along(compensator, angle[:, index], velocity[:, index])
+        extra[:, index] = along(compensator, angle[:, index], velocity[:, index], time)
     for number, torque in learned.items():
         index = arm.moving.index(number)
-        time = second.spacing * np.arange(second.load.shape[0])
-        phase = np.mod(time, motion.duration)
+        phase = np.mod(second.spacing * np.arange(second.load.shape[0]), motion.duration)
         rise = np.linspace(0.0, 1.0, cut)  # there at the start of the path, and nothing before the arm moves
         told = np.interp(phase, np.linspace(0.0, motion.duration, torque.size), torque)
         slope = equipment.characteristics[number].slope(angle[:, index])

@@ -1,7 +1,9 @@
 """Hysteresis families of the literature: one file a family, fitted to one log and compared."""
 
+from dehyst.families.acting import ModelMechanism
 from dehyst.families.base import STARTS, UNSCALED, InverseLoop, LoopModel, LoopStepper, Scaling
 from dehyst.families.comparison import Comparison, all_names, compare
+from dehyst.families.controlling import LoopCompensator
 from dehyst.families.entry import Entry
 from dehyst.families.fitting import FamilyFit, identify_family
 from dehyst.families.registry import MODULES, Family, example, family, names
@@ -17,8 +19,10 @@ __all__ = [
     "Family",
     "FamilyFit",
     "InverseLoop",
+    "LoopCompensator",
     "LoopModel",
     "LoopStepper",
+    "ModelMechanism",
     "Scaling",
     "Stretch",
     "Training",

@@ -1,0 +1,139 @@
+"""Every family as the plant's mechanism: the true hysteresis of a simulated muscle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.families.base import InverseLoop, LoopModel
+from dehyst.families.relation import Relation, Stepping, check_relation, work
+from dehyst.models import HysteresisModel
+from dehyst.models.arrays import parameter_number
+
+STROKES = ((0.0, 0.22), (0.08, 0.14), (0.105, 0.115))  # contractions between which a mechanism may not give work
+GIVING = 1e-6  # work of a loop over its size that is rounding
+
+
+class ModelMechanism:
+    """A hysteresis mechanism, as `dehyst.plant.Mechanism` says, from a model of any family.
+
+        force = size g(p) model[(contraction - center)/strain],   g(p) = 1 - pressure_share + pressure_share p/3 bar
+
+    The model's output must lead its input, as a force over a displacement does: a model that lags, as that of an
+    actuator's position, gives a mechanism when it is inverted. Whatever the model has besides loops, a slope or a
+    curve, adds to the muscle's stiffness.
+
+    Parameters
+    ----------
+    model
+        A model of any family, or the inverse of one that lags. Input and output are its own.
+    size
+        Force for one unit of the model's output, at the reference pressure. [N]
+    strain
+        Contraction for one unit of the model's input.
+    center
+        Contraction at which the model's input is 0; matters to families whose loops differ from place to place.
+    pressure_share
+        Share of the force that is proportional to the gauge pressure.
+    reference_pressure
+        At which g is 1. [Pa]
+
+    Raises
+    ------
+    ParameterError
+        If `model` is no model, gives work in a closed loop, or a number is not finite or not in its range.
+
+    Examples
+    --------
+    >>> from dehyst.families.dahl import Dahl
+    >>> mechanism = ModelMechanism(Dahl(curve=[0.0], lengths=[1.0], weights=[1.0]), size=80.0, strain=0.0125)
+    >>> mechanism.reset(0.1)
+    >>> round(mechanism.force(0.1125, 3e5, 0.0005), 2)  # 80 N (1 - exp(-1))
+    50.57
+    """
+
+    def __init__(
+        self,
+        model: Relation,
+        size: float,
+        strain: float,
+        *,
+        center: float = 0.0,
+        pressure_share: float = 0.7,
+        reference_pressure: float = 3e5,
+    ) -> None:
+        self.model = check_relation(model, "a model whose output leads")
+        for name, value in (("size", size), ("strain", strain), ("reference_pressure", reference_pressure)):
+            if not parameter_number(value, name) > 0.0:
+                raise ParameterError(f"{name} = {value:g} must be above 0.", **{name: value})
+        if not 0.0 <= parameter_number(pressure_share, "pressure_share") <= 1.0:
+            raise ParameterError(
+                f"pressure_share = {pressure_share:g} lies outside 0 .. 1: friction would pull at some pressure. "
+                f"0.7 is usual.",
+                pressure_share=pressure_share,
+            )
+        self.size, self.strain, self.center = size, strain, parameter_number(center, "center")
+        self._constant, self._slope = 1.0 - pressure_share, pressure_share / reference_pressure
+        self._refuse_work()
+        self._force = _Fast(self.model) if isinstance(self.model, LoopModel) else _Slow(self.model)
+
+    def reset(self, contraction: float) -> None:
+        """Forget everything; the muscle rests at this contraction."""
+        self._force.reset((contraction - self.center) / self.strain)
+
+    def force(self, contraction: float, pressure: float, period: float) -> float:
+        """Return the force that opposes contraction. [N]"""
+        grown = self.size * (self._constant + self._slope * pressure)
+        return grown * self._force((contraction - self.center) / self.strain, period)
+
+    def _refuse_work(self) -> None:
+        for stroke in STROKES:
+            low, high = ((end - self.center) / self.strain for end in stroke)
+            taken, size = work(self.model, low, high)
+            if not np.isfinite(taken):
+                raise ParameterError(
+                    f"the model does not answer with finite numbers between contractions {stroke[0]:g} and "
+                    f"{stroke[1]:g}. Make strain larger: it is the contraction of one unit of the model's input."
+                )
+            if taken < -GIVING * size:
+                raise ParameterError(
+                    f"this {type(self.model).__name__} gives {-self.size * self.strain * taken:.3g} Nm of work per "
+                    f"metre of muscle in a loop between contractions {stroke[0]:g} and {stroke[1]:g}: its output lags, "
+                    f"and a muscle with it would be a motor. Pass model.inverse() of a model that lags, or positive "
+                    f"weights.",
+                    stroke=stroke,
+                )
+
+
+class _Fast:
+    """A model called once a step: no checks, one array that is used again."""
+
+    def __init__(self, model: LoopModel) -> None:
+        self._run, self._scaling, self._rest = model.run, model.scaling, model.rest
+        self._timed = model.rate_dependent
+        self._x, self._dt = np.zeros(1), np.zeros(1)
+        self._memory = self._rest(0.0)
+
+    def reset(self, x: float) -> None:
+        self._memory = self._rest((x - self._scaling.center) / self._scaling.half_range)
+
+    def __call__(self, x: float, period: float) -> float:
+        scaling = self._scaling
+        self._x[0], self._dt[0] = (x - scaling.center) / scaling.half_range, period
+        y, self._memory = self._run(self._x, self._dt if self._timed else None, self._memory)
+        return scaling.level + scaling.amplitude * float(y[0])
+
+
+class _Slow:
+    """An inverse, or a model of another kind, through its own stepper."""
+
+    def __init__(self, model: InverseLoop | HysteresisModel) -> None:
+        resting = InverseLoop(model.of.with_start("rest")) if isinstance(model, InverseLoop) else model
+        self._step = Stepping(resting)
+
+    def reset(self, x: float) -> None:
+        self._step.reset()
+        self._step(x, 0.0)
+
+    def __call__(self, x: float, period: float) -> float:
+        return self._step(x, period)

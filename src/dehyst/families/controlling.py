@@ -1,0 +1,120 @@
+r"""Every family as the controller's model: what hysteresis asks for along the desired path.
+
+A compensator needs a relation from the desired angle to the pressure difference, and there are two ways to one:
+
+- a model that lags, identified from the sheared pressure difference x = dp - dp_nom + k q to the angle q, inverted;
+- a model that leads, identified the other way round, from q to x: it is used as it is, and needs no inverse.
+
+The term is :math:`\Delta p = unit \cdot R[q_d] - k q_d` with that relation R.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dehyst.errors import ParameterError
+from dehyst.families.base import LoopModel
+from dehyst.families.relation import Relation, Stepping, along_path, check_relation, depends_on_rate, work
+from dehyst.models import HysteresisModel, subtracted_shear
+from dehyst.models.arrays import Array, parameter_number
+
+LAGGING = 1e-3  # work of a loop over its size from which on a relation lags
+
+
+class LoopCompensator:
+    """A compensator, as `dehyst.control.Compensator` says, from a model of any family.
+
+    Parameters
+    ----------
+    relation
+        Desired angle [rad] -> sheared pressure difference: ``fit.model.inverse()`` of a model from pressure to angle,
+        or a model from angle to pressure. It begins in its model's start state.
+    shear
+        k that was added before the fit. [Pa/rad]
+    unit
+        Size of one unit of the relation's output, 1e5 for bar. [Pa]
+    period
+        Time between two calls of `step`, for models that depend on rate; `over` is told the time. [s]
+
+    Raises
+    ------
+    ParameterError
+        If `relation` is no model, its loops lag the angle, a number is not finite, or k would be subtracted twice.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dehyst.control import along
+    >>> from dehyst.families.dahl import Dahl
+    >>> friction = Dahl(curve=[0.0], lengths=[0.1], weights=[2.0])  # 0.2 bar of dry friction over 0.1 rad
+    >>> along(LoopCompensator(friction), [0.0, 0.5, 0.5]).round(-2).tolist()
+    [0.0, 19900.0, 19900.0]
+    """
+
+    def __init__(self, relation: Relation, shear: float = 0.0, unit: float = 1e5, period: float | None = None) -> None:
+        self.relation = check_relation(relation, "model.inverse() of a model from pressure to angle")
+        self.shear = parameter_number(shear, "shear")
+        self.unit = parameter_number(unit, "unit")
+        self.period = None if period is None else parameter_number(period, "period")
+        _refuse_lag(self.relation)
+        k = subtracted_shear(self.relation) if isinstance(self.relation, HysteresisModel) else 0.0
+        if k and self.shear:
+            raise ParameterError(
+                f"k would be subtracted twice: this relation subtracts {k:g} itself, and shear = {shear:g} would do it "
+                f"again. Set shear = 0.",
+                shear=shear,
+            )
+        self._step = Stepping(self.relation)
+        self._angle = 0.0
+
+    def reset(self, angle: float) -> None:
+        """Return to the model's start state, then to the angle."""
+        self._step.reset()
+        self._angle = angle
+        self._step(angle, 0.0)
+
+    def step(self, angle: float, velocity: float) -> float:
+        """Return the term for the next desired angle. [Pa]"""
+        if self.period is None and depends_on_rate(self.relation):
+            raise ParameterError(
+                "this model depends on rate and does not know how far apart the calls of step() are. Say so: "
+                "LoopCompensator(relation, ..., period=0.0005), in seconds."
+            )
+        if np.isfinite(angle):  # else the last term is held
+            self._angle = angle
+            self._step(angle, self.period or 0.0)
+        return self.output()
+
+    def output(self) -> float:
+        """Return the present term. [Pa]"""
+        return self.unit * self._step.output - self.shear * self._angle
+
+    def over(self, angle: Array, velocity: Array, time: Array) -> Array:
+        """Return the term along a whole desired path, (T,), from the start state on: the same as steps, in one go.
+
+        Parameters
+        ----------
+        angle, velocity, time
+            (T,) each. [rad, rad/s, s]
+        """
+        return np.asarray(self.unit * along_path(self.relation, angle, time) - self.shear * angle)
+
+
+def _refuse_lag(relation: Relation) -> None:
+    """A relation that lags is a model that was not inverted: it would double the hysteresis."""
+    if isinstance(relation, HysteresisModel):
+        low, high = relation.card.input.low, relation.card.input.high
+        ends = (-1.0, 1.0) if low is None or high is None else (float(low), float(high))
+    elif isinstance(relation, LoopModel):
+        s = relation.scaling
+        ends = (s.center - abs(s.half_range), s.center + abs(s.half_range))
+    else:
+        s = relation.of.scaling
+        ends = (s.level - abs(s.amplitude), s.level + abs(s.amplitude))
+    taken, size = work(relation, *ends)
+    if taken < -LAGGING * size:
+        raise ParameterError(
+            f"this {type(relation).__name__} lags the angle (it gives back {-100 * taken / max(size, 1e-300):.1f} % "
+            f"of its box): as a compensator it would double the hysteresis. If it was identified from pressure to "
+            f"angle, pass model.inverse(); else identify it from angle to pressure."
+        )
