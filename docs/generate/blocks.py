@@ -151,7 +151,7 @@ def _python(step: Step, names: dict[str, Any]) -> str:
     stream = io.StringIO()
     with contextlib.redirect_stdout(stream):
         try:
-            exec(compile(step.code, f"<line {step.line}>", "exec"), names)
+            exec(compile(step.code, f"<line {step.line}>", "exec", dont_inherit=True), names)
         except Exception:
             raise AssertionError(f"the Python block at line {step.line} fails:\n{traceback.format_exc()}") from None
     return stream.getvalue()
