@@ -53,7 +53,7 @@ proofs-quick: $(VENV)/installed-proofs
 	$(BIN)/python proofs/run.py --quick
 
 # Installed again whenever a source file of the package is newer than the installation.
-SOURCES = $(shell find src core plant engine -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
+SOURCES = $(shell find src core plant engine reviewed -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

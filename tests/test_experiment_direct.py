@@ -161,5 +161,6 @@ def test_as_many_strokes_as_rests_are_asked_for():
 
 
 def test_every_recipe_has_a_name_and_says_what_it_is():
-    assert NAMES == ("paper", "literal", "scaled", "direct", "creep", "scheduled", "adaptive", "ilc", "best")
+    known = ("paper", "literal", "scaled", "direct", "creep", "scheduled", "adaptive", "ilc", "maxwell-slip", "best")
+    assert known == NAMES
     assert all(one.summary and one.family in ("pi", "direct-inverse") for one in RECIPES.values())

@@ -289,9 +289,17 @@ def reproduce(
         list[str],
         typer.Option(
             "--compensator",
-            help="paper, literal, scaled, direct, creep, scheduled, adaptive, ilc or best; several as paper,best.",
+            help="paper, literal, scaled, direct, creep, scheduled, adaptive, ilc, maxwell-slip or best; several as"
+            " paper,best.",
         ),
     ] = ["paper"],  # noqa: B006
+    controller: Annotated[
+        str,
+        typer.Option(
+            "--controller",
+            help="paper, vo-minh, sliding-mode, one-valve or pid; several as paper,pid: the report is about the first.",
+        ),
+    ] = "paper",
     seed: Annotated[
         int | None, typer.Option("--seed", help="Run this seed only; without it 0, 1 and 2, with --quick 0.")
     ] = None,
@@ -324,6 +332,7 @@ def reproduce(
             figures,
             json,
             overwrite,
+            controller,
         )
     )
 

@@ -13,7 +13,7 @@ dehyst_joint_output stepped(JointController &self, double angle, double p_1, dou
     const dehyst_joint_reference wanted = {reference[0], reference[1], reference[2], reference[3],
                                            reference[4], reference[5], reference[6]};
     dehyst_joint_output out;
-    dehyst_joint_step(&self.joint, &self.state, &sensors, &wanted, static_cast<uint32_t>(switches), &out);
+    self.advance(sensors, wanted, static_cast<uint32_t>(switches), out);
     return out;
 }
 
@@ -73,6 +73,12 @@ void bind_joint(nb::module_ &m)
     m.attr("COMPENSATOR") = static_cast<uint32_t>(DEHYST_COMPENSATOR);
     m.attr("ADAPT") = static_cast<uint32_t>(DEHYST_ADAPT);
     m.attr("DISTURBANCE") = static_cast<uint32_t>(DEHYST_DISTURBANCE);
+    nb::dict laws;
+    laws["pid"] = static_cast<int>(REVIEWED_PID);
+    laws["vo-minh"] = static_cast<int>(REVIEWED_VO_MINH);
+    laws["sliding-mode"] = static_cast<int>(REVIEWED_SLIDING_MODE);
+    laws["one-valve"] = static_cast<int>(REVIEWED_ONE_VALVE);
+    m.attr("LAWS") = laws;
     m.attr("JOINT_FLAGS") = flags();
     m.def("root", &dehyst_root, "x"_a, "Square root as the core takes it.");
     m.def("flow_function", &dehyst_flow_function, "ratio"_a, "critical"_a, "psi of ISO 6358.");
@@ -98,8 +104,8 @@ void bind_joint(nb::module_ &m)
         },
         "pneumatics"_a, "volume"_a, "volume_rate"_a, "pressure"_a, "rate"_a, "Mass flow [kg/s] of the pressure law.");
     nb::class_<JointController>(m, "JointController", "Controller of one joint with its state.")
-        .def(nb::init<const nb::dict &, const nb::object &, const nb::object &, const nb::dict &>(), "parameters"_a,
-             "compensator"_a.none(), "direct"_a.none(), "adaptation"_a)
+        .def(nb::init<const nb::dict &, const nb::object &, const nb::object &, const nb::dict &, const nb::object &>(),
+             "parameters"_a, "compensator"_a.none(), "direct"_a.none(), "adaptation"_a, "law"_a.none() = nb::none())
         .def("reset", &JointController::reset, "angle"_a, "p_1"_a, "p_2"_a, "Start at these readings.")
         .def("step", &step, "angle"_a, "p_1"_a, "p_2"_a, "reference"_a, "switches"_a,
              "One period: (valve 1, 2, desired 1, 2, dp, torque, integrator, compensation, angle, velocity, load,"
@@ -126,6 +132,9 @@ void bind_joint(nb::module_ &m)
         .def("save", &JointController::save, "Image of the state.")
         .def("restore", &JointController::restore, "image"_a,
              "Go on from a saved image; the answer of the core, 0 if it was good.")
+        .def_prop_ro("disturbance", [](const JointController &self) {
+            return self.reviewed ? self.reviewed->state.disturbance : 0.0;
+        })
         .def_prop_ro("compensator_state", [](const JointController &self) {
             return own(self.compensator ? std::vector<double>(self.compensator->z) : std::vector<double>());
         }, nb::rv_policy::move);

@@ -9,6 +9,7 @@
 #include "dehyst.h"
 #include "direct_parameters.h"
 #include "model_parameters.h"
+#include "reviewed.h"
 
 // Values of a dict of parameters, each taken once; a missing, foreign or non-finite one is refused by name.
 class Fields {
@@ -170,16 +171,58 @@ inline void learn_by(const nb::dict &values, dehyst_joint &joint)
             "an adaptation that could diverge");
 }
 
+// A reviewed controller in the place of the core's.
+struct Reviewed {
+    reviewed_law law{};
+    reviewed_state state{};
+
+    explicit Reviewed(const nb::dict &values)
+    {
+        Fields from(values, "law");
+        law.kind = from.count("kind");
+        switch (law.kind) {
+        case REVIEWED_PID:
+            law.pid.proportional = from.real("proportional");
+            law.pid.integral = from.real("integral");
+            law.pid.derivative = from.real("derivative");
+            law.pid.slope = from.real("slope");
+            law.pid.filter = from.real("filter");
+            break;
+        case REVIEWED_VO_MINH:
+            law.vo_minh.proportional = from.real("proportional");
+            law.vo_minh.integral = from.real("integral");
+            break;
+        case REVIEWED_SLIDING_MODE:
+            law.sliding_mode.surface = from.real("surface");
+            law.sliding_mode.gain = from.real("gain");
+            law.sliding_mode.boundary = from.real("boundary");
+            law.sliding_mode.observer_pole = from.real("observer_pole");
+            require(law.sliding_mode.boundary > 0, "a sliding mode without a boundary layer");
+            break;
+        case REVIEWED_ONE_VALVE:
+            law.one_valve.pole = from.real("pole");
+            law.one_valve.pressure_gain = from.real("pressure_gain");
+            law.one_valve.mean_time = from.real("mean_time");
+            break;
+        default:
+            throw std::invalid_argument("no such law");
+        }
+        from.done();
+    }
+};
+
 struct JointController {
     dehyst_joint joint;
     dehyst_joint_state state{};
     std::unique_ptr<Compensator> compensator;
     std::unique_ptr<TwoMemories> direct;
+    std::unique_ptr<Reviewed> reviewed; // null: the core's controller
 
     JointController(const nb::dict &parameters, const nb::object &compensator_tuple, const nb::object &direct_tuple,
-                    const nb::dict &adaptation)
+                    const nb::dict &adaptation, const nb::object &law)
         : joint(joint_of(parameters)), compensator(made(compensator_tuple)),
-          direct(direct_tuple.is_none() ? nullptr : std::make_unique<TwoMemories>(nb::cast<nb::tuple>(direct_tuple)))
+          direct(direct_tuple.is_none() ? nullptr : std::make_unique<TwoMemories>(nb::cast<nb::tuple>(direct_tuple))),
+          reviewed(law.is_none() ? nullptr : std::make_unique<Reviewed>(nb::cast<nb::dict>(law)))
     {
         learn_by(adaptation, joint);
         joint.direct = direct ? &direct->direct.view : nullptr;
@@ -196,6 +239,17 @@ struct JointController {
     {
         const dehyst_joint_sensors sensors = {angle, {p_1, p_2}};
         dehyst_joint_reset(&joint, &state, &sensors, compensator ? compensator->start.data() : nullptr);
+        if (reviewed) reviewed_reset(&state, &reviewed->state);
+    }
+
+    void advance(const dehyst_joint_sensors &sensors, const dehyst_joint_reference &reference, uint32_t switches,
+                 dehyst_joint_output &out)
+    {
+        if (reviewed) {
+            reviewed_step(&joint, &reviewed->law, &state, &reviewed->state, &sensors, &reference, switches, &out);
+        } else {
+            dehyst_joint_step(&joint, &state, &sensors, &reference, switches, &out);
+        }
     }
 
     void exchange(const nb::object &compensator_tuple, double unit, double shear)
@@ -220,6 +274,7 @@ struct JointController {
     // Image of the state, the core's words low byte first, with a fingerprint of all parameters.
     nb::bytes save() const
     {
+        require(!reviewed, "images hold the state of the paper's controller only; a reviewed one is started anew");
         std::vector<uint32_t> image(words());
         (void)dehyst_joint_save(&joint, &state, fingerprint(), image.data(), static_cast<int32_t>(image.size()));
         std::string bytes;
@@ -231,6 +286,7 @@ struct JointController {
     // The answer of the core: DEHYST_IMAGE_GOOD, or nothing has changed.
     int32_t restore(const nb::bytes &saved)
     {
+        if (reviewed) return DEHYST_IMAGE_FOREIGN;
         if (saved.size() != 4 * words()) return DEHYST_IMAGE_SIZE;
         std::vector<uint32_t> image(words());
         for (std::size_t i = 0; i < saved.size(); ++i)

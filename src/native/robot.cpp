@@ -209,7 +209,7 @@ class ClosedLoop {
         dehyst_joint_reference told = reference;
         if (switches & kReferenceLost) told.angle = std::nan("");
         dehyst_joint_output out{};
-        dehyst_joint_step(&axis.control->joint, &axis.control->state, &sensors, &told, switches & kControllers, &out);
+        axis.control->advance(sensors, told, switches & kControllers, out);
         if (axis.control->direct) axis.learned.see(axis.control->state.learning);
         const double torque = plant_joint_step(&axis.plant->joint, &state, q, v, out.valve, period_);
         if (first) {

@@ -18,6 +18,7 @@ from rich.table import Table
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import terminal
 from dehyst.control import FLAGS
+from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
 from dehyst.experiments.logs import log_folder, log_names
 from dehyst.experiments.reproduce import PLANTS, Request, reproduce
@@ -56,6 +57,7 @@ class ReproduceRequest:
     figures: Path | None = None
     json: Path | None = None
     overwrite: bool = False
+    controller: str = "paper"
 
 
 def run_reproduce(request: ReproduceRequest) -> None:
@@ -99,7 +101,8 @@ def _experiment(request: ReproduceRequest) -> Request:
     first = request.seed or 0
     seeds = (first,) if request.quick or request.seed is not None else (0, 1, 2)
     names = tuple(dict.fromkeys(word for words in request.compensator for word in words.split(",")))
-    return Request(plants, joints, names, seeds, studies=not request.quick)
+    controllers = tuple(dict.fromkeys(request.controller.split(",")))
+    return Request(plants, joints, names, seeds, studies=not request.quick, controllers=controllers)
 
 
 def _number(word: str) -> int:
@@ -118,6 +121,7 @@ def _line(request: ReproduceRequest) -> str:
         if isinstance(value, Path) and value.is_absolute():
             value = value.name
         words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
+    words += [] if request.controller == PAPER else ["--controller", request.controller]
     return shlex.join(words)
 
 
@@ -170,23 +174,26 @@ def _shown_progress() -> Iterator[_Bar | _Lines]:
 
 
 def _print(result: Reproduction) -> None:
-    """One table: rms error off and on, and their ratio, of every plant, joint, trial and compensator."""
+    """One table: rms error off and on, and their ratio, of every plant, joint, trial, controller and compensator."""
     names = result.compensators
+    controllers = result.settings.get("controllers", [])
     title = f"rms error in degrees without and with the compensator{' ' + repr(names[0]) if len(names) == 1 else 's'}"
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    columns = ("plant", "joint", "trial", *(["with"] if len(names) > 1 else []), "off", names[0], "ratio", "max ratio")
-    for name in columns if len(names) == 1 else (*columns[:5], "on", *columns[6:]):
-        table.add_column(name, justify="left" if name in ("plant", "trial", "with") else "right")
+    words = ("plant", "joint", "trial", *(["controller"] if controllers else []), *(["with"] if len(names) > 1 else []))
+    for name in (*words, "off", names[0] if len(names) == 1 else "on", "ratio", "max ratio"):
+        left = name in ("plant", "trial", "controller", "with")
+        table.add_column(name, justify="left" if left else "right")
     for plant, found in result.plants.items():
-        for joint, values in mean_figures(found)["joints"].items():
-            for trial, run in values["trials"].items():
-                for name in names:
-                    off, on = run["off"], run[name]
-                    table.add_row(
-                        plant, joint, trial, *([name] if len(names) > 1 else []), f"{off['rms_deg']:.3f}",
-                        f"{on['rms_deg']:.3f}", _share(on["rms_deg"], off["rms_deg"]),
-                        _share(on["max_deg"], off["max_deg"]),
-                    )  # fmt: skip
+        mean = mean_figures(found)
+        for controller in controllers or [""]:
+            joints = mean["controllers"][controller]["joints"] if controller else mean["joints"]
+            for first, run, name in _rows(joints, names):
+                off, on = run["off"], run[name]
+                table.add_row(
+                    plant, *first, *([controller] if controllers else []), *([name] if len(names) > 1 else []),
+                    f"{off['rms_deg']:.3f}", f"{on['rms_deg']:.3f}", _share(on["rms_deg"], off["rms_deg"]),
+                    _share(on["max_deg"], off["max_deg"]),
+                )  # fmt: skip
     terminal().print(table)
     for plant, found in result.plants.items():
         for name, one in found.identified.items():
@@ -197,6 +204,14 @@ def _print(result: Reproduction) -> None:
                     f"{where}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
                     f"that it was not fitted to, so there is nothing to compensate."
                 )
+
+
+def _rows(joints: Any, names: tuple[str, ...]) -> Iterator[tuple[tuple[str, str], Any, str]]:
+    """Joint and trial, the figures of its runs, and a compensator."""
+    for joint, values in joints.items():
+        for trial, run in values["trials"].items():
+            for name in names:
+                yield (joint, trial), run, name
 
 
 def _print_limits(result: Reproduction) -> None:

@@ -17,6 +17,7 @@ from dehyst.control.compensator import refuse_second_shear
 from dehyst.control.direct import direct_parameters
 from dehyst.control.images import refuse
 from dehyst.control.parameters import JointControllerParameters
+from dehyst.control.reviewed import Law, law_parameters
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
 
@@ -142,6 +143,8 @@ class JointController:
         torque, which also tells contact from hysteresis; None for none.
     adaptation
         How a `DirectInverse` learns while ``SWITCHES["adapt"]`` is on; None: with the defaults of `Adaptation`.
+    law
+        A controller of the literature in the place of the paper's, see `dehyst.control.reviewed`; None: the paper's.
 
     Raises
     ------
@@ -162,9 +165,11 @@ class JointController:
         parameters: JointControllerParameters,
         compensator: HysteresisModel | DirectInverse | None = None,
         adaptation: Adaptation | None = None,
+        law: Law | None = None,
     ) -> None:
         self.parameters = parameters
-        self._native = native_controller(parameters, compensator, adaptation)
+        self.law = law
+        self._native = native_controller(parameters, compensator, adaptation, law)
 
     @property
     def scales(self) -> Array:
@@ -175,6 +180,11 @@ class JointController:
     def applied(self) -> Array:
         """Those in use."""
         return np.array(self._native.applied)
+
+    @property
+    def disturbance(self) -> float:
+        """Torque that the disturbance observer of a sliding mode sees and nobody knows; 0 of other laws. [Nm]"""
+        return float(self._native.disturbance)
 
     @property
     def offset(self) -> float:
@@ -273,7 +283,18 @@ class JointController:
         )
 
     def save(self) -> bytes:
-        """Return an image of the state; `restore` continues from it bit for bit."""
+        """Return an image of the state; `restore` continues from it bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If the controller is one of the literature: images are those of the paper's, which runs on machines.
+        """
+        if self.law is not None:
+            raise ParameterError(
+                f"the state of the controller '{self.law.name}' has no image: it runs on a host, beside the paper's. "
+                f"Start it anew with reset(), or run the paper's (law=None)."
+            )
         return self._native.save()
 
     def restore(self, image: bytes) -> None:
@@ -296,13 +317,14 @@ def native_controller(
     parameters: JointControllerParameters,
     compensator: HysteresisModel | DirectInverse | None,
     adaptation: Adaptation | None = None,
+    law: Law | None = None,
 ) -> _native.JointController:
-    """Return the core's controller.
+    """Return the core's controller, or the one of the literature that `law` asks for.
 
     Raises
     ------
     ParameterError
-        If the compensator is no model.
+        If the compensator is no model, or the law is no record of `dehyst.control.reviewed`.
     """
     direct = isinstance(compensator, DirectInverse)
     return _native.JointController(
@@ -310,6 +332,7 @@ def native_controller(
         None if direct else _parameters_of(compensator, parameters.shear),
         direct_parameters(compensator, parameters.period) if isinstance(compensator, DirectInverse) else None,
         (adaptation or Adaptation()).as_dict(),
+        law_parameters(law),
     )
 
 

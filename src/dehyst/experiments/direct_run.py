@@ -37,6 +37,8 @@ def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:
         units={"mean_pressure": "bar"},
         initial_state="rest",
         train_fraction=1.0,
+        position_schedule=not chosen.stops_only,
+        stops_only=chosen.stops_only,
     )
 
 

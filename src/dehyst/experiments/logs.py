@@ -51,15 +51,15 @@ def _channels(time: Array, columns: Mapping[str, Array]) -> dict[str, tuple[Arra
     return {topic: (time, fields) for topic, fields in channels.items()}
 
 
-def log_folder(folder: Path, plant: str, seed: int) -> Path:
-    """Where the logs of a plant and seed go; made if it is not there.
+def log_folder(folder: Path, plant: str, seed: int, beside: str = "") -> Path:
+    """Where the logs of a plant and seed go, in a folder `beside` them those of another controller; made if it is not.
 
     Raises
     ------
     OutputError
         If it cannot be made.
     """
-    place = folder / plant / f"seed{seed}"
+    place = folder / plant / f"seed{seed}" / beside
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as fault:

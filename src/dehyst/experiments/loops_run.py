@@ -127,7 +127,7 @@ def identify_compensators(
         if suffix not in logs:
             rig = _Rig(used, number, characteristic, seed, mechanisms)
             logs[suffix] = _logged(rig, chosen.log, folder, suffix)
-        same = suffix, chosen.family, chosen.shear_from_log, chosen.time_constants, chosen.schedules
+        same = suffix, chosen.family, chosen.shear_from_log, chosen.time_constants, chosen.schedules, chosen.stops_only
         if same not in fitted:
             fitted[same] = _identified(used, number, chosen, characteristic, logs[suffix])
         found[name] = fitted[same]

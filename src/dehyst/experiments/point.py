@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.control import RampedCompensator
+from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
 from dehyst.experiments.backbones import backbones_of
 from dehyst.experiments.calibration import calibrate
@@ -24,6 +25,7 @@ from dehyst.experiments.path import ArmPath, plan_path
 from dehyst.experiments.quasistatic import SPACING, excite, home
 from dehyst.experiments.recipes import Recipe, recipe
 from dehyst.experiments.results import COMPENSATED, Characteristic, JointIdentification
+from dehyst.experiments.reviewed import refuse_learning, under_controller
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment
 from dehyst.models import DirectInverse
@@ -38,6 +40,7 @@ _DEFAULTS: Mapping[str, object] = {
     "run_mean_pressure_bar": 0.0,
     "time_constants_factor": 1.0,
     "passes": -1,
+    "controller": PAPER,
 }
 _NUMBERS = (  # key, what it is, least
     ("load_Nm", "torque", -math.inf),
@@ -82,7 +85,7 @@ def evaluate_point(
         or "default" (calibrated and identified on the robot without `changes` of single keys of the plant);
         ``run_mean_pressure_bar``: of the trials, whatever it was in the identification, 0 for the same;
         ``time_constants_factor``: those of the creep times this; ``passes``: repetitions from which an "ilc" learns, -1
-        for those of its recipe.
+        for those of its recipe; ``controller``: of the trials, see `dehyst.control.reviewed`, "paper" if not said.
 
     Returns
     -------
@@ -115,8 +118,10 @@ def evaluate_point(
         if settings["initial_state"] == "ramped":
             equipment = ramped(equipment)
         passes = 0 if name == "off" else chosen.passes
+        refuse_learning(settings["controller"], name, passes)
+        used, equipment = under_controller(run_on, equipment, settings["controller"])
         for trial in trials:
-            run, _ = learned_trial(run_on, path, equipment, trial, name, moving, passes=passes)
+            run, _ = learned_trial(used, path, equipment, trial, name, moving, passes=passes)
             figures |= {f"{trial}/{name}/{key}": value for key, value in joint_figures(run, joint).items()}
         if name != "off":
             figures["nonzero_weights"] = float(found[joint].nonzero_weights)
@@ -208,7 +213,11 @@ def _ratios(figures: Mapping[str, float], trials: Sequence[str], compensators: S
 def _run_settings(given: Mapping[str, object]) -> dict[str, Any]:
     settings: dict[str, Any] = {**_DEFAULTS, **given}
     unknown = sorted(set(settings) - set(_DEFAULTS))
-    words = {"initial_state": tuple(_HISTORIES), "identified_on": ("here", "default")}
+    words = {
+        "initial_state": tuple(_HISTORIES),
+        "identified_on": ("here", "default"),
+        "controller": CONTROLLERS,
+    }
     if unknown:
         raise ParameterError(f"no run setting '{unknown[0]}'; there are: {', '.join(_DEFAULTS)}.")
     for key, allowed in words.items():

@@ -40,6 +40,8 @@ class Recipe:
         Whether the scales of its groups are learned while it runs.
     passes
         Repetitions of the path from which a torque along the path is learned.
+    stops_only
+        A direct inverse of stop operators alone: the Maxwell-slip model of Vo-Minh et al. in torque over the angle.
     """
 
     summary: str
@@ -52,6 +54,7 @@ class Recipe:
     schedules: tuple[str, ...] = ()
     adaptive: bool = False
     passes: int = 0
+    stops_only: bool = False
 
     @property
     def direct(self) -> bool:
@@ -79,6 +82,9 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
         "adaptive": _direct("creep, learning its scales while it runs", time_constants=CREEP, adaptive=True),
         "ilc": _direct(
             "creep, and a torque learned along the path from repeated passes", time_constants=CREEP, passes=4
+        ),
+        "maxwell-slip": _direct(
+            "Vo-Minh's: stop operators alone, in torque over the angle", log="loops", stops_only=True
         ),
         "best": _direct("creep, learning its scales while it runs", time_constants=CREEP, adaptive=True),
     }

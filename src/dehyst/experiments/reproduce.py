@@ -17,6 +17,7 @@ import numpy as np
 
 from dehyst import __version__
 from dehyst.control import Compensator
+from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.backbones import backbones_of
@@ -36,7 +37,8 @@ from dehyst.experiments.results import (
     Reproduction,
     TrialRun,
 )
-from dehyst.experiments.scores import plant_figures
+from dehyst.experiments.reviewed import refuse_learning, tuned_numbers, under_controller
+from dehyst.experiments.scores import plant_figures, trial_figures
 from dehyst.experiments.studies import Case as StudyCase
 from dehyst.experiments.studies import Table, study_jobs, study_tables
 from dehyst.experiments.trials import Equipment, trial_motion
@@ -97,6 +99,9 @@ class Request:
     own
         Makes a compensator of one's own for a joint from what was identified on it; see `dehyst.control.Compensator`.
         None: the recipe's, in the controller.
+    controllers
+        Of the trials, of `dehyst.control.reviewed.CONTROLLERS`: all are run, and the report is about the first one.
+        Calibration and identification are the same for all.
 
     Examples
     --------
@@ -113,6 +118,7 @@ class Request:
     workers: int | None = None
     foreign: Mapping[str, MechanismFactory] = field(default_factory=dict)
     own: Callable[[JointIdentification], Compensator] | None = None
+    controllers: tuple[str, ...] = (PAPER,)
 
 
 def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress | None = None) -> Reproduction:
@@ -171,7 +177,7 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
         kits = _equipment(cases, backbones, found, request)
         for (case, name), kit in kits.items():
             write_units(kit, found[case, name], log_folder(folder, case.plant, case.seed), name)
-        runs = _trials(crew, cases, kits, found, path, request, folder)
+        runs = {name: _trials(crew, cases, kits, found, path, request, folder, name) for name in request.controllers}
         studies = _studies(crew, cases, kits, found, path, request)
     motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
     return Reproduction(
@@ -297,9 +303,11 @@ def _trials(
     path: ArmPath,
     request: Request,
     folder: Path,
+    controller: str,
 ) -> dict[Case, list[tuple[TrialRun, float]]]:
     mcap = find_spec("rosbags") is not None
     without = _without(request)
+    beside = "" if controller == request.controllers[0] else controller  # folder of the logs of another controller
 
     def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float]:
         kit = kits[case, without if name == OFF else name]
@@ -307,8 +315,9 @@ def _trials(
             own = {n: request.own(one) for n, one in identified[case, request.compensators[0]].items()}
             kit = replace(kit, own=own)
         passes = 0 if name == OFF else _recipe(request, name).passes
-        found, speed = learned_trial(robot, path, kit, trial, name, passes=passes)
-        write_trial(found, log_folder(folder, case.plant, case.seed), mcap)  # while another thread simulates
+        used, kit = under_controller(robot, kit, controller)
+        found, speed = learned_trial(used, path, kit, trial, name, passes=passes)
+        write_trial(found, log_folder(folder, case.plant, case.seed, beside), mcap)  # while another thread simulates
         return found, speed
 
     names = (OFF, *request.compensators)
@@ -318,7 +327,7 @@ def _trials(
         for trial in request.trials
         for name in names
     }
-    found = crew.do("trials", jobs)
+    found = crew.do("trials" if request.controllers == (PAPER,) else f"trials, {controller}", jobs)
     return {case: [found[case, t, name] for t in request.trials for name in names] for case in cases}
 
 
@@ -331,11 +340,14 @@ def _without(request: Request) -> str:
 def _studies(
     crew: _Crew, cases: Mapping[Case, Robot], kits: Kits, found: Identified, path: ArmPath, request: Request
 ) -> dict[str, Table]:
-    """Of the last compensator on the first plant with hysteresis that is built in; the studies change its size."""
+    """Of the last compensator on the first plant with hysteresis that is built in; the studies change its size.
+
+    They are about the paper's controller: where the report is not, there are none.
+    """
     name, joint = request.compensators[-1], request.joints[0]
     fit = (case for case in cases if found[case, name][joint].accepted and case.plant in PLANTS)
     studied = next(fit, None)
-    if not request.studies or request.own or studied is None:
+    if not request.studies or request.own or studied is None or request.controllers[0] != PAPER:
         return {}
     robot = cases[studied].with_changes(_recipe(request, name).changes)
     return study_tables(crew.do("studies", study_jobs(StudyCase(robot, path, kits[studied, name], joint))))
@@ -345,11 +357,11 @@ def _plant_result(
     plant: str,
     request: Request,
     found: Identified,
-    runs: Mapping[Case, list[tuple[TrialRun, float]]],
+    under: Mapping[str, Mapping[Case, list[tuple[TrialRun, float]]]],
     motions: Mapping[str, Timed],
 ) -> PlantResult:
     cases = {seed: Case(plant, seed) for seed in request.seeds}
-    first = cases[request.seeds[0]]
+    first, runs = cases[request.seeds[0]], under[request.controllers[0]]
     return PlantResult(
         plant=plant,
         identifications=found[first, request.compensators[-1]],
@@ -361,11 +373,24 @@ def _plant_result(
                 motions,
                 request.joints,
             )
+            | _controllers(request, {name: [run for run, _ in one[case]] for name, one in under.items()}, motions)
             for seed, case in cases.items()
         },
         real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
         identified={name: found[first, name] for name in request.compensators},
     )
+
+
+def _controllers(request: Request, runs: Mapping[str, list[TrialRun]], motions: Mapping[str, Timed]) -> dict[str, Any]:
+    """Figures by controller, where another one than the paper's was asked for."""
+    if request.controllers == (PAPER,):
+        return {}
+    return {
+        "controllers": {
+            name: {"tuned": tuned_numbers(name), **trial_figures(one, motions, request.joints)}
+            for name, one in runs.items()
+        }
+    }
 
 
 def _settings(robot: Robot, request: Request) -> dict[str, Any]:
@@ -384,6 +409,7 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
         "compensators": list(request.compensators),
         "seeds": list(request.seeds),
         "trials": list(request.trials),
+        **({} if request.controllers == (PAPER,) else {"controllers": list(request.controllers)}),
     }
 
 
@@ -415,6 +441,7 @@ def _check(robot: Robot, request: Request) -> None:
             unused=unused,
         )
     _check_names(request)
+    _check_controllers(request)
     if not request.seeds or any(not isinstance(seed, int) or not 0 <= seed < 2**32 for seed in request.seeds):
         raise ParameterError(f"seeds {request.seeds} are not whole numbers from 0 to 2**32 - 1; pass at least one.")
 
@@ -434,3 +461,16 @@ def _check_names(request: Request) -> None:
             f"a compensator of one's own cannot be called '{', '.join(names)}': figures and logs would not tell it "
             f"from those of that name. Type compensators=('mine',)."
         )
+
+
+def _check_controllers(request: Request) -> None:
+    names = request.controllers
+    if isinstance(names, str) or not names or len(set(names)) < len(names):
+        raise ParameterError(
+            f"controllers {names!r} are not names, each once; pass a tuple such as controllers=('paper', 'pid')."
+        )
+    for name in names:
+        if name not in CONTROLLERS:
+            raise ParameterError(f"no controller '{name}'. There are: {', '.join(CONTROLLERS)}.", name=name)
+        for compensator in request.compensators:
+            refuse_learning(name, compensator, _recipe(request, compensator).passes)

@@ -36,14 +36,21 @@ def plant_figures(
     joints
         Joints whose errors are listed.
     """
-    listed: dict[str, Any] = {}
+    found = trial_figures(runs, motions, joints)
     for number in joints:
-        told = {name: _identification(found[number]) for name, found in identifications.items()}
-        listed[str(number)] = {"identification": [*told.values()][-1], "identifications": told, "trials": {}}
+        told = {name: _identification(one[number]) for name, one in identifications.items()}
+        first = {"identification": [*told.values()][-1], "identifications": told}
+        found["joints"][str(number)] = first | found["joints"][str(number)]
+    return found
+
+
+def trial_figures(runs: Iterable[TrialRun], motions: Mapping[str, Timed], joints: Iterable[int]) -> dict[str, Any]:
+    """Errors of joints and tool in all runs; parameters as for `plant_figures`."""
+    listed: dict[str, Any] = {str(number): {"trials": {}} for number in joints}
     tool: dict[str, Any] = {}
     for run in runs:
-        for number in joints:
-            listed[str(number)]["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, number)
+        for number, one in listed.items():
+            one["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, int(number))
         tool.setdefault(run.trial, {})[run.compensator] = iso9283(
             motions[run.trial], run.time, run.tool, run.cycle, run.figure
         )

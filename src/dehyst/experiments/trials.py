@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import SWITCHES, Adaptation, Compensator, JointControllerParameters, along
+from dehyst.control.reviewed import Law
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
 from dehyst.experiments.path import ArmPath
@@ -63,6 +64,8 @@ class Equipment:
     learned
         Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
         the compensator is on. [Nm]
+    laws
+        Joint number -> a controller of the literature instead of the paper's; see `dehyst.control.reviewed`.
 
     Examples
     --------
@@ -86,6 +89,7 @@ class Equipment:
     seed: int = 0
     adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
     learned: Mapping[int, Array] = field(default_factory=dict)
+    laws: Mapping[int, Law] = field(default_factory=dict)
 
 
 def run_trial(
@@ -157,6 +161,7 @@ def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int,
         adaptations=equipment.adaptations,
         mechanisms=mechanisms_of(equipment.mechanisms, [n for n in moving if n in robot.pneumatic]),
         seed=equipment.seed,
+        laws={number: law for number, law in equipment.laws.items() if number in moving},
     )
 
 

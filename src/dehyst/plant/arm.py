@@ -18,6 +18,7 @@ from dehyst import _native
 from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.control.images import refuse
 from dehyst.control.joint import native_controller
+from dehyst.control.reviewed import Law
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.plant.joints import pneumatic_joint_parameters
@@ -210,11 +211,14 @@ class Arm:
         Joint number -> two foreign hysteresis mechanisms, one a muscle, instead of the built-in one.
     seed
         Of the sensors' noise and the muscles' tolerances: same seed, same bits.
+    laws
+        Joint number -> a controller of the literature, see `dehyst.control.reviewed`; the paper's where missing. With
+        an `OneValveController` the joint's two valves are the two sides of one: both follow the same spool, mirrored.
 
     Raises
     ------
     ParameterError
-        If a controller is missing, mechanisms are no pair, or the seed is none.
+        If a controller is missing, mechanisms are no pair, the seed is none, or a law is for a joint that has none.
 
     Examples
     --------
@@ -240,7 +244,9 @@ class Arm:
         adaptations: Mapping[int, Adaptation] | None = None,
         mechanisms: Mapping[int, tuple[Mechanism, Mechanism]] | None = None,
         seed: int = 0,
+        laws: Mapping[int, Law] | None = None,
     ) -> None:
+        _refuse_lawless(laws or {}, robot, moving)
         if not 0 <= seed < SEEDS:
             raise ParameterError(f"seed = {seed} is none. Pass a whole number from 0 to {SEEDS - 1}.", seed=seed)
         self.robot = robot
@@ -251,6 +257,7 @@ class Arm:
         self._controls: dict[int, _native.JointController] = {}
         self._compensated: dict[int, tuple[_native.JointController, HysteresisModel]] = {}
         self._controllers = dict(controllers)
+        self._laws = dict(laws or {})
         self.seed = seed
         self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
         period = robot.simulation.period
@@ -272,7 +279,9 @@ class Arm:
                 )
             plant = built_plant(robot, number, seed, (mechanisms or {}).get(number, ()))
             model = (compensators or {}).get(number)
-            control = native_controller(controllers[number], model, (adaptations or {}).get(number))
+            control = native_controller(
+                controllers[number], model, (adaptations or {}).get(number), (laws or {}).get(number)
+            )
             self._loop.add_pneumatic(plant, control)
             self._controls[number] = control
             if isinstance(model, HysteresisModel):
@@ -315,7 +324,18 @@ class Arm:
         return self._loop.learned(self.moving.index(number))
 
     def images(self) -> dict[int, bytes]:
-        """Return images of the controllers' states, as a machine stores them before it is switched off."""
+        """Return images of the controllers' states, as a machine stores them before it is switched off.
+
+        Raises
+        ------
+        ParameterError
+            If a joint has a controller of the literature: only the paper's runs on machines.
+        """
+        if self._laws:
+            raise ParameterError(
+                f"joint {min(self._laws)} has the controller '{self._laws[min(self._laws)].name}', whose state has no "
+                f"image: only the paper's runs on machines. Take images of an arm without laws."
+            )
         return {number: control.save() for number, control in self._controls.items()}
 
     def restore(self, images: Mapping[int, bytes]) -> None:
@@ -443,6 +463,16 @@ def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] =
         except TypeError as fault:
             raise ParameterError(f"muscle {side + 1} of joint {number}: {fault}.", joint=number) from None
     return plant
+
+
+def _refuse_lawless(laws: Mapping[int, Law], robot: Robot, moving: Sequence[int]) -> None:
+    wrong = [number for number in laws if number not in moving or number not in robot.pneumatic]
+    if wrong:
+        raise ParameterError(
+            f"a law for joint {wrong[0]}, which {'has no muscles' if wrong[0] in moving else 'does not move'}. Joints "
+            f"that can have one: {tuple(n for n in moving if n in robot.pneumatic)}.",
+            joint=wrong[0],
+        )
 
 
 def noise_seed(seed: int, number: int) -> int:

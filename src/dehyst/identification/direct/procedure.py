@@ -49,6 +49,7 @@ def identify_direct(
     position_schedule: bool = True,
     initial_state: str = AUTO,
     train_fraction: float = 0.5,
+    stops_only: bool = False,
 ) -> DirectFit:
     r"""Identify the compensator itself: the input that an actuator needs, as a function of its measured output.
 
@@ -85,6 +86,9 @@ def identify_direct(
         "falling" (within a periodic motion), or "auto", by held-out error.
     train_fraction
         Share of each recording that is fitted; the rest is the test.
+    stops_only
+        Whether stop operators and P are all that is offered, no path lags and no viscosity: a Maxwell-slip model, as
+        long as creep and position_schedule are off, too.
 
     Returns
     -------
@@ -128,7 +132,9 @@ def identify_direct(
         trials = Trials(layout, data)
         creeps = ("creep",) if bank.time_constants.size else ()
         required = creeps if asked else ()
-        optional = ("path", *(creeps if not asked else ()), *(("viscous",) if data.timed else ()))
+        lags = () if stops_only else ("path",)
+        viscous = ("viscous",) if data.timed and not stops_only else ()
+        optional = (*lags, *(creeps if not asked else ()), *viscous)
         chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
         settings = _settings(creep, times, initial_state, fraction, chosen.shape, bank, data)
         return _fitted(records, data, layout, trials, chosen, bool(required), settings)
