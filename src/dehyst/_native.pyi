@@ -385,3 +385,18 @@ def kernels_invert(
     lines: _Array, ridge: float, weights: _Array, offset: float, below: float, above: float, states: _Array, y: _Array
 ) -> tuple[_Array, _Array]: ...
 def kernels_states(lines: _Array, ridge: float, states: _Array, x: _Array) -> _Array: ...
+
+# ---- Oscillators with hysteresis.
+def oscillate(
+    linear: _Array,
+    bouc_wen: _Array,
+    slope: _Array,
+    grid: _Array,
+    threshold: _Array,
+    weight: _Array,
+    square: _Array,
+    force: _Array,
+    steps: int,
+    dt: float,
+    state: _Array,
+) -> tuple[_Array, _Array, int]: ...
