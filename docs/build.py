@@ -21,6 +21,7 @@ sys.path.insert(0, str(DOCS))
 
 from generate import (  # noqa: E402 - found beside this file
     blocks,
+    bouc_wen,
     commands,
     errors,
     figures,
@@ -59,6 +60,7 @@ PARTS = {
     "explanation/speed.md": ("table", speed.page),
     "how-to/run-on-a-microcontroller.md": ("instructions", targets.page),
     "explanation/proofs.md": ("results", proofs.page),
+    "explanation/bouc-wen-benchmark.md": ("results", bouc_wen.page),
     "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
-from generate import demo, speed
+from generate import bouc_wen, demo, speed
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -352,6 +352,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "stack": stack,
     "excitation": excitation,
     "speed": speed_over_operators,
+    "bouc-wen": bouc_wen.figure,
 }
 if INTEGRATOR.exists():
     FIGURES["integrator"] = integrator
