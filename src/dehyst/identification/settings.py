@@ -50,7 +50,10 @@ def check_settings(
     """Return the given thresholds as an array, or None for a grid; refuse settings outside what formulas allow."""
     if family != "auto" and family not in FAMILIES:
         raise ParameterError(
-            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, direct-inverse.", family=family
+            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, direct-inverse, which can be exported. "
+            f"Families of the literature (bouc-wen, preisach, dahl, ...) are identified by dehyst.identify_family, or "
+            f"`dehyst compare LOG ... --families NAME --save model.json`.",
+            family=family,
         )
     if initial_state != "auto" and initial_state not in INITIAL_STATES:
         raise ParameterError(
