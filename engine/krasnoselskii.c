@@ -59,8 +59,28 @@ void engine_kernels_states(const engine_kernels *p, double *z, int64_t samples, 
     }
 }
 
-/* Output at an input if it came next, and its slope there. */
-static double trial(const engine_kernels *p, const double *z, double x, double *r, double *slope)
+/* Output at an input if it came next. */
+static double value(const engine_kernels *p, const double *z, double x, double *r)
+{
+    double even = p->offset, odd = 0.0; /* two sums at once: neither waits for the other */
+    ridges(p, x, r);
+    for (int32_t i = 0, c = 0; i < p->n; ++i) {
+        const double low = r[i];
+        int32_t j = 0;
+        for (; j < i; j += 2, c += 2) {
+            even += p->weight[c] * limited(z[c], low, r[j]);
+            odd += p->weight[c + 1] * limited(z[c + 1], low, r[j + 1]);
+        }
+        if (j == i) {
+            even += p->weight[c] * low;
+            ++c;
+        }
+    }
+    return even + odd + beyond(p, x);
+}
+
+/* The same and the slope there. */
+static double value_and_slope(const engine_kernels *p, const double *z, double x, double *r, double *slope)
 {
     const double steep = 2.0 / p->ridge;
     double sum = p->offset, moving = 0.0;
@@ -68,9 +88,12 @@ static double trial(const engine_kernels *p, const double *z, double x, double *
     for (int32_t i = 0, c = 0; i < p->n; ++i) {
         const double on_i = r[i] > -1.0 && r[i] < 1.0 ? steep : 0.0;
         for (int32_t j = 0; j <= i; ++j, ++c) {
-            const double on_j = r[j] > -1.0 && r[j] < 1.0 ? steep : 0.0;
             sum += p->weight[c] * limited(z[c], r[i], r[j]);
-            moving += p->weight[c] * (z[c] < r[i] ? on_i : z[c] > r[j] ? on_j : i == j ? on_i : 0.0);
+            if (z[c] < r[i] || i == j) {
+                moving += p->weight[c] * on_i;
+            } else if (z[c] > r[j]) {
+                moving += r[j] > -1.0 && r[j] < 1.0 ? p->weight[c] * steep : 0.0;
+            }
         }
     }
     *slope = moving;
@@ -88,7 +111,7 @@ static double root(const engine_kernels *p, const double *z, double y, bracket b
     double x = b.over > b.under ? b.low + (y - b.under) / (b.over - b.under) * (b.high - b.low) : b.low;
     for (int step = 0; step < 100; ++step) {
         double slope;
-        const double f = trial(p, z, x, r, &slope);
+        const double f = value_and_slope(p, z, x, r, &slope);
         if (f == y) {
             return x;
         }
@@ -114,16 +137,15 @@ static double root(const engine_kernels *p, const double *z, double y, bracket b
     return x;
 }
 
-/* Ends of the piece between ridge k's ends, all of them in order: where line k begins, k < n, then where the last one ends. */
+/* Where line k begins; k = n is where the last ridge ends. */
 static double edge(const engine_kernels *p, int32_t k) { return k < p->n ? p->line[k] : p->line[p->n - 1] + p->ridge; }
 
 static double follow(const engine_kernels *p, const double *z, double y, double *r)
 {
     int32_t low = 0, high = p->n;
-    double slope;
     bracket b = {edge(p, low), edge(p, high), 0.0, 0.0};
-    b.under = trial(p, z, b.low, r, &slope);
-    b.over = trial(p, z, b.high, r, &slope);
+    b.under = value(p, z, b.low, r);
+    b.over = value(p, z, b.high, r);
     if (y <= b.under) {
         return b.low + (y - b.under) / p->below;
     }
@@ -132,7 +154,7 @@ static double follow(const engine_kernels *p, const double *z, double y, double 
     }
     while (high - low > 1) {
         const int32_t middle = low + (high - low) / 2;
-        const double x = edge(p, middle), f = trial(p, z, x, r, &slope);
+        const double x = edge(p, middle), f = value(p, z, x, r);
         if (f <= y) {
             low = middle;
             b.low = x;

@@ -21,6 +21,7 @@ MODULES = {
     "dahl": "dehyst.families.dahl",
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
+    "krasnoselskii-pokrovskii": "dehyst.families.krasnoselskii_pokrovskii",
 }
 
 
