@@ -225,6 +225,42 @@ def direct_forward(
     y_high: float,
 ) -> tuple[_Array, int]: ...
 
+# ---- Elements in parallel: plays, stops, pieces of a curve, dampers, creep, rates.
+ELEMENT_PLAY: int
+ELEMENT_STOP: int
+ELEMENT_PIECE: int
+ELEMENT_DAMPER: int
+ELEMENT_CREEP: int
+ELEMENT_RATE: int
+_Kinds = npt.NDArray[np.int32]
+
+def elements_run(
+    kind: _Kinds,
+    weight: _Array,
+    radius: _Array,
+    extra: _Array,
+    slope: float,
+    lag: float,
+    x: _Array,
+    dt: _Array | None,
+    memory: _Array,
+) -> tuple[_Array, _Array]: ...
+def elements_bank(
+    kind: _Kinds, radius: _Array, extra: _Array, lag: float, x: _Array, dt: _Array | None, memory: _Array
+) -> _Array: ...
+def elements_invert(
+    kind: _Kinds,
+    weight: _Array,
+    radius: _Array,
+    extra: _Array,
+    slope: float,
+    lag: float,
+    y: _Array,
+    dt: _Array | None,
+    farthest: float,
+    memory: _Array,
+) -> tuple[_Array, _Array]: ...
+
 # ---- The simulated joint: dicts have the field names of plant/plant.h, all in SI.
 PLANT_ELEMENTS: int
 PLANT_TURNS: int

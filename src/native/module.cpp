@@ -15,6 +15,7 @@ NB_MODULE(_native, m)
     bind_gram(m);
     bind_solver(m);
     bind_engine(m);
+    bind_elements(m);
     bind_signal(m);
     bind_direct_forward(m);
     bind_triangle(m);

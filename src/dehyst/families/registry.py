@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 # Simple ones first: the order of the table where nothing else decides.
 MODULES = {
+    "generalised-pi": "dehyst.families.generalised_pi",
+    "rate-dependent-pi": "dehyst.families.rate_dependent_pi",
+    "creep-pi": "dehyst.families.creep_pi",
+    "maxwell-slip": "dehyst.families.maxwell_slip",
     "dahl": "dehyst.families.dahl",
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
