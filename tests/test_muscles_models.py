@@ -260,6 +260,25 @@ def test_the_solver_finds_the_root_of_a_convex_curve(wanted, curve):
     assert found[0] == pytest.approx(wanted, rel=1e-9, abs=1e-6)
 
 
+def test_parameters_far_beyond_their_meaning_give_no_silent_infinities():
+    wild = muscle("maker", decay=1e5)
+    with pytest.raises(ParameterError, match="far beyond"):
+        wild.static_force(-0.05, 3e5)
+    with pytest.raises(ParameterError, match="far beyond"):
+        wild.simulate([0.0, -0.05], 3e5)
+    with pytest.raises(ParameterError, match="far beyond"):
+        wild.stepper(0.0)(-0.05, 3e5, 1e-3)
+
+
+def test_time_stamps_that_nearly_repeat_and_periods_of_zero_are_named():
+    model = muscle("tondu-zagal")
+    with pytest.raises(RecordingError, match="nearly repeat"):
+        model.simulate([0.1, 0.11], 3e5, [0.0, 1e-300])
+    for period in (0.0, float("nan")):
+        with pytest.raises(ParameterError, match="period"):
+            model.stepper(0.1)(0.1, 3e5, period)
+
+
 def test_empty_motions_give_empty_forces():
     model = muscle("tondu-lopez")
     assert isinstance(model, MuscleModel)

@@ -27,7 +27,7 @@ from dehyst.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
 from dehyst.muscles.solve import solve_pressure
 
 PRESSURE_LIMIT = 5e6  # Pa; far beyond the 8 bar of any muscle, so that a wrong unit does not pass
-TINY = 1e-12
+SPEED_LIMIT = 1e4  # m/s; muscles reach 1
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,8 @@ class MuscleModel(ABC):
             If a value is not finite, or outside `limits`.
         """
         k, p = self._checked(kappa, pressure)
-        force = np.asarray(self._static(k, p, ARRAYS), float)
+        with np.errstate(all="ignore"):
+            force = self._finite(self._static(k, p, ARRAYS))
         return np.maximum(force, 0.0) if clamp else force
 
     def affine(self, kappa: npt.ArrayLike, pressures: tuple[float, float] = (2e5, 4e5)) -> tuple[Array, Array]:
@@ -287,8 +288,9 @@ class MuscleModel(ABC):
         """
         x, p = self._signals(contraction, pressure)
         speed, slip, memory = self._motion(x, self._times(time, x.size, memory), memory)
-        force = self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS)
-        return np.asarray(force, float), memory
+        with np.errstate(all="ignore"):
+            force = self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS)
+        return self._finite(force), memory
 
     def rest(self, contraction: float, time: float = float("nan")) -> Memory:
         """Return the memory of a muscle that rests at a contraction, its contacts relaxed."""
@@ -340,6 +342,16 @@ class MuscleModel(ABC):
 
     # -- inside -------------------------------------------------------------------------------------------------------
 
+    def _finite(self, force: Any) -> Array:
+        """Forces, or what is wrong with the parameters that gave none."""
+        array = np.asarray(force, float)
+        if not np.isfinite(array).all():
+            raise ParameterError(
+                f"{self.name} answers with forces that are no numbers: some parameter is far beyond what it means. "
+                f"They are {', '.join(f'{key} = {value}' for key, value in self.as_dict().items())}.",
+            )
+        return array
+
     def _about(self, kappa: Array) -> str:
         return f"{self.name} between contractions {np.min(kappa, initial=1):.3g} and {np.max(kappa, initial=-1):.3g}"
 
@@ -353,7 +365,16 @@ class MuscleModel(ABC):
         if time is not None:
             step = np.diff(time, prepend=start.time)
             moved = np.diff(x, prepend=start.contraction)
-            np.divide(self.length * moved, step, out=speed, where=step > 0)
+            with np.errstate(over="ignore"):
+                np.divide(self.length * moved, step, out=speed, where=step > 0)
+            fast = np.flatnonzero(np.abs(speed) > SPEED_LIMIT)
+            if fast.size:
+                i = int(fast[0])
+                raise RecordingError(
+                    f"at sample {i} the muscle moves at {speed[i]:.3g} m/s: {step[i]:.3g} s for a contraction of "
+                    f"{moved[i]:.3g}. Times are in seconds; drop time stamps that nearly repeat.",
+                    index=i,
+                )
         strains, shares = self._contacts()
         if not strains.size:
             return (
@@ -475,6 +496,8 @@ class MuscleStepper:
                 f"contraction {x:g} is outside {self._limits[0]:.4g} .. {self._limits[1]:.4g}, where the formulas of "
                 f"{self._model.name} hold: the joint left the range of its muscle."
             )
+        if not period > 0:
+            raise ParameterError(f"period = {period!r} s must be positive.")
         speed = self._model.length * (x - self._last) / period
         slip, plays = 0.0, self._plays
         for i, (strain, share) in enumerate(self._contacts):
@@ -485,7 +508,13 @@ class MuscleStepper:
 
     def _force(self, x: float, pressure: float, speed: float, slip: float) -> float:
         model = self._model
-        return float(model._static(x, pressure, FLOATS) - model._resistance(x, pressure, speed, slip, FLOATS))
+        try:
+            return float(model._static(x, pressure, FLOATS) - model._resistance(x, pressure, speed, slip, FLOATS))
+        except OverflowError:
+            raise ParameterError(
+                f"{model.name} has no force at contraction {x:g} and {pressure:g} Pa: the pressure, or some parameter, "
+                "is far beyond what it means."
+            ) from None
 
     @property
     def memory(self) -> Memory:

@@ -100,7 +100,7 @@ class TonduLopez(MuscleModel):
     SETS: ClassVar[Mapping[str, str]] = {
         "rubber-rayon": "Tondu, Lopez 2000: structure; numbers own knowledge, low confidence",
         "DMSP-40": "geometry of 40 mm and 25 degrees; k fitted to the maker's map from 0.5 to 6 bar, 250 N rms; "
-        "friction set to 80 N at 3 bar (assumption)",
+        "friction set to 80 N at 3 bar (assumption), presliding to 0.4 mm: the muscle is known not to stick and slip",
     }
     _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "rubber-rayon": {},
@@ -111,6 +111,7 @@ class TonduLopez(MuscleModel):
             "shape": 1.533,
             "friction_static": 0.00425,
             "friction_kinetic": 0.0034,
+            "presliding": 1e-3,
         },
     }
 
