@@ -2,6 +2,7 @@
 #include "arrays.h"
 
 #include "friction.h"
+#include "lugre.h"
 
 static engine_bank bank_of(const In &curve, const In &element, const In &weight, const In &memory)
 {
@@ -48,11 +49,62 @@ static nb::tuple bank_invert(const In &y, double farthest, const In &curve, cons
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));
 }
 
+static engine_lugre lugre_of(const In &curve, const In &parameter, const In &samples, const In &dt, const In &memory)
+{
+    require(parameter.size() == 6 && memory.size() == 2 && curve.size() > 0 && samples.size() == dt.size(),
+            "six parameters, a memory of two, one step of time a sample");
+    const double *a = parameter.data();
+    return {static_cast<int32_t>(curve.size()), curve.data(), {a[0], a[1], a[2]}, a[3], a[4], a[5]};
+}
+
+static nb::tuple lugre_run(const In &x, const In &dt, const In &curve, const In &parameter, const In &memory)
+{
+    const engine_lugre model = lugre_of(curve, parameter, x, dt, memory);
+    std::vector<double> y(x.size()), after = copy(memory);
+    {
+        nb::gil_scoped_release released;
+        engine_lugre_run(&model, static_cast<int64_t>(x.size()), x.data(), dt.data(), after.data(), y.data(), nullptr);
+    }
+    return nb::make_tuple(own(std::move(y)), own(std::move(after)));
+}
+
+static Matrix lugre_columns(const In &x, const In &dt, const In &curve, const In &parameter, const In &memory)
+{
+    const engine_lugre model = lugre_of(curve, parameter, x, dt, memory);
+    std::vector<double> y(x.size()), after = copy(memory);
+    Buffer columns(3 * x.size());
+    {
+        nb::gil_scoped_release released;
+        engine_lugre_run(&model, static_cast<int64_t>(x.size()), x.data(), dt.data(), after.data(), y.data(),
+                         columns.data());
+    }
+    return columns.release(x.size(), 3);
+}
+
+static nb::tuple lugre_invert(const In &y, const In &dt, double farthest, const In &curve, const In &parameter,
+                              const In &memory)
+{
+    const engine_lugre model = lugre_of(curve, parameter, y, dt, memory);
+    std::vector<double> x(y.size()), after = copy(memory);
+    {
+        nb::gil_scoped_release released;
+        engine_lugre_invert(&model, static_cast<int64_t>(y.size()), y.data(), dt.data(), farthest, after.data(),
+                            x.data());
+    }
+    return nb::make_tuple(own(std::move(x)), own(std::move(after)));
+}
+
 void bind_friction(nb::module_ &m)
 {
     m.def("bank_run", &bank_run, "x"_a, "curve"_a, "element"_a, "weight"_a, "memory"_a,
           "(y, memory): a curve and weighted elements along x.");
     m.def("bank_states", &bank_states, "x"_a, "element"_a, "memory"_a, "States (T, m) of the elements along x.");
     m.def("bank_invert", &bank_invert, "y"_a, "farthest"_a, "curve"_a, "element"_a, "weight"_a, "memory"_a,
+          "(x, memory): the inputs for outputs y that rise with the input.");
+    m.def("lugre_run", &lugre_run, "x"_a, "dt"_a, "curve"_a, "parameter"_a, "memory"_a,
+          "(y, memory): a curve and LuGre friction along x in time.");
+    m.def("lugre_columns", &lugre_columns, "x"_a, "dt"_a, "curve"_a, "parameter"_a, "memory"_a,
+          "z, its rate and the speed (T, 3) along x in time.");
+    m.def("lugre_invert", &lugre_invert, "y"_a, "dt"_a, "farthest"_a, "curve"_a, "parameter"_a, "memory"_a,
           "(x, memory): the inputs for outputs y that rise with the input.");
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Protocol, Self, TypeVar
 
 import numpy as np
 from scipy.optimize import nnls
@@ -18,10 +18,23 @@ from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array, parameter_array
 
-M = TypeVar("M", bound="FrictionLoop")
+M = TypeVar("M", bound="Mixable")
 
 CLEAR = 0.9  # of the error of the usual start, below which another one is believed
 CALM = 1e-9  # least slope of the output over the input that counts as rising
+
+
+class Mixable(Protocol):
+    """A model that is linear in a curve and in the weights of columns."""
+
+    def states(self, x: Array, dt: Array | None = None) -> Array:
+        """Columns (T, m) along scaled inputs, from the start state on."""
+
+    def slope_ranges(self) -> tuple[Array, Array]:
+        """How fast each column may fall and rise over the input, (m,)."""
+
+    def mixed(self, curve: Array, weights: Array) -> Self:
+        """Return the model with a curve and weights."""
 
 
 class FrictionLoop(LoopModel):
@@ -63,9 +76,13 @@ class FrictionLoop(LoopModel):
         """Inputs for outputs: a root of a rising function each sample, to the last bits."""
         return _native.bank_invert(y, FARTHEST, self.curve, self._table, self.weights, memory)
 
-    def states(self, x: Array) -> Array:
+    def states(self, x: Array, dt: Array | None = None) -> Array:
         """States (T, m) of the elements along scaled inputs, from the start state on."""
         return _native.bank_states(x, self._table, self.before(float(x[0])))
+
+    def mixed(self, curve: Array, weights: Array) -> Self:
+        """Return the same elements over another curve with other weights."""
+        return replace(self, curve=curve, weights=weights)  # type: ignore[type-var]
 
     @property
     def least_slope(self) -> float:
@@ -106,18 +123,20 @@ class Mixer:
     ----------
     training
         Data.
+    signs
+        Those offered: 1 leads, -1 lags; by default those that the loops of the log show.
     """
 
-    def __init__(self, training: Training) -> None:
+    def __init__(self, training: Training, signs: tuple[int, ...] = ()) -> None:
         self.training = training
         self._basis = rising_polynomials()
         self._x = training.joined(lambda s: s.x[:, None])[:, 0]
         self._curves = np.column_stack([values(row, self._x) for row in self._basis])
         self._y = training.y - FLOOR * self._x
         one = {"clockwise": (1,), "counter-clockwise": (-1,)}
-        self.signs = one.get(training.orientation, (1, -1))
+        self.signs = signs or one.get(training.orientation, (1, -1))
 
-    def error(self, model: FrictionLoop) -> float:
+    def error(self, model: Mixable) -> float:
         """Root mean square of what the best mixture leaves; infinite for elements that diverge."""
         columns = self._columns(model)
         return quick(columns, self._y) if np.all(np.isfinite(columns)) else float("inf")
@@ -134,11 +153,11 @@ class Mixer:
         for sign, part in zip(self.signs, found[first:].reshape(len(self.signs), -1), strict=True):
             weights += sign * part
             curve[1] += np.sum(part * (high if sign < 0 else -np.minimum(0.0, low)))
-        return replace(model, curve=curve, weights=weights)  # type: ignore[type-var]
+        return model.mixed(curve, weights)
 
-    def _columns(self, model: FrictionLoop) -> Array:
+    def _columns(self, model: Mixable) -> Array:
         low, high = model.slope_ranges()
-        z, x = self.training.joined(lambda s: model.states(s.x)), self._x[:, None]
+        z, x = self.training.joined(lambda s: model.states(s.x, s.dt)), self._x[:, None]
         parts = [z - np.minimum(0.0, low) * x if sign > 0 else high * x - z for sign in self.signs]
         return np.hstack([self._curves, *parts])
 

@@ -26,6 +26,7 @@ MODULES = {
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
     "krasnoselskii-pokrovskii": "dehyst.families.krasnoselskii_pokrovskii",
+    "lugre": "dehyst.families.lugre",
 }
 
 

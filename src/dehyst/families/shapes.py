@@ -10,11 +10,11 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from dehyst.families.base import STARTS, Scaling
-from dehyst.families.friction import FrictionLoop, Mixer, best_start
+from dehyst.families.friction import Mixable, Mixer, best_start
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array
 
-F = TypeVar("F", bound=FrictionLoop)
+F = TypeVar("F", bound=Mixable)
 Maker = Callable[[Sequence[Array], Scaling, str], F]  # shapes, scaling and start -> a model of these elements
 
 COARSE = 1500  # samples for the grid
@@ -24,7 +24,14 @@ ROUNDS = 2
 GAIN = 0.95  # of the error that another element must at least come down to
 
 
-def search(training: Training, make: Maker[F], grid: Sequence[Array], limits: Array, most: int) -> F:
+def search(
+    training: Training,
+    make: Maker[F],
+    grid: Sequence[Array],
+    limits: Array,
+    most: int = 1,
+    signs: tuple[int, ...] = (),
+) -> F:
     """Return the best model of up to `most` elements: best of a grid, added one by one, each followed by a simplex.
 
     Parameters
@@ -39,8 +46,10 @@ def search(training: Training, make: Maker[F], grid: Sequence[Array], limits: Ar
         (p, 2), between which shapes stay.
     most
         Largest number of elements.
+    signs
+        As of `Mixer`.
     """
-    coarse, fine = Mixer(training.thinned(COARSE)), Mixer(training.thinned(FINE))
+    coarse, fine = (Mixer(training.thinned(samples), signs) for samples in (COARSE, FINE))
     start, shapes, error = first_element(coarse, fine, make, grid, limits)
     for _ in range(1, most):
         tried = [coarse.error(make([*shapes, shape], training.scaling, start)) for shape in grid]
@@ -48,7 +57,7 @@ def search(training: Training, make: Maker[F], grid: Sequence[Array], limits: Ar
         if not least < GAIN * error:
             break
         shapes, error = better, least
-    return Mixer(training)(make(shapes, training.scaling, start))
+    return Mixer(training, signs)(make(shapes, training.scaling, start))
 
 
 def first_element(
