@@ -11,6 +11,7 @@ COMMANDS = (
     "sweep",
     "inspect",
     "design",
+    "muscle",
     "identify",
     "simulate",
     "compensate",

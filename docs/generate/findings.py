@@ -26,7 +26,8 @@ are reported too, with row numbers, so that nothing happens silently.
 
 
 IO, APP, FIT = SOURCE / "io", SOURCE / "app", SOURCE / "identification"
-ROOMS = {"Reading": IO, "Identification": FIT, "Drift": FIT / "drift", "Using": APP}
+MUSCLES = SOURCE / "muscles"
+ROOMS = {"Reading": IO, "Identification": FIT, "Drift": FIT / "drift", "Using": APP, "Muscles": MUSCLES}
 
 
 def constant(room: Path, name: str) -> Any:
@@ -460,6 +461,51 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "{MANY_OPERATORS} operators or more are exported: the step that turns the whole stack around moves all of "
             "them, and tables and state grow with them.",
             "Look at the budget that is printed; identify with fewer (`--n 100`).",
+        ),
+    },
+    "Muscles: a bench log and its fit": {
+        "muscle-unit-guessed": (
+            "Contraction, length or pressure of a bench log names no unit; one was taken from the size of the numbers.",
+            "None if that is right. Otherwise `--contraction-unit`, `--pressure-unit`, or a unit in the column's name.",
+        ),
+        "muscle-force-sign": (
+            "The force is negative where the muscle pulls. Its sign was turned.",
+            "None.",
+        ),
+        "muscle-absolute": (
+            "The lowest pressure is that of the atmosphere, and there the muscle does not pull: it looks absolute.",
+            "`--absolute`, if it is; models take gauge pressure.",
+        ),
+        "muscle-slack": (
+            "Samples with less than {SLACK:%} of the largest force do not count: the muscle hangs loose, and formulas "
+            "go on below zero. The message says how much the fitted model pulls there at most.",
+            "None, unless the force sensor was off.",
+        ),
+        "muscle-poor-fit": (
+            "The fitted model misses by more than {POOR_PERCENT} % of the range of force.",
+            "Check zero and unit of pressure and contraction; try another model.",
+        ),
+        "muscle-extrapolation": (
+            "Where the muscle pulls, the log ends before {COVERED:%} of the free contraction that the model comes to, "
+            "or does not begin near zero.",
+            "Log the whole range, or use the model inside the log's.",
+        ),
+        "muscle-one-pressure": (
+            "The pressure varies by less than {SAME_PRESSURE:%}: how the force depends on it is not in the log.",
+            "Log at three pressures or more.",
+        ),
+        "muscle-not-in-log": (
+            "Parameters that make no difference to any sample stayed as they were: friction and damping, where the log "
+            "holds points at rest.",
+            "Log loops of contraction at two speeds, with time.",
+        ),
+        "muscle-undetermined": (
+            "Parameters of which other values give the same forces at all samples; they have no standard error.",
+            "Use the forces, not these values, or log more pressures and contractions.",
+        ),
+        "muscle-at-bound": (
+            "Parameters that ended at a bound of their search.",
+            "Check the log's units; the muscle may want another model.",
         ),
     },
 }

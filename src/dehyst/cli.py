@@ -513,6 +513,68 @@ def compare(
     )  # fmt: skip
 
 
+@app.command()
+def muscle(
+    model: Annotated[
+        str | None, typer.Argument(metavar="MODEL", help="Name of a model, or file that --save wrote; see --list.")
+    ] = None,
+    list_models: Annotated[bool, typer.Option("--list", help="List all models and their parameter sets.")] = False,
+    which: Annotated[str | None, typer.Option("--set", help="Published parameter set; the first without it.")] = None,
+    param: Annotated[
+        list[str] | None, typer.Option("--param", metavar="NAME=VALUE", help="Change a parameter; repeat for more.")
+    ] = None,
+    length: Annotated[str | None, typer.Option("--length", help="Length at rest, 0.3 [m] or 300mm.")] = None,
+    pressures: Annotated[str | None, typer.Option("--pressures", help="Pressures, e.g. 1,3,6 [bar].")] = None,
+    contractions: Annotated[str | None, typer.Option("--contractions", help="Contractions, e.g. 0,10,20 [%].")] = None,
+    loads: Annotated[str | None, typer.Option("--loads", help="Loads of the isotonic loops, e.g. 100,400 [N].")] = None,
+    log: Annotated[Path | None, typer.Option("--log", help="Bench log to fit the model to.")] = None,
+    contraction: Annotated[
+        str | None, typer.Option("--contraction", help="Column of the contraction, a number, percent or mm.")
+    ] = None,
+    length_column: Annotated[
+        str | None, typer.Option("--length-column", help="Column of the length instead; needs --length.")
+    ] = None,
+    pressure: Annotated[str, typer.Option("--pressure", help="Column of the gauge pressure.")] = "pressure",
+    force: Annotated[str, typer.Option("--force", help="Column of the force.")] = "force",
+    time: Time = None,
+    time_unit: TimeUnit = None,
+    run: Run = None,
+    start: Start = None,
+    stop: Stop = None,
+    contraction_unit: Annotated[
+        str | None, typer.Option("--contraction-unit", help="Of contraction or length: 1, percent, mm, ...")
+    ] = None,
+    pressure_unit: Annotated[str | None, typer.Option("--pressure-unit", help="bar, kPa, MPa, psi, ...")] = None,
+    force_unit: Annotated[str | None, typer.Option("--force-unit", help="N, kN, lbf, ...")] = None,
+    absolute: Annotated[bool, typer.Option("--absolute", help="The pressure is absolute.")] = False,
+    at_rest: Annotated[
+        bool, typer.Option("--at-rest", help="Every row is a point at rest, even if the log has time.")
+    ] = False,
+    seed: Annotated[int, typer.Option("--seed", help="Of starts and of samples left out.")] = 0,
+    save: Annotated[Path | None, typer.Option("--save", help="Write the fitted model to this JSON file.")] = None,
+    report: Annotated[Path | None, typer.Option("--report", help="Write a report page to this HTML file.")] = None,
+    figure: Annotated[Path | None, typer.Option("--figure", help="Picture to write, .svg or .png.")] = None,
+    overwrite: Overwrite = False,
+    json: Json = False,
+) -> None:
+    """Put a muscle model on a test bench: forces, loops, quick release; fit it to a bench log."""
+    from dehyst.app.muscle import MuscleRequest, run_muscle
+    from dehyst.app.muscle_log import LogRequest
+
+    bench_log = None
+    if log is not None:
+        bench_log = LogRequest(
+            log, contraction, length_column, pressure, force, time, time_unit, run, start, stop,
+            contraction_unit, pressure_unit, force_unit, absolute, at_rest,
+        )  # fmt: skip
+    run_muscle(
+        MuscleRequest(
+            model, list_models, which, tuple(param or ()), length, pressures, contractions, loads, bench_log, seed,
+            save, report, figure, overwrite, json,
+        )
+    )  # fmt: skip
+
+
 def main() -> None:
     """Run the command line; faults a user can cure end with their message and exit status 2."""
     from dehyst.errors import DehystError

@@ -15,6 +15,8 @@ SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
 BAND = "dehyst band: "
 FAMILIES = "dehyst compare: "
+MUSCLE = '"format": "dehyst-muscle"'
+MUSCLES = "dehyst muscle: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
 _BEGINNING = 2000
 
@@ -55,6 +57,8 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         EXCITATION: "no picture of dehyst design",
         BAND: "no picture of an unknown memory",
         FAMILIES: "no picture of dehyst compare",
+        MUSCLE: "no muscle of dehyst",
+        MUSCLES: "no picture of dehyst muscle",
         REPRODUCTION: "no result of dehyst reproduce",
     }
     kind = "" if own is None else f" and is {kinds[own]}"

@@ -86,28 +86,40 @@ def prepare(
     samples: Samples, about: Context, window: tuple[float, float], findings: list[Finding], hold: bool = False
 ) -> Samples:
     """Window, then drop (or hold), then order: a fault outside the window is none of the user's business."""
-    if math.isfinite(window[0]) or math.isfinite(window[1]):
-        t = samples.time
-        if t is None:
-            raise TimeError(
-                f"{about.log} has no time column, so it cannot be cut from {window[0]:g} s to {window[1]:g} s. "
-                f"Name one with --time, or leave --from and --to out.",
-                log=about.log,
-            )
-        with np.errstate(invalid="ignore"):
-            inside = (t >= window[0]) & (t < window[1])
-        if not inside.any():
-            known = t[np.isfinite(t)]
-            spans = f"from {known.min():.6g} s to {known.max():.6g} s" if known.size else "no time at all"
-            raise TimeError(
-                f"no sample of {about.log} lies in the window {window[0]:g} s <= t < {window[1]:g} s; the log covers "
-                f"{spans}. Change --from and --to.",
-                window=window,
-            )
-        samples = samples.take(inside)
+    samples = cut_window(samples, about, window)
     samples = (hold_unmeasured if hold else drop_unmeasured)(samples, about, findings)
     samples = drop_outliers(samples, about, findings, hold)
     return order_time(samples, about, findings)
+
+
+def cut_window(samples: Samples, about: Context, window: tuple[float, float]) -> Samples:
+    """Samples of a window.
+
+    Raises
+    ------
+    TimeError
+        If there is no time, or no sample in it.
+    """
+    if not (math.isfinite(window[0]) or math.isfinite(window[1])):
+        return samples
+    t = samples.time
+    if t is None:
+        raise TimeError(
+            f"{about.log} has no time column, so it cannot be cut from {window[0]:g} s to {window[1]:g} s. "
+            f"Name one with --time, or leave --from and --to out.",
+            log=about.log,
+        )
+    with np.errstate(invalid="ignore"):
+        inside = (t >= window[0]) & (t < window[1])
+    if not inside.any():
+        known = t[np.isfinite(t)]
+        spans = f"from {known.min():.6g} s to {known.max():.6g} s" if known.size else "no time at all"
+        raise TimeError(
+            f"no sample of {about.log} lies in the window {window[0]:g} s <= t < {window[1]:g} s; the log covers "
+            f"{spans}. Change --from and --to.",
+            window=window,
+        )
+    return samples.take(inside)
 
 
 def pair_samples(

@@ -1,0 +1,240 @@
+"""dehyst muscle --log: columns of a bench log, in whatever units, to contraction, pressure and force in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError, RecordingError, UnitError
+from dehyst.findings import Finding
+from dehyst.io.several import Columns, read_columns
+from dehyst.muscles.bench_log import BenchLog
+from dehyst.units import canonical, convert, dimension
+
+Array = npt.NDArray[np.float64]
+
+PERCENT = ("%", "percent", "pct", "per cent", "prozent")
+PLAIN = ("", "1", "-", "ratio", "mm/mm", "m/m")
+SHORTEST, LONGEST = -0.15, 0.5  # contraction: beyond it a unit or a length is wrong
+STRONGEST = 2e6  # Pa; no muscle takes 20 bar
+WEAKEST = 1e4  # Pa; a log that stays below a tenth of a bar is in another unit
+VACUUM = -2e4  # Pa gauge; offsets of sensors are smaller
+ATMOSPHERE = 101325.0  # Pa
+# Largest value up to which a pressure without a unit is taken for one, in order.
+GUESSES = ((12.0, "bar"), (1200.0, "kPa"), (12_000.0, "mbar"), (float("inf"), "Pa"))
+
+
+@dataclass(frozen=True)
+class LogRequest:
+    """What the command line says of a bench log."""
+
+    path: Path
+    contraction: str | None = None
+    length_column: str | None = None
+    pressure: str = "pressure"
+    force: str = "force"
+    time: str | None = None
+    time_unit: str | None = None
+    run: str | None = None
+    start: float | None = None
+    stop: float | None = None
+    contraction_unit: str | None = None
+    pressure_unit: str | None = None
+    force_unit: str | None = None
+    absolute: bool = False
+    at_rest: bool = False
+
+
+def read_bench_log(request: LogRequest, length: float | None) -> tuple[BenchLog, dict[str, Any]]:
+    """Read a bench log; return it in SI units, and where it comes from.
+
+    Parameters
+    ----------
+    request
+        Columns and units.
+    length
+        l_0, if it was given; needed where the log holds lengths. [m]
+
+    Raises
+    ------
+    DehystError
+        If file, columns or units are not what they should be.
+    """
+    if request.contraction is not None and request.length_column is not None:
+        raise ParameterError("--contraction and --length-column both name what moves. Leave one of them out.")
+    role = "length" if request.length_column is not None else "contraction"
+    wanted = {
+        role: request.length_column or request.contraction or "contraction",
+        "pressure": request.pressure,
+        "force": request.force,
+    }
+    table = read_columns(
+        request.path, wanted, time=request.time, run=request.run, start=request.start, stop=request.stop,
+        time_unit=request.time_unit,
+    )  # fmt: skip
+    findings = [entry for entry in table.findings if entry.code != "no-time"]
+    moved = (_from_length if role == "length" else _contraction)(table, request.contraction_unit, length, findings)
+    pressure = _pressure(table, request, findings)
+    force = _force(table, request.force_unit, findings)
+    _refuse_range(moved, role)
+    _ask_absolute(pressure, force, request.absolute, findings)
+    time = None if request.at_rest else table.time
+    log = BenchLog(moved, pressure, force, time, table.name, tuple(findings))
+    return log, dict(table.provenance)
+
+
+def _unit(table: Columns, role: str, option: str | None) -> str:
+    return option if option is not None else table.units[role]
+
+
+def _known(table: Columns, role: str, unit: str, kind: str, flag: str) -> None:
+    """Refuse a unit of another kind."""
+    found = dimension(unit)
+    if found != kind:
+        what = f"a unit of {found}" if found else "no unit that is known"
+        raise UnitError(
+            f"column '{table.names[role]}' of {table.name} is in '{unit}', {what}, but {role} needs one of {kind}. "
+            f"Check that it is the right column, or say its unit: {flag}.",
+            unit=unit,
+        )
+
+
+def _contraction(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
+    """Contraction as a number, from one, from percent, or from a shortening in a unit of length."""
+    values, unit = table.values["contraction"], _unit(table, "contraction", option)
+    if unit.lower() in PERCENT or (not unit and _says_percent(table.names["contraction"])):
+        return values / 100.0
+    if dimension(unit) == "length":
+        if length is None:
+            raise ParameterError(
+                f"column '{table.names['contraction']}' of {table.name} is in {unit}: a shortening, of which only the "
+                f"length at rest makes a contraction. Say it: --length 300mm"
+            )
+        return np.asarray(convert(values, unit, "m")) / length
+    if unit.lower() not in PLAIN:
+        _known(table, "contraction", unit, "length", "--contraction-unit percent, --contraction-unit mm")
+    largest = float(np.max(np.abs(values)))
+    if largest <= 1.0:
+        return values
+    findings.append(
+        Finding(
+            "muscle-unit-guessed",
+            f"contraction goes up to {largest:.4g} in column '{table.names['contraction']}', which names no unit: "
+            f"taken as percent. If it is a length: --contraction-unit mm, with --length.",
+        )
+    )
+    return values / 100.0
+
+
+def _says_percent(name: str) -> bool:
+    return any(name.lower().endswith(word) for word in ("percent", "pct", "prozent", "%"))
+
+
+def _from_length(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
+    """Contraction from the length of the muscle."""
+    values, unit = table.values["length"], _unit(table, "length", option)
+    if length is None:
+        raise ParameterError(
+            f"column '{table.names['length']}' of {table.name} holds lengths; contraction counts from the length "
+            f"without pressure and load. Say it: --length 300mm"
+        )
+    if not unit:
+        unit = "m" if np.median(values) < 20.0 * length else "mm"
+        findings.append(
+            Finding(
+                "muscle-unit-guessed",
+                f"column '{table.names['length']}' names no unit: taken as {unit}, which fits --length {length:g} m. "
+                f"Otherwise say it: --contraction-unit cm.",
+            )
+        )
+    _known(table, "length", unit, "length", "--contraction-unit mm")
+    return 1.0 - np.asarray(convert(values, unit, "m")) / length
+
+
+def _pressure(table: Columns, request: LogRequest, findings: list[Finding]) -> Array:
+    """Gauge pressure in Pa; a unit that is not named is guessed and said, one that cannot be is refused."""
+    values, unit = table.values["pressure"], _unit(table, "pressure", request.pressure_unit)
+    largest, name = float(np.max(values)), table.names["pressure"]
+    if not unit:
+        unit = next(found for limit, found in GUESSES if largest <= limit)
+        findings.append(
+            Finding(
+                "muscle-unit-guessed",
+                f"column '{name}' names no unit: values up to {largest:.4g} were taken as {unit}. If they are in "
+                f"another one: --pressure-unit kPa, or call the column {name}_kPa.",
+            )
+        )
+    _known(table, "pressure", unit, "pressure", "--pressure-unit bar")
+    found = np.asarray(convert(values, unit, "Pa")) - (ATMOSPHERE if request.absolute else 0.0)
+    if not WEAKEST <= float(found.max()) <= STRONGEST:
+        likely = next(other for limit, other in GUESSES if largest <= limit)
+        cure = f"--pressure-unit {likely}" if likely != canonical(unit) else "--pressure-unit with the right one"
+        raise UnitError(
+            f"column '{name}' of {table.name} goes up to {largest:.4g} {unit}, but muscles are driven with 0.1 to 20 "
+            f"bar: its unit is another one. Say it: {cure}",
+            unit=unit,
+            largest=largest,
+        )
+    if float(found.min()) < VACUUM:
+        cure = "leave --absolute out" if request.absolute else "check the column and its zero"
+        raise UnitError(
+            f"column '{name}' of {table.name} goes down to {found.min() / 1e5:.3g} bar below the ambient. A muscle is "
+            f"not driven with vacuum: {cure}.",
+            lowest=float(found.min()),
+        )
+    return found
+
+
+def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array:
+    unit = _unit(table, "force", option) or "N"
+    _known(table, "force", unit, "force", "--force-unit N")
+    found = np.asarray(convert(table.values["force"], unit, "N"))
+    if float(found.max()) <= 0.05 * float(-found.min()):
+        findings.append(
+            Finding(
+                "muscle-force-sign",
+                f"column '{table.names['force']}' is negative where the muscle pulls ({found.min():.4g} N): its sign "
+                f"was turned, since a pull counts as positive here. Nothing to do.",
+            )
+        )
+        found = -found
+    if not float(found.max()) > 0:
+        raise RecordingError(f"column '{table.names['force']}' of {table.name} holds no force: it is zero throughout.")
+    return found
+
+
+def _refuse_range(contraction: Array, role: str) -> None:
+    low, high = float(contraction.min()), float(contraction.max())
+    if low >= SHORTEST and high <= LONGEST:
+        return
+    cure = (
+        "The length at rest is another one (--length), or the column's unit (--contraction-unit)"
+        if role == "length"
+        else "Its unit is another one (--contraction-unit percent, mm), or it counts a lengthening"
+    )
+    raise UnitError(
+        f"the contraction goes from {100 * low:.4g} to {100 * high:.4g} %, but muscles reach 0 to 35 %, and are "
+        f"stretched by a few. {cure}.",
+        low=low,
+        high=high,
+    )
+
+
+def _ask_absolute(pressure: Array, force: Array, absolute: bool, findings: list[Finding]) -> None:
+    """Say so where the lowest pressure looks like the ambient one, absolute."""
+    low = float(pressure.min())
+    if absolute or not 0.9e5 < low < 1.1e5:
+        return
+    idle = float(np.max(force[pressure <= low + 2e3]))
+    if idle < 0.02 * float(force.max()):
+        findings.append(
+            Finding(
+                "muscle-absolute",
+                f"the lowest pressure is {low / 1e5:.3g} bar, and there the muscle does not pull: the column looks "
+                f"absolute, and gauge pressure is needed. If it is: --absolute.",
+            )
+        )

@@ -1,0 +1,100 @@
+"""What a muscle did on a test bench: contraction, pressure and force, with or without time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import ParameterError, RecordingError
+from dehyst.findings import Finding
+from dehyst.models.arrays import Array, signal_array
+
+SLACK = 0.005  # of the largest force: below it a muscle hangs loose, and its force says nothing of the model
+FEWEST = 6  # samples of a fit
+
+
+@dataclass(frozen=True, eq=False)
+class BenchLog:
+    """Samples of a test bench, in SI units.
+
+    Attributes
+    ----------
+    contraction
+        (T,), (l_0 - l)/l_0.
+    pressure
+        (T,), gauge. [Pa]
+    force
+        (T,), pull. [N]
+    time
+        (T,), increasing [s]; None: each sample is a point at rest that has nothing to do with its neighbours.
+    name
+        Of the log.
+    findings
+        What reading it found.
+
+    Raises
+    ------
+    RecordingError
+        If lengths differ, a value is not finite, or there are too few samples.
+
+    Examples
+    --------
+    >>> log = BenchLog([0.0, 0.1, 0.2, 0.0, 0.1, 0.2], [2e5] * 3 + [4e5] * 3, [500, 250, 0, 1000, 600, 200])
+    >>> int(log.slack.sum()), log.covers["pressure"]
+    (1, (200000.0, 400000.0))
+    """
+
+    contraction: Array
+    pressure: Array
+    force: Array
+    time: Array | None = None
+    name: str = "bench log"
+    findings: tuple[Finding, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        for key in ("contraction", "pressure", "force"):
+            object.__setattr__(self, key, _finite(getattr(self, key), key))
+        if self.time is not None:
+            object.__setattr__(self, "time", _finite(self.time, "time"))
+        sizes = {np.size(each) for each in (self.contraction, self.pressure, self.force, self.time) if each is not None}
+        if len(sizes) != 1:
+            raise RecordingError(f"columns of {self.name} have {sorted(sizes)} samples; they must be of one log.")
+        if self.force.size < FEWEST:
+            raise RecordingError(f"{self.name} has {self.force.size} samples, but a fit takes {FEWEST} at least.")
+
+    def __len__(self) -> int:
+        return self.force.size
+
+    @property
+    def slack(self) -> npt.NDArray[np.bool_]:
+        """(T,) where the muscle hangs loose: less than half a percent of the largest force."""
+        return np.asarray(self.force <= SLACK * float(self.force.max()))
+
+    @property
+    def covers(self) -> dict[str, tuple[float, float]]:
+        """Range of contraction, pressure and force of the samples that pull."""
+        pulls = ~self.slack
+        return {
+            key: (float(values[pulls].min()), float(values[pulls].max()))
+            for key, values in (("contraction", self.contraction), ("pressure", self.pressure), ("force", self.force))
+        }
+
+    def at_rest(self) -> BenchLog:
+        """Return the same points without time."""
+        return BenchLog(self.contraction, self.pressure, self.force, None, self.name, self.findings)
+
+
+def _finite(values: npt.ArrayLike, name: str) -> Array:
+    try:
+        found = signal_array(values, name)
+    except ParameterError as fault:
+        raise RecordingError(str(fault)) from None
+    bad = np.flatnonzero(~np.isfinite(found))
+    if bad.size:
+        raise RecordingError(
+            f"{name} has {bad.size} samples that are not finite, the first at index {bad[0]}. Leave these rows out.",
+            index=int(bad[0]),
+        )
+    return found

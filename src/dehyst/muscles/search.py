@@ -1,0 +1,244 @@
+"""Least squares over a model's parameters: linear ones solved, the others searched from several starts.
+
+Which parameters the force is linear in is found out, not declared: those whose mixed second differences vanish. For
+given values of the others they are solved in closed form (variable projection, Golub and Pereyra 1973), so that a
+search has few dimensions; the best start is polished over all parameters at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares, lsq_linear
+
+from dehyst.errors import DehystError
+from dehyst.models.arrays import Array
+
+RANDOM_STARTS = 8
+POLISHED = 2  # best starts that are searched to the end
+NO_EFFECT = 1e-12  # of the largest force, by a parameter that is moved by a tenth
+LINEAR = 1e-9  # the same, of a second difference
+WIDE = 30.0  # bounds whose ratio is larger are searched on a logarithmic scale
+EVALUATIONS = 100  # of a search, finite differences not counted
+
+Predict = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Result of a search.
+
+    Attributes
+    ----------
+    vector
+        (n,) best parameters; those without effect as they were.
+    jacobian
+        (m, n) slopes of the forces there, zero for those without effect.
+    active, linear
+        (n,) which parameters the samples speak of at all, and which the forces are linear in.
+    starts
+        Tried.
+    """
+
+    vector: Array
+    jacobian: Array
+    active: npt.NDArray[np.bool_]
+    linear: npt.NDArray[np.bool_]
+    starts: int
+
+
+def search(
+    predict: Predict, target: Array, first: Array, others: list[Array], bounds: tuple[Array, Array], seed: int
+) -> Found:
+    """Return the parameters with the least sum of squares.
+
+    Parameters
+    ----------
+    predict
+        Parameters (n,) -> forces (m,); may raise a `DehystError` where it has none.
+    target
+        (m,) measured.
+    first, others
+        Starts, (n,) each: the first decides which parameters have an effect and enter linearly.
+    bounds
+        Lower and upper, (n,) each.
+    seed
+        Of further starts.
+    """
+    low, high = bounds
+    x0 = _inside(first, low, high)
+    steps = _steps(x0, low, high)
+    active, linear = _kinds(predict, x0, steps, float(np.max(np.abs(target))))
+    problem = _Problem(predict, target, low, high, active, linear, steps)
+    tried = [x0, *(_inside(np.where(active, each, x0), low, high) for each in others)]
+    if np.any(active & ~linear):
+        tried += _drawn(x0, low, high, active, np.random.default_rng(seed))
+    solved = sorted((problem.projected(each) for each in tried), key=lambda pair: pair[0])
+    ends = [problem.searched(x) for _, x in solved[: POLISHED if np.any(active & ~linear) else 1]]
+    best = min([*ends, solved[0]], key=lambda pair: pair[0])[1]
+    return Found(best, problem.slopes(best), active, linear, len(tried))
+
+
+def refine(predict: Predict, target: Array, found: Found, bounds: tuple[Array, Array]) -> Found:
+    """Return the least squares of other samples, from parameters that are good already."""
+    steps = _steps(found.vector, *bounds)
+    problem = _Problem(predict, target, *bounds, found.active, found.linear, steps)
+    best = problem.polished(problem.projected(found.vector)[1])[1]
+    return replace(found, vector=best, jacobian=problem.slopes(best))
+
+
+class _Problem:
+    """Forces, bounds, and which parameters move."""
+
+    def __init__(
+        self, predict: Predict, target: Array, low: Array, high: Array,
+        active: npt.NDArray[np.bool_], linear: npt.NDArray[np.bool_], steps: Array,
+    ) -> None:  # fmt: skip
+        self.predict, self.target, self.low, self.high, self.steps = predict, target, low, high, steps
+        self.active, self.linear = active, active & linear
+        self.unit = max(float(np.sqrt(np.mean(target**2))), 1e-12)
+
+    def miss(self, x: Array) -> Array:
+        """Errors (m,), large and finite where the model has no force."""
+        try:
+            missed = self.predict(x) - self.target
+        except DehystError:
+            return np.full(self.target.size, 100.0 * self.unit)
+        return np.nan_to_num(missed, nan=100.0 * self.unit, posinf=1e6 * self.unit, neginf=-1e6 * self.unit)
+
+    def cost(self, x: Array) -> float:
+        return float(np.sum(self.miss(x) ** 2))
+
+    def projected(self, x: Array) -> tuple[float, Array]:
+        """Cost and parameters with the linear ones solved for, within bounds."""
+        which = np.flatnonzero(self.linear)
+        if not which.size:
+            return self.cost(x), x
+        base = self.miss(x)
+        columns = np.stack([self.miss(x + self._one(int(i))) - base for i in which], axis=1)
+        norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        scale = self.steps[which] / norm
+        delta = np.linalg.lstsq(columns / norm, -base, rcond=1e-12)[0] * scale
+        new = x.copy()
+        new[which] += delta
+        if np.any(new < self.low) or np.any(new > self.high):
+            box = (self.low[which] - x[which]) / scale, (self.high[which] - x[which]) / scale
+            solved = lsq_linear(columns / norm, -base, bounds=(box[0] - 1e-12, box[1] + 1e-12), method="bvls")
+            new[which] = x[which] + solved.x * scale
+            new = np.clip(new, self.low, self.high)
+        new_cost, cost = self.cost(new), float(np.sum(base**2))
+        return (new_cost, new) if new_cost <= cost else (cost, x)
+
+    def searched(self, x: Array) -> tuple[float, Array]:
+        """Cost and parameters after a search over all of them, the linear ones solved for on the way."""
+        outer = np.flatnonzero(self.active & ~self.linear)
+        if outer.size:
+            _, x = self._least(outer, x, self._projected_miss(x, outer))
+            _, x = self.projected(x)
+        return self.polished(x)
+
+    def polished(self, x: Array) -> tuple[float, Array]:
+        """Cost and parameters after a search over all of them at once, which a good start makes short."""
+        both = np.flatnonzero(self.active)
+        return self._least(both, x, lambda v: self.miss(self._put(x, both, v)))
+
+    def _projected_miss(self, x: Array, outer: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
+        return lambda v: self.miss(self.projected(self._put(x, outer, v))[1])
+
+    def _least(self, which: npt.NDArray[np.int64], x: Array, miss: Callable[[Array], Array]) -> tuple[float, Array]:
+        if not which.size:
+            return self.cost(x), x
+        low, high = self.low[which], self.high[which]
+        start = _inside(x, self.low, self.high)[which]
+        found = least_squares(
+            lambda v: miss(v) / self.unit, start, bounds=(low, high), x_scale=self.steps[which],
+            max_nfev=EVALUATIONS, xtol=1e-10, ftol=1e-10, gtol=1e-10,
+        )  # fmt: skip
+        new = self._put(x, which, found.x)
+        cost, before = self.cost(new), self.cost(x)
+        return (cost, new) if cost < before else (before, x)
+
+    def slopes(self, x: Array) -> Array:
+        """(m, n) by central differences, inside the bounds."""
+        columns = np.zeros((self.target.size, x.size))
+        for i in np.flatnonzero(self.active):
+            h = 1e-4 * self.steps[i]
+            ends = [np.clip(x[i] + side * h, self.low[i], self.high[i]) for side in (-1.0, 1.0)]
+            a, b = (self.miss(self._put(x, np.array([i]), np.array([end]))) for end in ends)
+            columns[:, i] = (b - a) / max(ends[1] - ends[0], 1e-300)
+        return columns
+
+    def _one(self, i: int) -> Array:
+        moved: Array = np.zeros(self.low.size)
+        moved[i] = self.steps[i]
+        return moved
+
+    @staticmethod
+    def _put(x: Array, which: npt.NDArray[np.int64], values: Array) -> Array:
+        new = x.copy()
+        new[which] = values
+        return new
+
+
+def _inside(x: Array, low: Array, high: Array) -> Array:
+    """A start that is not on a bound, where a search could not begin."""
+    width = np.where(np.isfinite(high - low), high - low, np.maximum(1.0, np.abs(x)))
+    return np.asarray(np.clip(x, low + 1e-9 * width, high - 1e-9 * width))
+
+
+def _steps(x: Array, low: Array, high: Array) -> Array:
+    """(n,) by how much a parameter is moved: a tenth of itself, signed so that it stays within the bounds."""
+    width = np.where(np.isfinite(high - low), high - low, np.maximum(1.0, np.abs(x)))
+    size = np.where(x == 0.0, 0.01 * width, np.minimum(0.1 * np.abs(x), 0.1 * width))
+    size = np.maximum(size, 1e-6 * width)
+    return np.asarray(np.where(x + 2.0 * size <= high, size, np.minimum(size, 0.25 * width)))
+
+
+def _kinds(
+    predict: Predict, x: Array, steps: Array, largest: float
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Which parameters have an effect, and a set in which the forces are jointly affine."""
+    base, n = predict(x), x.size
+    unit = np.eye(n) * steps
+
+    def at(move: Array) -> Array | None:
+        for side in (1.0, -1.0):  # the other way where a bound or a limit is met
+            try:
+                return side * (predict(x + side * move) - base)
+            except DehystError:
+                continue
+        return None
+
+    single = [at(unit[i]) for i in range(n)]
+    active = np.array([each is None or bool(np.max(np.abs(each)) > NO_EFFECT * largest) for each in single])
+    linear = np.zeros(n, dtype=bool)
+    for i in np.flatnonzero(active):
+        chosen = [*np.flatnonzero(linear).tolist(), int(i)]
+        linear[i] = all(_adds(single[i], single[j], at(unit[i] + unit[j]), largest) for j in chosen)
+    return active, linear
+
+
+def _adds(a: Array | None, b: Array | None, both: Array | None, largest: float) -> bool:
+    if a is None or b is None or both is None:
+        return False
+    size = max(float(np.max(np.abs(a))), float(np.max(np.abs(b))), 1e-3 * largest)
+    return bool(np.max(np.abs(both - a - b)) <= LINEAR * size + 1e-13 * largest)
+
+
+def _drawn(x: Array, low: Array, high: Array, active: npt.NDArray[np.bool_], rng: np.random.Generator) -> list[Array]:
+    """Starts drawn at random: half of them around the first one, half over the bounds."""
+    found = []
+    wide = (low > 0) & np.isfinite(high) & (high > WIDE * low)
+    for k in range(RANDOM_STARTS):
+        share = rng.random(x.size)
+        around = x * np.exp(rng.normal(0.0, 0.5, x.size))
+        span = np.where(np.isfinite(high - low), high - low, np.maximum(1.0, np.abs(x)))
+        start = np.where(np.isfinite(low), low, x - 0.5 * span)
+        ratio = np.where(wide, high / np.where(wide, low, 1.0), 1.0)
+        anywhere = np.where(wide, low * ratio**share, start + share * span)
+        new = around if k % 2 == 0 else anywhere
+        found.append(_inside(np.where(active, new, x), low, high))
+    return found
