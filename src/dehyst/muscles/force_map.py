@@ -93,7 +93,7 @@ def free_contraction(model: MuscleModel, pressure: float, load: float = 0.0) -> 
     --------
     >>> from dehyst.muscles import muscle
     >>> round(free_contraction(muscle("tondu-lopez"), 3e5), 3)
-    0.298
+    0.297
     """
     low, high = reach(model)
     grid = np.linspace(low, high, 241)

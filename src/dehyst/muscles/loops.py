@@ -108,7 +108,7 @@ def isotonic_loop(
     Examples
     --------
     >>> from dehyst.muscles import muscle
-    >>> loop = isotonic_loop(muscle("tondu-lopez"), 150.0, 3e5, 5e5)
+    >>> loop = isotonic_loop(muscle("tondu-lopez"), 150.0, 1e5, 5e5)
     >>> bool(np.ptp(loop.response) > 0.01)
     True
     """
