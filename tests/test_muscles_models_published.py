@@ -174,6 +174,21 @@ def test_the_volume_of_a_dmsp_40_is_the_cubic_of_its_fibre_geometry():
     assert 1e3 * braid.volume(0.25) == pytest.approx(0.932, abs=6e-4)
 
 
+@pytest.mark.parametrize(
+    ("name", "which"), [("boblan-martens", "DMSP-20-300"), ("boblan-martens", "DMSP-10-250"), ("davis-caldwell", "")]
+)
+def test_what_pressure_adds_to_the_force_is_the_slope_of_the_volume(name, which):
+    # V = l (b^2 - l^2)/(4 pi n^2), as given in their sources
+    model = muscle(name, which)
+    l0, d0, theta = model.length, model.diameter, model.angle
+    b, n = l0 / math.cos(theta), l0 * math.tan(theta) / (math.pi * d0)
+    pull, _ = model.affine(KAPPA)
+    lengths = l0 * (1 - KAPPA)
+    np.testing.assert_allclose(
+        pull, [-slope(lambda x: x * (b**2 - x**2) / (4 * math.pi * n**2), x) for x in lengths], rtol=1e-6, atol=1e-12
+    )
+
+
 @pytest.mark.parametrize(("angle", "k"), [(20.0, 1.25), (25.0, 1.35)])
 def test_tondu_lopez_stop_at_their_largest_contraction(angle, k):
     # eps_max = (1/k)(1 - sqrt(b/a)), a = 3/tan^2, b = 1/sin^2

@@ -136,6 +136,12 @@ class MuscleModel(ABC):
         ------
         ParameterError
             If there is no such set.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle_class
+        >>> muscle_class("maker").published("DMSP-20").length
+        0.25
         """
         name = which or next(iter(cls.SETS))
         if name not in cls._VALUES:
@@ -145,11 +151,25 @@ class MuscleModel(ABC):
         return cls(**cls._VALUES[name])
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the parameters by name, as plain numbers and lists."""
+        """Return the parameters by name, as plain numbers and lists.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> muscle("sarosi").as_dict()["a2"]
+        369.27
+        """
         return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}  # type: ignore[call-overload]
 
     def vector(self) -> Array:
-        """Return the fitted parameters, (n,): those of `PARAMETERS` that are `fitted`, tuples laid out."""
+        """Return the fitted parameters, (n,): those of `PARAMETERS` that are `fitted`, tuples laid out.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> muscle("maker").vector().round(3).tolist()
+        [6398.4, 0.122, 10.471, 2.023]
+        """
         parts = [
             np.atleast_1d(np.asarray(getattr(self, entry.name), float)) for entry in self.PARAMETERS if entry.fitted
         ]
@@ -162,6 +182,12 @@ class MuscleModel(ABC):
         ------
         ParameterError
             If their number is wrong, or a value has no physical meaning.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> muscle("maker").with_vector([6000.0, 0.12, 10.0, 2.0]).force
+        6000.0
         """
         values, at, new = np.asarray(vector, float), 0, {}
         if values.shape != self.vector().shape:
@@ -223,6 +249,14 @@ class MuscleModel(ABC):
         ------
         ParameterError
             If a value is not finite, or outside `limits`.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> muscle("maker").static_force([0.0, 0.25], 3e5).round().tolist()
+        [3096.0, -374.0]
+        >>> muscle("maker").static_force([0.0, 0.25], 3e5, clamp=True).round().tolist()
+        [3096.0, 0.0]
         """
         k, p = self._checked(kappa, pressure)
         with np.errstate(all="ignore"):
@@ -233,6 +267,13 @@ class MuscleModel(ABC):
         """Return f_a [N/Pa] and f_e [N] of F = f_a p - f_e.
 
         Exact where the force is affine in the pressure; else the line through the forces at two pressures.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> pull, rubber = muscle("maker").affine(0.1)
+        >>> round(float(pull * 3e5 - rubber))
+        1469
         """
         (low, high), k = pressures, np.asarray(kappa, float)
         if not high > low:
@@ -271,6 +312,16 @@ class MuscleModel(ABC):
         ------
         ParameterError, RecordingError
             If values are not finite or outside `limits`, lengths differ, or time does not increase.
+
+        Examples
+        --------
+        Friction is odd in the direction, half a loop high:
+
+        >>> from dehyst.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> force = braid.simulate([0.10, 0.12, 0.10], 3e5)
+        >>> (braid.static_force([0.10, 0.12, 0.10], 3e5) - force).round(9).tolist()
+        [0.0, 3.0, -3.0]
         """
         force, _ = self.run(contraction, pressure, time)
         return np.maximum(force, 0.0) if clamp else force
@@ -285,6 +336,15 @@ class MuscleModel(ABC):
         """Return force (T,) and memory after a motion, continuing from a memory; None is rest at the first sample.
 
         Pieces of a motion, each with the memory that the one before it left, give the forces of the whole.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> first, memory = braid.run([0.10, 0.12], 3e5)
+        >>> second, memory = braid.run([0.10], 3e5, memory=memory)
+        >>> bool(second[0] == braid.simulate([0.10, 0.12, 0.10], 3e5)[2])
+        True
         """
         x, p = self._signals(contraction, pressure)
         speed, slip, memory = self._motion(x, self._times(time, x.size, memory), memory)
@@ -310,6 +370,12 @@ class MuscleModel(ABC):
         ------
         InvertibilityError
             Where no pressure does it: at contractions at which pressure does not pull any more.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> round(float(muscle("maker").inverse_pressure(1469.0, 0.1)), -2)
+        300000.0
         """
         k, f = self._checked(kappa, force, "force", np.inf)
         return solve_pressure(lambda p: self._static(k, p, ARRAYS), f, self.affine_in_pressure, self._about(k))
@@ -330,6 +396,14 @@ class MuscleModel(ABC):
         ------
         InvertibilityError
             Where no pressure does it.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> braid = muscle("tondu-lopez")
+        >>> path = [0.10, 0.12, 0.10]
+        >>> braid.inverse(braid.simulate(path, 3e5), path).round(3).tolist()
+        [300000.0, 300000.0, 300000.0]
         """
         x, f = self._signals(contraction, force, "force", np.inf)
         speed, slip, _ = self._motion(x, self._times(time, x.size, memory), memory)
