@@ -116,8 +116,6 @@ def test_a_model_is_recovered_from_its_noisy_data_whichever_way_its_loops_run(si
     assert np.sign(fit.model.weights[k]) == sign
     assert half * fit.model.lengths[k] == pytest.approx(truth.lengths[0], rel=0.08)
     assert fit.model.power[k] == pytest.approx(2.0, rel=0.25)
-    again = identify_family(record(truth, x, 0.002), "bouc-wen")
-    assert again.model.parameters() == fit.model.parameters()
     assert fit.invertible and fit.seed == 0
 
 

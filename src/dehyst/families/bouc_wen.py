@@ -57,6 +57,8 @@ from dehyst.models.card import NO_CARD
 LENGTHS = (0.02, 0.05, 0.12, 0.25, 0.5, 0.9)
 SIGMAS = (0.5, 1.0, 2.0)
 POWERS = (1.0, 2.0, 5.0)
+GRID = [np.log([length, sigma, power]) for length in LENGTHS for sigma in SIGMAS for power in POWERS]
+LIMITS = np.log([[0.02, 1.0], [0.5, 8.0], [1.0, 10.0]])
 MOST_ELEMENTS = 2
 
 
@@ -138,9 +140,7 @@ def shaped(shapes: Sequence[Array], scaling: Scaling, start: str) -> BoucWen:
 
 def fit(training: Training) -> BoucWen:
     """Return up to two elements that fit best, from the start state that fits best."""
-    grid = [np.log([length, sigma, power]) for length in LENGTHS for sigma in SIGMAS for power in POWERS]
-    limits = np.log([[0.02, 1.0], [0.5, 8.0], [1.0, 10.0]])
-    return search(training, shaped, grid, limits, MOST_ELEMENTS)
+    return search(training, shaped, GRID, LIMITS, MOST_ELEMENTS)
 
 
 FAMILY = Family(

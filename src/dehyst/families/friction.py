@@ -30,8 +30,8 @@ class Mixable(Protocol):
     def states(self, x: Array, dt: Array | None = None) -> Array:
         """Columns (T, m) along scaled inputs, from the start state on."""
 
-    def slope_ranges(self) -> tuple[Array, Array]:
-        """How fast each column may fall and rise over the input, (m,)."""
+    def column_ranges(self) -> tuple[Array, Array]:
+        """How fast each column falls and rises over the input, (m,), where a fit is to keep the output rising."""
 
     def mixed(self, curve: Array, weights: Array) -> Self:
         """Return the model with a curve and weights."""
@@ -79,6 +79,10 @@ class FrictionLoop(LoopModel):
     def states(self, x: Array, dt: Array | None = None) -> Array:
         """States (T, m) of the elements along scaled inputs, from the start state on."""
         return _native.bank_states(x, self._table, self.before(float(x[0])))
+
+    def column_ranges(self) -> tuple[Array, Array]:
+        """As `slope_ranges`: a fitted model rises in every state."""
+        return self.slope_ranges()
 
     def mixed(self, curve: Array, weights: Array) -> Self:
         """Return the same elements over another curve with other weights."""
@@ -138,12 +142,14 @@ class Mixer:
 
     def error(self, model: Mixable) -> float:
         """Root mean square of what the best mixture leaves; infinite for elements that diverge."""
+        if not np.all(np.isfinite(model.column_ranges())):
+            return float("inf")
         columns = self._columns(model)
         return quick(columns, self._y) if np.all(np.isfinite(columns)) else float("inf")
 
     def __call__(self, model: M) -> M:
         """Return the model with the best curve and weights."""
-        low, high = model.slope_ranges()
+        low, high = model.column_ranges()
         found, offset = nonnegative(self._columns(model), self._y)
         first = len(self._basis)
         curve = found[:first] @ self._basis
@@ -156,7 +162,7 @@ class Mixer:
         return model.mixed(curve, weights)
 
     def _columns(self, model: Mixable) -> Array:
-        low, high = model.slope_ranges()
+        low, high = model.column_ranges()
         z, x = self.training.joined(lambda s: model.states(s.x, s.dt)), self._x[:, None]
         parts = [z - np.minimum(0.0, low) * x if sign > 0 else high * x - z for sign in self.signs]
         return np.hstack([self._curves, *parts])

@@ -137,7 +137,7 @@ class LuGre(LoopModel):
         steps = np.zeros(x.size) if dt is None else dt
         return _native.lugre_columns(x, steps, self.curve, self._numbers, self.before(float(x[0])))
 
-    def slope_ranges(self) -> tuple[Array, Array]:
+    def column_ranges(self) -> tuple[Array, Array]:
         """What a fit adds of x to a column so that it rises while the speed stays the same: nothing where it leads."""
         return np.zeros(3), np.array([1.0 + self.ratio, 0.0, 0.0])
 

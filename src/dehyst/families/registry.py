@@ -25,6 +25,7 @@ MODULES = {
     "dahl": "dehyst.families.dahl",
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
+    "generalised-bouc-wen": "dehyst.families.generalised_bouc_wen",
     "krasnoselskii-pokrovskii": "dehyst.families.krasnoselskii_pokrovskii",
     "lugre": "dehyst.families.lugre",
 }
