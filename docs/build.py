@@ -26,6 +26,7 @@ from generate import (  # noqa: E402 - found beside this file
     errors,
     figures,
     findings,
+    models,
     parameters,
     proofs,
     python_names,
@@ -40,7 +41,7 @@ REFERENCE = {
     "parameters.md": parameters.page,
     "python.md": python_names.page,
     "warnings.md": findings.page,
-}
+} | models.pages()
 
 
 def decisions() -> str:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
-from generate import bouc_wen, demo, speed
+from generate import bouc_wen, demo, model_figures, speed
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -66,6 +66,7 @@ def write(name: str, draw: Callable[[], Figure], folder: Path) -> list[Path]:
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
         text = svg.getvalue()
         files = [folder / f"{name}.svg"]
+        files[0].parent.mkdir(parents=True, exist_ok=True)
         files[0].write_text("\n".join(line.rstrip() for line in text[text.index("<svg") :].split("\n")), "utf-8")
         if name in WITH_PNG:
             files.append(folder / f"{name}.png")
@@ -353,7 +354,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "excitation": excitation,
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
-}
+} | model_figures.figures()
 if INTEGRATOR.exists():
     FIGURES["integrator"] = integrator
 if not speed.RESULT.exists():
