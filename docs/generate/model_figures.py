@@ -63,7 +63,18 @@ def _identified() -> dict[str, Any]:
 def _loop_figure(model: Any) -> Figure:
     x = oscillation()
     if isinstance(model, dehyst.DirectInverse):
-        return _draw(x, [(np.asarray(model.simulate(x, np.arange(x.size, dtype=np.float64)).u), BLUE, "input that the output needs")], "output", "input")
+        return _draw(
+            x,
+            [
+                (
+                    np.asarray(model.simulate(x, np.arange(x.size, dtype=np.float64)).u),
+                    BLUE,
+                    "input that the output needs",
+                )
+            ],
+            "output",
+            "input",
+        )
     return _draw(x, [(model.simulate(x), BLUE, "")])
 
 

@@ -219,14 +219,18 @@ def _family(name: str) -> str:
             "",
             *_fence("bash", [f"dehyst compare LOG --input ... --output ... --families {name} --save model.json"]),
             "",
-            *_fence("python no-run", [f'fit = dehyst.identify_family(recording, "{name}")', "inverse = fit.model.inverse()"]),
+            *_fence(
+                "python no-run", [f'fit = dehyst.identify_family(recording, "{name}")', "inverse = fit.model.inverse()"]
+            ),
             "",
         ]
     )
 
 
 def _time(found: Family) -> str:
-    return "Time stamps are needed." if found.model.rate_dependent else "Time does not matter: only the order of inputs."
+    return (
+        "Time stamps are needed." if found.model.rate_dependent else "Time does not matter: only the order of inputs."
+    )
 
 
 def muscle_module(name: str) -> str:
