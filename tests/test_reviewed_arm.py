@@ -1,6 +1,8 @@
 """The reviewed controllers on the simulated joint and arm: stable on every plant, and what they are compared by."""
 
 from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -9,10 +11,11 @@ from dehyst.control import FLAGS, SWITCHES
 from dehyst.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.errors import ParameterError
 from dehyst.experiments import calibration, compensators, nominal, point, reviewed
-from dehyst.experiments.reproduce import Request, _check
+from dehyst.experiments.reproduce import Request, _check, reproduce
 from dehyst.experiments.trials import run_trial, trial_arm
 from dehyst.plant import load_robot
 from dehyst.plant.arm import FAULTS, Arm, Reference
+from dehyst.report import write_reproduction_report
 from test_reviewed_laws import STOPS
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
@@ -201,3 +204,32 @@ def test_a_run_under_a_law_is_a_trial_like_every_other():
     used, kit = reviewed.under_controller(robot(), equipment(), "pid")
     run, _ = run_trial(used, point._path(load_robot()), kit, "fast", "off", moving=(1,))
     assert np.degrees(np.abs(run.error[:, 0])).max() < 4.0
+
+
+SMALL = {**QUICK, "calibration.degree": 3}
+
+
+@lru_cache
+def reproduced(controllers):
+    """Joint 1's figures and the page of a run of the whole arm, as short as it goes."""
+    request = Request(
+        plants=("dahl",), joints=(1,), seeds=(0,), trials=("fast",), studies=False, controllers=controllers
+    )
+    with TemporaryDirectory() as folder:
+        result = reproduce(load_robot(changes=SMALL), request, Path(folder))
+        page = write_reproduction_report(result, Path(folder) / "page.html").read_text(encoding="utf-8")
+        logs = sorted(file.relative_to(folder).as_posix() for file in Path(folder).rglob("fast_off.csv"))
+    return result, page, logs
+
+
+def test_another_controller_adds_figures_and_changes_none():
+    (alone, plain, _), (both, page, logs) = reproduced(("paper",)), reproduced(("paper", "pid"))
+    figures, more = alone.plants["dahl"].figures[0], dict(both.plants["dahl"].figures[0])
+    told = more.pop("controllers")
+    assert figures == more and "controllers" not in figures and "controllers" not in alone.settings
+    assert list(told) == ["paper", "pid"] and [one["tuned"] for one in told.values()] == [1, 4]
+    assert told["paper"]["joints"]["1"]["trials"] == figures["joints"]["1"]["trials"]
+    assert told["pid"]["joints"]["1"]["trials"]["fast"]["off"] != told["paper"]["joints"]["1"]["trials"]["fast"]["off"]
+    assert logs == ["dahl/seed0/fast_off.csv", "dahl/seed0/pid/fast_off.csv"]
+    assert "Controllers side by side" in page and "controller “paper”, beside pid" in page
+    assert "Controllers side by side" not in plain and "controller “" not in plain

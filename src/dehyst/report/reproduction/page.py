@@ -21,6 +21,7 @@ from dehyst.report.reproduction.about import Logs, about_tables, command, honest
 from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import scene
 from dehyst.report.reproduction.compared import compared_plate, compared_table, errors_plate
+from dehyst.report.reproduction.controllers import controller_words, controllers_table
 from dehyst.report.reproduction.hysteresis import hysteresis_plate, inverse_plate, play_plate
 from dehyst.report.reproduction.hysteresis import others_plate as other_loops
 from dehyst.report.reproduction.limits import limit_words
@@ -128,7 +129,7 @@ def _part(result: Reproduction, plant: PlantResult) -> PlantPart:
         plant.plant,
         about_plant(plant.plant),
         tuple(plate for plate in made if plate is not None),
-        plant_tables(result, plant),
+        (*plant_tables(result, plant), *filter(None, (controllers_table(result, plant),))),
         tool_words(result, plant),
         limit_words(plant),
         largest_errors(result, plant),
@@ -215,9 +216,10 @@ def _render(
 def _relation(result: Reproduction) -> str:
     seeds = max((len(plant.figures) for plant in result.plants.values()), default=0)
     joints = ", ".join(map(str, joints_of(result)))
+    under = controller_words(result)
     return (
-        f"compensator “{short(result.compensator, 40)}”{_beside(result)} · {count(len(result.plants), 'plant')} · "
-        f"{count(seeds, 'seed')} · joints {joints}"
+        f"{under}{' · ' if under else ''}compensator “{short(result.compensator, 40)}”{_beside(result)} · "
+        f"{count(len(result.plants), 'plant')} · {count(seeds, 'seed')} · joints {joints}"
     )
 
 
