@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -40,7 +41,7 @@ def figures() -> dict[str, Callable[[], Figure]]:
 def oscillation() -> Array:
     """Return the input that every family answers, (T,)."""
     half = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, SAMPLES + 1)))[1:]
-    strokes = [a + (b - a) * half for a, b in zip(TURNS[:-1], TURNS[1:], strict=True)]
+    strokes = [a + (b - a) * half for a, b in itertools.pairwise(TURNS)]
     return np.concatenate([[TURNS[0]], *strokes])
 
 
