@@ -34,12 +34,9 @@ static branch branch_of(const engine_preisach *p, const preisach_memory *m)
     const int32_t n = p->n, cell = cell_of(p, turn.x);
     const double part = (turn.x - p->knot[cell]) / (p->knot[cell + 1] - p->knot[cell]);
     const int64_t row = n + 1;
-    if (m->depth % 2) {
-        const double *e = p->everett + row * (cell + 1) + cell;
-        return (branch){e, e + 1, row, part, cell, n - cell, 1};
-    }
     const double *e = p->everett + row * (cell + 1) + cell;
-    return (branch){e - row, e, -1, part, cell, cell + 1, -1};
+    const branch up = {e, e + 1, row, part, cell, n - cell, 1}, down = {e - row, e, -1, part, cell, cell + 1, -1};
+    return m->depth % 2 ? up : down;
 }
 
 /* E between the turn and the k-th knot on the way; beside the diagonal one of the two columns is 0. */
@@ -88,8 +85,11 @@ static double input_at(const engine_preisach *p, const preisach_memory *m, doubl
     }
     const double x_0 = low < 0 ? m->turn[m->depth - 1].x : knot_ahead(p, &b, low), e_0 = low < 0 ? 0.0 : at_knot(&b, low);
     const double x_1 = knot_ahead(p, &b, high), e_1 = at_knot(&b, high);
-    const double place = e_1 > e_0 ? (change - e_0) / (e_1 - e_0) : 0.0;
-    return x_0 + (place < 1.0 ? place : 1.0) * (x_1 - x_0);
+    if (change >= e_1) {
+        return x_1; /* the knot to the bit: the last one is the end of the memory */
+    }
+    const double x = e_1 > e_0 ? x_0 + (change - e_0) / (e_1 - e_0) * (x_1 - x_0) : x_0;
+    return (b.sign > 0 ? x > x_1 : x < x_1) ? x_1 : x;
 }
 
 /* Direction of the branch in use: a lowest turn is left rising. */

@@ -52,14 +52,14 @@ from dehyst.families.base import UNSCALED, LoopModel, Scaling
 from dehyst.families.registry import Family
 from dehyst.families.training import Training
 from dehyst.families.triangle import size_of, triangle_of
-from dehyst.families.triangle_fit import fit_triangle
+from dehyst.families.triangle_fit import beyond, fit_triangle
 from dehyst.models import ModelCard
 from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
 
 Array = npt.NDArray[np.float64]
 
-SHAPES = ((10, 1), (20, 1), (20, 2), (20, 4))  # lines, and how many of their distances a ridge is wide
+SHAPES = ((10, 1), (20, 1), (20, 2), (20, 4))  # lines over the fitted range, distances of them a ridge is wide
 FINEST = 32  # lines, tried where 20 are better than 10
 
 
@@ -167,26 +167,27 @@ class KrasnoselskiiPokrovskii(LoopModel):
     @classmethod
     def example(cls) -> Self:
         """Kernels around the middle of their plane, ridges two lines wide."""
-        model = cls(*_grid(12, 2))
+        model = cls(*_grid(12, 2, 0))
         i, j = np.tril_indices(12)
         weights = np.exp(-0.05 * (i + j - 11.0) ** 2 - 0.1 * (i - j - 3.0) ** 2) + 0.6 * (i == j)
         return model.with_masses(weights / np.sum(weights), 0.0)
 
 
-def _grid(lines: int, wide: int) -> tuple[Array, float, Array]:
-    """Lines, ridge and zero weights; the ridges, `wide` distances of the lines, together cover -1..1."""
+def _grid(lines: int, wide: int, more: int) -> tuple[Array, float, Array]:
+    """Lines, ridge and zero weights; ridges of `wide` distances together cover -1..1, `more` of them lie beyond."""
     apart = 2.0 / (lines - 1 + wide)
-    return np.asarray(-1.0 + apart * np.arange(lines), dtype=np.float64), wide * apart, np.zeros(size_of(lines))
+    rho = np.asarray(-1.0 + apart * np.arange(-more, lines + more), dtype=np.float64)
+    return rho, wide * apart, np.zeros(size_of(rho.size))
 
 
 def fit(training: Training) -> KrasnoselskiiPokrovskii:
     """Least squares of the weights, not negative (off the diagonal not positive for clockwise loops): convex."""
 
     def blank(lines: int, wide: int) -> KrasnoselskiiPokrovskii:
-        return KrasnoselskiiPokrovskii(*_grid(lines, wide), scaling=training.scaling)
+        return KrasnoselskiiPokrovskii(*_grid(lines, wide, beyond(lines)), scaling=training.scaling)
 
     def finer(best: KrasnoselskiiPokrovskii) -> list[KrasnoselskiiPokrovskii]:
-        if best.lines.size == SHAPES[0][0]:
+        if best.lines.size == SHAPES[0][0] + 2 * beyond(SHAPES[0][0]):
             return []
         wide = round(best.ridge / float(best.lines[1] - best.lines[0]))
         return [blank(FINEST, wide).with_start(best.start)]

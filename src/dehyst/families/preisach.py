@@ -56,14 +56,14 @@ from dehyst.families.base import UNSCALED, LoopModel, Scaling
 from dehyst.families.registry import Family
 from dehyst.families.training import Training
 from dehyst.families.triangle import masses_of, prefixes, size_of
-from dehyst.families.triangle_fit import fit_triangle
+from dehyst.families.triangle_fit import beyond, fit_triangle
 from dehyst.models import ModelCard
 from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
 
 Array = npt.NDArray[np.float64]
 
-GRIDS = (10, 20)  # cells on a side
+GRIDS = (10, 20)  # cells on a side over the fitted range
 FINEST = 32  # tried where 20 are better than 10
 
 
@@ -211,12 +211,15 @@ def fit(training: Training) -> Preisach:
     return fit_triangle(training, [_blank(n, training) for n in GRIDS], lambda best: _finer(best, training))
 
 
-def _blank(n: int, training: Training) -> Preisach:
-    return Preisach(np.linspace(-1.0, 1.0, n + 1), np.zeros(size_of(n)), scaling=training.scaling)
+def _blank(cells: int, training: Training) -> Preisach:
+    more = beyond(cells)
+    knots = np.asarray(np.arange(-more, cells + more + 1) * (2.0 / cells) - 1.0, dtype=np.float64)
+    return Preisach(knots, np.zeros(size_of(knots.size - 1)), scaling=training.scaling)
 
 
 def _finer(best: Preisach, training: Training) -> list[Preisach]:
-    return [_blank(FINEST, training).with_start(best.start)] if best.knots.size == GRIDS[-1] + 1 else []
+    fine = best.knots.size > GRIDS[0] + 2 * beyond(GRIDS[0]) + 1
+    return [_blank(FINEST, training).with_start(best.start)] if fine else []
 
 
 FAMILY = Family(

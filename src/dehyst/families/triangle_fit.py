@@ -26,10 +26,18 @@ BLOCKS = 16
 SMOOTHING = (0.03, 0.1, 0.3, 1.0, 3.0)  # weight of a difference of masses against a sample's residual, scaled
 ACROSS = (0.0, 0.3)  # the same across the diagonal, as a share of it
 FIRST = (0.1, 0.3)  # smoothing and share with which start states are compared
-RIDGE = 1e-4  # of every mass: cells that no sample visits would be anything
+RIDGE = 1e-3  # of every mass: cells that no sample visits would be anything
 SLOPE = 0.001  # smallest slope right after a turn, scaled, as in the paper's fit
 STARTS = ("zero", "rest", "rising", "falling", "origin")
 CLEARLY = 0.98  # another start or sign must leave less than this share of the error
+
+
+def beyond(cells: int) -> int:
+    """Cells that a grid has on either side of the fitted range: a tenth, filled by the smoothing alone.
+
+    A log goes on a little further than its first part; a grid that ended there would be saturated, without memory.
+    """
+    return round(0.1 * cells)
 
 
 class Cells(Protocol):
@@ -176,11 +184,14 @@ def solve(sums: Array, penalty: Array, lower: Array, warm: npt.NDArray[np.bool_]
 
 
 def left_out_error(blocks: Blocks, smoothing: float, share: float) -> float:
-    """RMS error on each block of the fit to the others, scaled."""
+    """RMS error on each block of the fit to the others, scaled; infinite if one of them cannot be solved."""
     whole, penalty = blocks.whole, smooth(blocks.sign.size, smoothing, share)
-    warm = solve(whole, penalty, blocks.lower)[1]
     total = 0.0
-    for part in blocks.parts:
-        v = np.append(solve(whole - part, penalty, blocks.lower, warm)[0], -1.0)
-        total += max(float(v @ part @ v), 0.0)
+    try:
+        warm = solve(whole, penalty, blocks.lower)[1]
+        for part in blocks.parts:
+            v = np.append(solve(whole - part, penalty, blocks.lower, warm)[0], -1.0)
+            total += max(float(v @ part @ v), 0.0)
+    except IdentificationError:  # another grid may do
+        return float("inf")
     return float(np.sqrt(total / whole[0, 0]))
