@@ -101,7 +101,10 @@ def test_sample_by_sample_gives_the_same_forces(name, which, seed):
     model, (x, p, _) = muscle(name, which), walk(seed, 100)
     step = model.stepper(x[0])
     one_by_one = [step(*sample, 0.01) for sample in zip(x.tolist(), p.tolist(), strict=True)]
-    np.testing.assert_allclose(one_by_one, model.simulate(x, p, 0.01 * np.arange(100)), rtol=1e-9, atol=1e-7)
+    force, memory = model.run(x, p, 0.01 * np.arange(100))
+    np.testing.assert_allclose(one_by_one, force, rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(step.memory.plays, memory.plays, rtol=1e-12)
+    assert step.memory.contraction == memory.contraction
 
 
 @every_dynamic

@@ -96,6 +96,23 @@ def test_polynomials_are_as_close_to_the_maps_as_they_say(which, name, rms):
     assert 0.8 * rms < np.sqrt(np.mean(error**2)) < rms
 
 
+@pytest.mark.parametrize(("name", "rms", "pulling"), [("vo-minh", 34.0, False), ("kerscher", 181.0, True)])
+def test_sets_fitted_to_the_makers_map_are_as_close_as_they_say(name, rms, pulling):
+    k, p = np.meshgrid(np.linspace(0, 0.25, 51), np.linspace(0.5, 6, 23) * BAR)
+    model, force = muscle(name, "DMSP-40"), muscle("maker").static_force(k, p)
+    kept = force > 0 if pulling else np.ones(force.shape, bool)
+    error = (model.static_force(k, p) - force)[kept]
+    assert 0.9 * rms < np.sqrt(np.mean(error**2)) < rms
+
+
+@pytest.mark.parametrize("name", ["chou-hannaford", "tondu-lopez", "davis-caldwell", "vo-minh"])
+def test_muscles_of_40_mm_have_the_friction_of_the_simulated_arms(name):
+    # 80 N at 3 bar, 1.3 % of the largest force: an assumption, the same for all
+    model = muscle(name, "DMSP-40")
+    friction = model.static_force(0.11, 3e5) - model.simulate([0.05, 0.11], 3e5)[-1]
+    assert friction == pytest.approx(80.0, rel=0.03)
+
+
 def test_a_measured_muscle_is_affine_in_the_pressure():
     # Martens, Boblan 2017, DMSP-20 of 300 mm: within 0.4 % of the largest force at every length
     worst = 0.0

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from dehyst._native import play_bank
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array
+from dehyst.models.base import make_stepper
 from dehyst.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
 from dehyst.muscles.solve import solve_pressure
 
@@ -523,14 +524,19 @@ class MuscleStepper:
     def __init__(self, model: MuscleModel, contraction: float = 0.0) -> None:
         strains, shares = model._contacts()
         self._model = model
-        self._contacts = list(zip(strains.tolist(), shares.tolist(), strict=True))
+        self._strains = strains
+        self._one = float(strains[0]) if strains.size == 1 else 0.0
+        stiffness = shares / strains if strains.size else shares
+        self._thresholds = np.concatenate(([0.0], strains))  # a sum of stops as one of plays, in the core
+        self._weights = np.concatenate(([stiffness.sum()], -stiffness))
         self._limits = model.limits
         self.reset(contraction)
 
     def reset(self, contraction: float) -> None:
         """Rest at a contraction, with nothing remembered."""
-        self._last = float(contraction)
-        self._plays = [self._last] * len(self._contacts)
+        self._last = self._play = float(contraction)
+        state = np.full(self._weights.size, self._last)
+        self._slips = make_stepper(self._thresholds, self._weights, 0.0, 0.0, state, method="dense")
 
     def __call__(self, contraction: float, pressure: float, period: float) -> float:
         """Return the force [N] after moving there within a period [s]; gauge pressure [Pa].
@@ -573,10 +579,12 @@ class MuscleStepper:
         if not period > 0:
             raise ParameterError(f"period = {period!r} s must be positive.")
         speed = self._model.length * (x - self._last) / period
-        slip, plays = 0.0, self._plays
-        for i, (strain, share) in enumerate(self._contacts):
-            plays[i] = z = max(x - strain, min(x + strain, plays[i]))
-            slip += share * max(-1.0, min(1.0, (x - z) / strain))
+        slip = 0.0
+        if self._one:
+            self._play = max(x - self._one, min(x + self._one, self._play))
+            slip = max(-1.0, min(1.0, (x - self._play) / self._one))
+        elif self._strains.size:
+            slip = max(-1.0, min(1.0, self._slips(x)))
         self._last = x
         return speed, slip
 
@@ -593,4 +601,5 @@ class MuscleStepper:
     @property
     def memory(self) -> Memory:
         """What it remembers; without a time of its own."""
-        return Memory(self._last, float("nan"), np.array(self._plays))
+        plays = np.array([self._play]) if self._one else np.array(self._slips.state[1:])
+        return Memory(self._last, float("nan"), plays)

@@ -108,8 +108,21 @@ class DavisCaldwell(MuscleModel):
     SETS: ClassVar[Mapping[str, str]] = {
         "nylon": f"{_PAPER}: structure; dimensions are assumptions, friction 17 N at 3 bar",
         "hertz": f"{_PAPER}: structure; as nylon, contacts that widen with the power 2/3 of the pressure",
+        "DMSP-40": f"{_PAPER}: structure; fibre geometry of a DMSP-40 (Martens, Boblan 2017, found); strands are "
+        "assumptions, friction 80 N at 3 bar",
     }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {"nylon": {}, "hertz": {"exponent": 2 / 3}}
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "nylon": {},
+        "hertz": {"exponent": 2 / 3},
+        "DMSP-40": {
+            "length": 0.4,
+            "diameter": 0.04,
+            "angle": math.radians(28.6),
+            "strands": 100.0,
+            "strand": 4.5e-4,
+            "presliding": 1e-3,
+        },
+    }
 
     def __post_init__(self) -> None:
         self._check("diameter", "angle", "strands", "strand", "contact", "reference_pressure", "presliding")

@@ -100,9 +100,22 @@ class Kerscher(MuscleModel):
         Parameter("damping_pressure", "N s/(m Pa)", 0.0, 0.1, f"{_PAPER}, size low: calibrate", "d_1"),
     )
     SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-20": f"{_PAPER}: structure; factors {_FIT}, 79 N rms; damper 400 N s/m at 3 bar, low"
+        "DMSP-20": f"{_PAPER}: structure; factors {_FIT}, 79 N rms; damper 400 N s/m at 3 bar, low",
+        "DMSP-40": f"{_PAPER}: structure; factors fitted to the maker's map of a DMSP-40 where it pulls, 180 N rms; "
+        "damper 600 N s/m at 3 bar, low",
     }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {"DMSP-20": {}}
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "DMSP-20": {},
+        "DMSP-40": {
+            "length": 0.4,
+            "radius": 0.02,
+            "shape": 1.44277,
+            "factor": 1.48271,
+            "factor_long": -0.09027,
+            "damping": 150.0,
+            "damping_pressure": 150e-5,
+        },
+    }
 
     def __post_init__(self) -> None:
         self._check("radius", "angle", "shape", "factor")

@@ -83,10 +83,18 @@ class TonduZagal(MuscleModel):
     SETS: ClassVar[Mapping[str, str]] = {
         "rayon": f"{_PAPER}: law of the rayon braid; a = 25 % of the force at 3 bar and b = 0.2 m/s, low",
         "iron": f"{_PAPER}: law of the iron braid; B = 50 N s/m is an assumption",
+        "DMSP-40": "geometry of tondu-lopez's set of that name; a = 40 N and b = 0.2 m/s are assumptions",
     }
     _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "rayon": {},
         "iron": {"drag": 0.0, "viscosity": 50.0},
+        "DMSP-40": {
+            "length": 0.4,
+            "radius": 0.02 * math.sqrt(1.006),
+            "angle": math.radians(25.0),
+            "shape": 1.533,
+            "drag": 40.0,
+        },
     }
 
     def __post_init__(self) -> None:

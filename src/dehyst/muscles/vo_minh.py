@@ -143,8 +143,19 @@ class VoMinh(MuscleModel):
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-20": f"Vo-Minh and others: structure, friction independent of pressure; isometric force {_FIT}",
         "DMSP-20-pressure": "the same, friction in proportion to the pressure",
+        "DMSP-40": "Vo-Minh and others: structure; isometric force fitted to the maker's map of a DMSP-40, 33 N rms; "
+        "friction 80 N (assumption)",
     }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {"DMSP-20": {}, "DMSP-20-pressure": {"pressure_share": 1.0}}
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "DMSP-20": {},
+        "DMSP-20-pressure": {"pressure_share": 1.0},
+        "DMSP-40": {
+            "length": 0.4,
+            "a": (1.03611e-2, -1.65871e-3, -0.362669, 0.907653),
+            "b": (146.885, 14367.9, -98400.1, 208145.0),
+            "slip_forces": tuple(4.0 * force for force in _FORCES),
+        },
+    }
 
     def __post_init__(self) -> None:
         self._check("reference_pressure")
