@@ -5,9 +5,9 @@ r"""Isometric polynomial and Maxwell slip (Vo-Minh, Tjahjowidodo, Ramon, Van Bru
     F = \sum_{j=0}^{3} (a_j p - b_j) \kappa^j - g(p) \sum_i W_i\, e_i/d_i, \qquad
     g = 1 - \sigma + \sigma\, p/p_r
 
-where e_i is a stop operator of the contraction: it follows kappa, and slips where \|e_i\| reaches d_i, with the force
+where e_i is a stop operator of the contraction: it follows kappa, and slips where |e_i| reaches d_i, with the force
 W_i. Loops have nonlocal memory, and their branches are the first curve from rest twice as large (Masing's rule). The
-slopes k_i = W_i/d_i are how much the first curve bends at the slip strains: :meth:`VoMinh.slips` reads them from it.
+slopes k_i = W_i/d_i are how much the first curve bends at the slip strains: `slips` reads them from it.
 
 sigma = 0 is a friction that does not depend on pressure, as reported for the MAS-20 in the force/length plane over
 most of the range; sigma = 1 one in proportion to it (Tondu, Lopez). Both are options because reports disagree.
