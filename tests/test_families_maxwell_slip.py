@@ -115,6 +115,15 @@ def test_several_recordings_without_time_are_fitted_together():
     assert fit.test.rmse_percent < 0.3 and not fit.model.rate_dependent
 
 
+@pytest.mark.parametrize("samples", [4, 6, 10])
+@pytest.mark.filterwarnings("error")
+def test_a_handful_of_samples_is_fitted_quietly(samples):
+    x = np.sin(0.3 * np.arange(samples))
+    late = np.sin(0.3 * np.arange(samples) - 0.1)
+    fit = identify_family(Recording(input=x, output=late, time=0.1 * np.arange(samples)), "maxwell-slip")
+    assert np.isfinite(fit.train.rmse)
+
+
 @pytest.mark.parametrize(
     "parameters",
     [
