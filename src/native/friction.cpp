@@ -1,6 +1,7 @@
 // Host models of friction along a path: a curve and elements with memory, forwards and backwards.
 #include "arrays.h"
 
+#include "duhem.h"
 #include "friction.h"
 #include "lugre.h"
 
@@ -94,6 +95,39 @@ static nb::tuple lugre_invert(const In &y, const In &dt, double farthest, const 
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));
 }
 
+static engine_duhem duhem_of(const In &curve, double alpha, const In &loss, const In &memory)
+{
+    require(loss.size() > 0 && loss.size() <= ENGINE_LOSSES && memory.size() == 2 && curve.size() > 0 && alpha > 0.0,
+            "1 to 16 coefficients of the loss, a memory of two, alpha positive");
+    engine_duhem model;
+    engine_duhem_make(&model, static_cast<int32_t>(curve.size()), curve.data(), alpha, static_cast<int32_t>(loss.size()),
+                      loss.data());
+    return model;
+}
+
+static nb::tuple duhem_run(const In &x, const In &curve, double alpha, const In &loss, const In &memory)
+{
+    const engine_duhem model = duhem_of(curve, alpha, loss, memory);
+    std::vector<double> y(x.size()), after = copy(memory);
+    {
+        nb::gil_scoped_release released;
+        engine_duhem_run(&model, static_cast<int64_t>(x.size()), x.data(), after.data(), y.data());
+    }
+    return nb::make_tuple(own(std::move(y)), own(std::move(after)));
+}
+
+static nb::tuple duhem_invert(const In &y, double farthest, const In &curve, double alpha, const In &loss,
+                              const In &memory)
+{
+    const engine_duhem model = duhem_of(curve, alpha, loss, memory);
+    std::vector<double> x(y.size()), after = copy(memory);
+    {
+        nb::gil_scoped_release released;
+        engine_duhem_invert(&model, static_cast<int64_t>(y.size()), y.data(), farthest, after.data(), x.data());
+    }
+    return nb::make_tuple(own(std::move(x)), own(std::move(after)));
+}
+
 void bind_friction(nb::module_ &m)
 {
     m.def("bank_run", &bank_run, "x"_a, "curve"_a, "element"_a, "weight"_a, "memory"_a,
@@ -106,5 +140,9 @@ void bind_friction(nb::module_ &m)
     m.def("lugre_columns", &lugre_columns, "x"_a, "dt"_a, "curve"_a, "parameter"_a, "memory"_a,
           "z, its rate and the speed (T, 3) along x in time.");
     m.def("lugre_invert", &lugre_invert, "y"_a, "dt"_a, "farthest"_a, "curve"_a, "parameter"_a, "memory"_a,
+          "(x, memory): the inputs for outputs y that rise with the input.");
+    m.def("duhem_run", &duhem_run, "x"_a, "curve"_a, "alpha"_a, "loss"_a, "memory"_a,
+          "(y, memory): Coleman and Hodgdon's model along x.");
+    m.def("duhem_invert", &duhem_invert, "y"_a, "farthest"_a, "curve"_a, "alpha"_a, "loss"_a, "memory"_a,
           "(x, memory): the inputs for outputs y that rise with the input.");
 }

@@ -23,6 +23,7 @@ MODULES = {
     "creep-pi": "dehyst.families.creep_pi",
     "maxwell-slip": "dehyst.families.maxwell_slip",
     "dahl": "dehyst.families.dahl",
+    "duhem": "dehyst.families.duhem",
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
     "generalised-bouc-wen": "dehyst.families.generalised_bouc_wen",
