@@ -36,6 +36,7 @@ def bench(tmp_path_factory, truth):
             (p - 0.5e5) / 1e5 + 1.01325,
             np.maximum(truth.static_force(k, p - 0.5e5), 0),
         ),
+        "mass": ("contraction,pressure_bar,force_kg", k, p / 1e5, force / 9.80665),
         "wrong": ("contraction,pressure_bar,force_N", k, p / 1e3, force),
     }
     for name, (head, *columns) in dresses.items():
@@ -95,6 +96,7 @@ def test_parameters_sets_and_length_are_those_that_were_typed(run):
         ("nameless", ()),
         ("absolute", ("--absolute",)),
         ("wrong", ("--pressure-unit", "kPa")),
+        ("mass", ("--force", "force_kg")),
     ],
 )
 def test_one_log_in_any_units_gives_one_fit(run, bench, truth, log, options):
@@ -105,6 +107,7 @@ def test_one_log_in_any_units_gives_one_fit(run, bench, truth, log, options):
         assert fit["parameters"][name] == pytest.approx(getattr(truth, name), rel=1e-3)
     codes = {warning["code"] for warning in fit["warnings"]}
     assert ("muscle-unit-guessed" in codes) == (log == "nameless")
+    assert ("muscle-mass" in codes) == (log == "mass")
     assert ("muscle-force-sign" in codes) == (log == "nameless")
 
 
@@ -128,6 +131,8 @@ def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
         (("muscle", "maker", "--contractions", "80"), r"80 % is outside -5 to 50 %"),
         (("muscle", "maker", "--length", "300"), r"Write 300mm"),
         (("muscle", "maker", "--length", "long"), r"no length"),
+        (("muscle", "maker", "--length", "-1mm"), r"not positive"),
+        (("muscle", "maker", "--log", "plain.csv", "--seed", "-1"), r"from 0 on"),
         (("muscle", "maker", "--save", "m.json"), r"Add --log"),
         (("muscle", "none.json"), r"cannot be read"),
         (("muscle", "maker", "--figure", "m.jpeg"), r"neither SVG nor PNG"),

@@ -209,6 +209,12 @@ def test_too_few_samples_or_columns_of_two_logs_are_refused():
     log = BenchLog(np.linspace(0, 0.1, 8), np.full(8, 3e5), np.linspace(900, 300, 8))
     with pytest.raises(RecordingError, match="any of them would do"):
         fit_muscle(log, "aschemann-schindele")
+    with pytest.raises(RecordingError, match="stays at 50 N"):
+        fit_muscle(BenchLog(log.contraction, log.pressure, np.full(8, 50.0)), "maker")
+    with pytest.raises(RecordingError, match=r"does not increase after sample 3.*--at-rest"):
+        BenchLog(log.contraction, log.pressure, log.force, np.arange(8.0) % 4)
+    with pytest.raises(ParameterError, match="from 0 on"):
+        fit_muscle(log, "maker", seed=-1)
     with pytest.raises(ParameterError, match="no muscle model"):
         fit_muscle(log, "unknown")
     with pytest.raises(ParameterError, match="not a length or per cent"):

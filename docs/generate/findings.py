@@ -468,6 +468,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Contraction, length or pressure of a bench log names no unit; one was taken from the size of the numbers.",
             "None if that is right. Otherwise `--contraction-unit`, `--pressure-unit`, or a unit in the column's name.",
         ),
+        "muscle-mass": (
+            "The column of the force is in kg or g: a load cell that shows a mass. It was taken as the force that the "
+            "mass weighs.",
+            "None if that is right; `--force-unit N` if the column's name misleads.",
+        ),
         "muscle-force-sign": (
             "The force is negative where the muscle pulls. Its sign was turned.",
             "None.",

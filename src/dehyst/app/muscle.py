@@ -141,6 +141,8 @@ def _length(text: str) -> float:
         raise ParameterError(f"--length {text!r:.40} is no length. Write it as 0.3 (in metres) or 300mm.")
     metres = float(convert(value, unit, "m"))
     if not 0.0 < metres <= LONGEST:
+        if metres <= 0.0:
+            raise ParameterError(f"--length {text} is not positive. Write it as 0.3 (in metres) or 300mm.")
         raise ParameterError(
             f"--length {text} is {metres:g} m, and muscles are up to 9 m long: a number without a unit is in metres. "
             f"Write {text}mm if it is in millimetres.",

@@ -13,7 +13,7 @@ from dehyst.errors import ParameterError, RecordingError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.several import Columns, read_columns
 from dehyst.muscles.bench_log import BenchLog
-from dehyst.units import canonical, convert, dimension
+from dehyst.units import MASS_FACTORS, canonical, convert, dimension, mass_unit
 
 Array = npt.NDArray[np.float64]
 
@@ -24,6 +24,7 @@ STRONGEST = 2e6  # Pa; no muscle takes 20 bar
 WEAKEST = 1e4  # Pa; a log that stays below a tenth of a bar is in another unit
 VACUUM = -2e4  # Pa gauge; offsets of sensors are smaller
 ATMOSPHERE = 101325.0  # Pa
+GRAVITY = 9.80665  # m/s^2, standard
 # Largest value up to which a pressure without a unit is taken for one, in order.
 GUESSES = ((12.0, "bar"), (1200.0, "kPa"), (12_000.0, "mbar"), (float("inf"), "Pa"))
 
@@ -170,6 +171,12 @@ def _pressure(table: Columns, request: LogRequest, findings: list[Finding]) -> A
         )
     _known(table, "pressure", unit, "pressure", "--pressure-unit bar")
     found = np.asarray(convert(values, unit, "Pa")) - (ATMOSPHERE if request.absolute else 0.0)
+    if largest <= 0.0:
+        raise UnitError(
+            f"column '{name}' of {table.name} is never above {largest:.4g}: a muscle pulls when its pressure is above "
+            f"the ambient. Check the column, its sign and its zero.",
+            largest=largest,
+        )
     if not WEAKEST <= float(found.max()) <= STRONGEST:
         likely = next(other for limit, other in GUESSES if largest <= limit)
         cure = f"--pressure-unit {likely}" if likely != canonical(unit) else "--pressure-unit with the right one"
@@ -190,9 +197,20 @@ def _pressure(table: Columns, request: LogRequest, findings: list[Finding]) -> A
 
 
 def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array:
-    unit = _unit(table, "force", option) or "N"
-    _known(table, "force", unit, "force", "--force-unit N")
-    found = np.asarray(convert(table.values["force"], unit, "N"))
+    unit = _unit(table, "force", option)
+    mass = mass_unit(table.names["force"], unit)
+    if mass:
+        findings.append(
+            Finding(
+                "muscle-mass",
+                f"column '{table.names['force']}' is in {mass}, a mass: taken as the force that it weighs, {GRAVITY} "
+                f"N for 1 kg, as load cells are calibrated. Otherwise say the unit: --force-unit N.",
+            )
+        )
+        found = table.values["force"] * (MASS_FACTORS[mass] * GRAVITY)
+    else:
+        _known(table, "force", unit or "N", "force", "--force-unit N")
+        found = np.asarray(convert(table.values["force"], unit or "N", "N"))
     if float(found.max()) <= 0.05 * float(-found.min()):
         findings.append(
             Finding(

@@ -63,6 +63,7 @@ class BenchLog:
             raise RecordingError(f"columns of {self.name} have {sorted(sizes)} samples; they must be of one log.")
         if self.force.size < FEWEST:
             raise RecordingError(f"{self.name} has {self.force.size} samples, but a fit takes {FEWEST} at least.")
+        _refuse_backward(self.time, self.name)
 
     def __len__(self) -> int:
         return self.force.size
@@ -84,6 +85,17 @@ class BenchLog:
     def at_rest(self) -> BenchLog:
         """Return the same points without time."""
         return BenchLog(self.contraction, self.pressure, self.force, None, self.name, self.findings)
+
+
+def _refuse_backward(time: Array | None, name: str) -> None:
+    back = np.zeros(0) if time is None else np.flatnonzero(np.diff(time) <= 0)
+    if back.size:
+        raise RecordingError(
+            f"time of {name} does not increase after sample {back[0]}, nor at {back.size - 1} other places: speeds "
+            f"would be infinite. Cut one recording out of it (--from, --to), or take its rows as points at "
+            f"rest (--at-rest).",
+            index=int(back[0]),
+        )
 
 
 def _finite(values: npt.ArrayLike, name: str) -> Array:

@@ -124,8 +124,9 @@ def _parameters(
         found.append(
             Finding(
                 "muscle-at-bound",
-                f"{', '.join(at_bound)} ended at a bound of the search: the muscle wants a value that has no meaning "
-                f"in this model, or the log's units are wrong. See the bounds with: dehyst muscle {model.name} --json",
+                f"{', '.join(at_bound)} ended at a bound of the search. Where that is zero, the log shows nothing of "
+                f"it; elsewhere the muscle wants a value that has no meaning in this model, or the log's units are "
+                f"wrong. The bounds: dehyst muscle {model.name} --json",
             )
         )
     return found

@@ -19,7 +19,8 @@ from dehyst.muscles.registry import muscle_class
 from dehyst.muscles.search import Found, refine, search
 
 FOLDS = 4
-LONG = 4000  # samples beyond which starts are compared on every other, third, ... sample
+FLAT = 1e-6  # relative range of a force that does not vary
+LONG = 2500  # samples beyond which starts are compared on every other, third, ... sample
 DEPENDENT = 1e-7  # singular value, of scaled slopes, below which a combination of parameters is not told by the log
 
 
@@ -130,6 +131,8 @@ def fit_muscle(log: BenchLog, model: MuscleModel | str, *, seed: int = 0) -> Mus
     >>> found.rmse < 1e-6 * 2000
     True
     """
+    if not 0 <= seed < 2**63:
+        raise ParameterError(f"seed = {seed} must be a whole number from 0 on.", seed=seed)
     start = muscle_class(model).published() if isinstance(model, str) else model
     used = ~log.slack
     _refuse(log, used, start)
@@ -178,7 +181,7 @@ def parameter_names(model: MuscleModel) -> tuple[str, ...]:
 
 
 def _refuse(log: BenchLog, used: npt.NDArray[np.bool_], model: MuscleModel) -> None:
-    many, free = int(used.sum()), model.vector().size
+    many, free, span = int(used.sum()), model.vector().size, float(np.ptp(log.force[used]))
     if not free:
         raise ParameterError(f"{model.name} has no parameter that a fit may change.")
     if many <= free:
@@ -187,6 +190,12 @@ def _refuse(log: BenchLog, used: npt.NDArray[np.bool_], model: MuscleModel) -> N
             f"them would do. Log {3 * free} points or more, or take a model with fewer parameters.",
             samples=many,
             parameters=free,
+        )
+    if span <= FLAT * float(np.max(np.abs(log.force))):
+        raise RecordingError(
+            f"the force of {log.name} stays at {float(log.force.max()):.4g} N: nothing shows how it depends on "
+            f"contraction and pressure. Check the column, and log both over their range.",
+            span=span,
         )
     forces(model, log)  # a contraction or pressure beyond the model's limits is named before the search
 

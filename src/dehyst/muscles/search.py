@@ -155,7 +155,7 @@ class _Problem:
         start = _inside(x, self.low, self.high)[which]
         found = least_squares(
             lambda v: miss(v) / self.unit, start, bounds=(low, high), x_scale=self.steps[which],
-            max_nfev=EVALUATIONS, xtol=1e-10, ftol=1e-10, gtol=1e-10,
+            max_nfev=EVALUATIONS, xtol=1e-9, ftol=1e-9, gtol=1e-9,
         )  # fmt: skip
         new = self._put(x, which, found.x)
         cost, before = self.cost(new), self.cost(x)
