@@ -5,6 +5,9 @@
 #include <math.h>
 #include <stddef.h>
 
+enum { PATIENCE = 12 };
+static const double ROUNDING = 2e-16;
+
 static double clip(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
 static double radius_of(const engine_elements *p, int32_t i, double rate) { return p->radius[i] + p->extra[i] * fabs(rate); }
@@ -134,8 +137,8 @@ static line sum_at(const engine_elements *p, double x, double h, const double *m
     return sum;
 }
 
-/* Zero of the rising piecewise linear sum less y. A Newton step that does not leave its piece is exact; one that leaves the
- * bracket is halved instead, and so is every fourth, whatever the weights. */
+/* Zero of the rising piecewise linear sum less y. A Newton step that does not leave its piece is exact. One that leaves the
+ * bracket gives way to its middle, and so does every third after the first PATIENCE: whatever the weights, it ends. */
 static double solve(const engine_elements *p, double y, double h, double farthest, const double *memory)
 {
     double low = -farthest, high = farthest, x = clip(memory[0], low, high);
@@ -152,7 +155,10 @@ static double solve(const engine_elements *p, double y, double h, double farthes
         }
         const double newton = at.slope > 0.0 ? (y - at.constant) / at.slope : 2.0 * farthest;
         double next = newton;
-        if (!(newton >= low && newton <= high) || turn % 4 == 0) {
+        if (fabs(newton - x) <= ROUNDING * (1.0 + fabs(x))) {
+            return newton;
+        }
+        if (!(newton >= low && newton <= high) || (turn > PATIENCE && turn % 3 == 0)) {
             next = 0.5 * (low + high);
         } else {
             const line there = sum_at(p, newton, h, memory);

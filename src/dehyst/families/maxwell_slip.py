@@ -28,6 +28,7 @@ parameter                     meaning                                           
 ``dampings``                  a_j, from 0 on                                        s              identified, convex
 ``offset``                    c                                                     scaled         identified, convex
 ``position``                  whether the output is the position                    -              the smaller error
+``falling``                   whether the output is -f: the curve of the log falls  -              the smaller error
 ============================  ====================================================  =============  =====================
 
 Source: W. D. Iwan, A distributed-element model for hysteresis and its steady-state dynamic response, J. Appl. Mech.
@@ -109,6 +110,8 @@ class MaxwellSlip(ParallelModel):
         c.
     position
         Whether the output is the position and the input the force.
+    falling
+        Whether the output is the force with the other sign.
 
     Raises
     ------
@@ -133,6 +136,7 @@ class MaxwellSlip(ParallelModel):
     dampings: Array = field(default_factory=_none)
     offset: float = 0.0
     position: bool = False
+    falling: bool = False
     scaling: Scaling = UNSCALED
     start: str = "rest"
     card: ModelCard = NO_CARD
@@ -153,6 +157,8 @@ class MaxwellSlip(ParallelModel):
             not_negative(getattr(self, name), name)
         if self.stiffness < 0.0:
             raise ParameterError(f"stiffness = {self.stiffness:g} is negative; an elastic spring pushes back.")
+        if self.falling and self.position:
+            raise ParameterError("a falling position is not known; give the force the other sign.")
         put(self, "rate_dependent", bool(self.speeds.size))
 
     def make(self) -> Elements:
@@ -185,7 +191,7 @@ class MaxwellSlip(ParallelModel):
 
     def _force(self, q: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
         u, after = self.parts.run(q, dt, memory)
-        return self.offset + u, after
+        return (-1.0 if self.falling else 1.0) * (self.offset + u), after
 
     def _position(self, force: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
         return self.parts.invert(force - self.offset, dt, memory)
@@ -198,6 +204,10 @@ class MaxwellSlip(ParallelModel):
     @property
     def no_inverse(self) -> str:
         """With an elastic spring the force strictly follows the position."""
+        if self.falling:
+            return (
+                "the curve of the log falls, but the force rises after every turn: give the log's force the other sign."
+            )
         return "" if self.stiffness > 0.0 else "the elastic spring has no stiffness, so many positions bear one force."
 
     @classmethod
@@ -209,10 +219,14 @@ class MaxwellSlip(ParallelModel):
 def fit(training: Training) -> MaxwellSlip:
     """All stiffnesses by one convex program; what is beside them by blocks held out within the training.
 
-    Unless the loops run clockwise the force may be what was applied and the position what was measured: both ways are
-    fitted, and that with the smaller error of the simulated output is taken.
+    Unless the loops run clockwise the force may be what was applied and the position what was measured, or the log may
+    hold the force of a wide loop whose curve seems to fall: all are fitted, and the smallest error of the simulated
+    output decides.
     """
-    return training.best([_fit(training, position) for position in ((False,) if training.clockwise else (True, False))])
+    if training.clockwise:
+        return _fit(training, False)
+    other = replace(training, stretches=tuple(replace(s, y=-s.y) for s in training.stretches))
+    return training.best([_fit(training, True), _fit(training, False), replace(_fit(other, False), falling=True)])
 
 
 def _fit(training: Training, position: bool) -> MaxwellSlip:
