@@ -7,6 +7,7 @@
 
 enum { MOST_STEPS = 200000 };
 static const double fine = 0.2;     /* step times steepness of Runge-Kutta: errors below 1e-8 of the state */
+static const double beyond = 1e9; /* steepness of a state that grows without limit */
 static const double settled = 1e-5; /* dz/dx over its value at z = 0 near its limit: its square is left out */
 
 static double psi_of(const double *element, double dx, double z, double x)
@@ -86,6 +87,10 @@ static double stepped(double slope, double n, double psi, double z, double dx, d
     for (int k = 0; k < MOST_STEPS && left != 0.0; ++k) {
         const double first = rate_of(slope, n, psi, z);
         const double steep = fmax(limit, z != 0.0 ? n * fabs(slope - first) / fabs(z) : 0.0);
+        if (!(steep < beyond) || isinf(z)) { /* it hardens: the state has gone to infinity within this move */
+            z = copysign(HUGE_VAL, z);
+            break;
+        }
         const double h = fabs(left) * steep <= fine ? left : copysign(fine / steep, left);
         if (fabs(first) <= settled * slope) { /* so near its limit that the way there is an exponential */
             z += first * -expm1(-limit * fabs(left)) / copysign(limit, left);

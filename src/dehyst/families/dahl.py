@@ -15,7 +15,7 @@ scaled to the range of the log.
 parameter       meaning                                                  unit          source
 ==============  =======================================================  ============  =====================
 ``curve``       coefficients of c, lowest first; straight beyond +-1     scaled        identified
-``lengths``     L_k, on which an element forgets a turn                  half ranges   grid, 0.01 to 5
+``lengths``     L_k, on which an element forgets a turn                  half ranges   grid, 0.01 to 2
 ``weights``     w_k, stiffness of an element                             scaled        identified, convex
 ==============  =======================================================  ============  =====================
 
@@ -48,7 +48,7 @@ from dehyst.models import ModelCard
 from dehyst.models.arrays import Array, parameter_array
 from dehyst.models.card import NO_CARD
 
-LENGTHS = np.geomspace(0.01, 5.0, 14)
+LENGTHS = np.geomspace(0.01, 2.0, 12)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
