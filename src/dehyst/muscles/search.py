@@ -20,6 +20,7 @@ from dehyst.models.arrays import Array
 RANDOM_STARTS = 8
 POLISHED = 2  # best starts that are searched to the end
 NO_EFFECT = 1e-12  # of the largest force, by a parameter that is moved by a tenth
+ON_BOUND = 1e-6  # of a step
 LINEAR = 1e-9  # the same, of a second difference
 WIDE = 30.0  # bounds whose ratio is larger are searched on a logarithmic scale
 EVALUATIONS = 100  # of a search, finite differences not counted
@@ -78,7 +79,7 @@ def search(
         tried += _drawn(x0, low, high, active, np.random.default_rng(seed))
     solved = sorted((problem.projected(each) for each in tried), key=lambda pair: pair[0])
     ends = [problem.searched(x) for _, x in solved[: POLISHED if np.any(active & ~linear) else 1]]
-    best = min([*ends, solved[0]], key=lambda pair: pair[0])[1]
+    best = problem.snapped(min([*ends, solved[0]], key=lambda pair: pair[0])[1])
     return Found(best, problem.slopes(best), active, linear, len(tried))
 
 
@@ -86,7 +87,7 @@ def refine(predict: Predict, target: Array, found: Found, bounds: tuple[Array, A
     """Return the least squares of other samples, from parameters that are good already."""
     steps = _steps(found.vector, *bounds)
     problem = _Problem(predict, target, *bounds, found.active, found.linear, steps)
-    best = problem.polished(problem.projected(found.vector)[1])[1]
+    best = problem.snapped(problem.polished(problem.projected(found.vector)[1])[1])
     return replace(found, vector=best, jacobian=problem.slopes(best))
 
 
@@ -142,8 +143,18 @@ class _Problem:
 
     def polished(self, x: Array) -> tuple[float, Array]:
         """Cost and parameters after a search over all of them at once, which a good start makes short."""
-        both = np.flatnonzero(self.active)
-        return self._least(both, x, lambda v: self.miss(self._put(x, both, v)))
+        free = np.flatnonzero(self.active & ~(self.linear & self.at_bound(x)))  # the others are where they belong
+        return self._least(free, x, lambda v: self.miss(self._put(x, free, v)))
+
+    def at_bound(self, x: Array) -> npt.NDArray[np.bool_]:
+        """(n,) parameters that lie on a bound, to rounding."""
+        return np.asarray(np.minimum(x - self.low, self.high - x) <= ON_BOUND * self.steps)
+
+    def snapped(self, x: Array) -> Array:
+        """Return the parameters with those that all but lie on a bound on it, if that is no worse."""
+        near = np.where(x - self.low <= self.high - x, self.low, self.high)
+        new = np.where(self.active & self.at_bound(x), near, x)
+        return new if self.cost(new) <= self.cost(x) * (1.0 + 1e-9) else x
 
     def _projected_miss(self, x: Array, outer: npt.NDArray[np.int64]) -> Callable[[Array], Array]:
         return lambda v: self.miss(self.projected(self._put(x, outer, v))[1])

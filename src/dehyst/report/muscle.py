@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
+from dehyst.models.arrays import Array
 from dehyst.muscles.bench import Bench
 from dehyst.muscles.fit import MuscleFit
 from dehyst.muscles.force_map import reach
@@ -26,6 +28,7 @@ from dehyst.report.thin import Window
 
 TITLE = "dehyst muscle: "  # by which a picture is known that may be drawn anew
 BAR = 1e5
+FEW_DOTS, MANY_DOTS = 120, 500  # of a log on the map
 ONE_ROW = 4  # entries of a legend
 NARROW = 1e-4  # percent of the response's range; a narrower loop is none
 NO_LOOPS = "This model has no hysteresis: both ways lie on one line."
@@ -75,7 +78,8 @@ def write_muscle_figure(bench: Bench, path: str | os.PathLike[str], fit: MuscleF
     OutputError
         If the file cannot be written or has another ending.
     """
-    panels = [figure.panels[0] for figure in muscle_figures(bench, fit) if figure.key != "fit"]
+    drawn = [figure for figure in muscle_figures(bench, fit) if figure.key != "fit"]
+    panels = [replace(figure.panels[0], title=figure.title) for figure in drawn]
     return write_picture(
         Figure("muscle", bench.model.name, "", tuple(panels)), require_picture_name(path), f"{TITLE}{bench.model.name}"
     )
@@ -270,13 +274,21 @@ def _draw_map(bench: Bench, fit: MuscleFit | None, axes: Axes) -> None:
     k = np.linspace(low, most, 161)
     curves = [model.static_force(k, np.full(k.size, p)) for p in pressures]
     shown = [np.where(force >= 0, force, np.nan) for force in curves]
-    dots = () if fit is None else ((100 * fit.log.contraction[fit.used], fit.log.force[fit.used]),)
+    dots = [] if fit is None else [_dots(fit)]
     label_axes(axes, Window.around(*((100 * k, force) for force in shown), *dots), "contraction [%]", "force [N]")
     for x, y in dots:
-        axes.plot(x, y, "o", ms=3.2, mew=0.0, color=MUTED.light, alpha=0.8, zorder=3)
+        size = 3.2 if x.size <= FEW_DOTS else 1.8
+        axes.plot(x, y, "o", ms=size, mew=0.0, color=MUTED.light, alpha=0.8, zorder=3)
     for p, force, token in zip(pressures, shown, _tokens(len(shown)), strict=True):
         axes.plot(100 * k, force, color=token.light, lw=1.5, label=_bar(p))
     _legend(axes)
+
+
+def _dots(fit: MuscleFit) -> tuple[Array, Array]:
+    """Samples of the log that pull, at most `MANY_DOTS` of them."""
+    which = np.flatnonzero(fit.used)
+    which = which[:: -(-which.size // MANY_DOTS)]
+    return 100 * fit.log.contraction[which], fit.log.force[which]
 
 
 def _draw_over_pressure(bench: Bench, axes: Axes) -> None:
@@ -291,7 +303,7 @@ def _draw_over_pressure(bench: Bench, axes: Axes) -> None:
     _legend(axes)
 
 
-def _shown(loop: Loop, isotonic: bool) -> tuple[np.ndarray, np.ndarray]:
+def _shown(loop: Loop, isotonic: bool) -> tuple[Array, Array]:
     """Drive and response as drawn: contraction in percent, pressure in bar."""
     if isotonic:
         return loop.drive / BAR, 100 * loop.response
