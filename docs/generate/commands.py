@@ -13,6 +13,7 @@ COMMANDS = (
     "design",
     "muscle",
     "identify",
+    "compare",
     "simulate",
     "compensate",
     "drift",

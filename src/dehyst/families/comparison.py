@@ -51,6 +51,15 @@ class Comparison:
         Held-out samples of each recording, (T,); all fitted ones where nothing was held out.
     seed
         Of all searches.
+
+    Examples
+    --------
+    >>> import numpy as np, dehyst
+    >>> x = 2 * np.sin(np.linspace(0, 40, 800)) * np.linspace(1, 0.3, 800)
+    >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    >>> found = dehyst.compare(dehyst.Recording(input=x, output=y), ["pi", "static"])
+    >>> found.chosen.family, found["static"].error_percent > found["pi"].error_percent
+    ('pi', True)
     """
 
     entries: tuple[Entry, ...]

@@ -58,6 +58,16 @@ class FamilyFit:
         What the fit took, processor time of its thread. [s]
     seed
         Of everything random; None for convex fits, which have nothing random.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dehyst import Recording
+    >>> from dehyst.families.dahl import Dahl
+    >>> x = np.sin(np.linspace(0.0, 40.0, 800)) * np.linspace(1.0, 0.3, 800)
+    >>> fit = Dahl.identify(Recording(input=x, output=Dahl.example().simulate(x)))
+    >>> fit.family, fit.invertible, fit.seed, bool(fit.test.rmse < 0.01)
+    ('dahl', True, None, True)
     """
 
     family: str
