@@ -188,8 +188,8 @@ def test_every_public_name_and_every_member_of_the_stepper_is_in_the_reference()
 
 def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
     if isinstance(value, dict):
-        return set(value).union(*(keys_of(item) for key, item in value.items() if key not in free))
-    return set().union(*(keys_of(item) for item in value)) if isinstance(value, (list, tuple)) else set()
+        return set(value).union(*(keys_of(item, free) for key, item in value.items() if key not in free))
+    return set().union(*(keys_of(item, free) for item in value)) if isinstance(value, (list, tuple)) else set()
 
 
 def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
