@@ -73,6 +73,8 @@ class PidController(_Law):
     The derivative is that of the encoder's readings behind a first-order filter. The mean pressure is constant, the
     pressure loops are the paper's. Defaults: ``for_joint(JointControllerParameters())``, rounded.
 
+    What it cannot do: carry a weight or follow an acceleration before an error has grown, for it is told of neither.
+
     Parameters
     ----------
     proportional
@@ -138,8 +140,10 @@ class VoMinhController(_Law):
     Inner pressure loops (the paper's), the static model and the hysteresis :math:`Q_h` fed forward along the desired
     position, a PI on the position. Structure: high confidence; gains: not accessible, derived here. :math:`Q_h` is
     the joint's compensator: the published one is a Maxwell-slip model, a `DirectInverse` of stop operators alone with
-    weights >= 0 (the recipe "maxwell-slip"). Without it, "off", the static model is fed forward alone. It has no
-    derivative: its gains are bounded by the joint's own light damping and not by the pressure loops.
+    weights >= 0 (the recipe "maxwell-slip"). Without it, "off", the static model is fed forward alone.
+
+    What it cannot do: damp. It has no derivative and feeds no inertia torque forward, so that a fast motion makes the
+    joint ring, and its gains are bounded by the joint's own light damping and not by the pressure loops.
 
     Parameters
     ----------
@@ -204,6 +208,9 @@ class SlidingModeController(_Law):
     of reduced order, :math:`\dot{\hat d} = L_o (Q - Q_{load} - Q_c - M \ddot q - \hat d)`; a compensator's torque
     :math:`Q_c` is known to it, so that both do not act on the same hysteresis. The switch "integrator" is that of the
     observer's feedback. Structure: high, numbers: low confidence; derived here.
+
+    What it cannot do: see what the pressure loops leave. The observer begins at measured pressures, so that a few
+    thousandths of a bar between them and the desired ones stay an error of the angle.
 
     Parameters
     ----------
@@ -271,6 +278,9 @@ class OneValveController(_Law):
     and the wanted one is that of :math:`\Delta p_d` along the reference, at the mean pressure that is measured, plus
     :math:`k_{\Delta p} (\Delta p_d - \Delta p)`; :math:`\Delta p_d` is the paper's position law with the poles at
     `pole`. Without position control the pressure difference alone is imposed. Structure: medium confidence.
+
+    What it cannot do: choose the mean pressure, and with it stiffness and range. It rests where the spool's leaks
+    balance, a share of the supply, which therefore has to be set for it.
 
     Parameters
     ----------
