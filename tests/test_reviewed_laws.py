@@ -5,6 +5,8 @@ from dataclasses import astuple, fields
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from dehyst.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
 from dehyst.control.reviewed import (
@@ -299,3 +301,20 @@ def test_the_disturbance_observer_finds_a_constant_torque_whatever_is_compensate
         assert controller.disturbance == pytest.approx(P.b[0] * 0.1 * BAR - known, abs=1e-3)
         assert first == pytest.approx(P.b[0] * 0.1 * BAR, abs=1.0)  # as the core's observer has it
         assert compensator is None or known > 2.0
+
+
+HOSTILE = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([0.0, 0.1, 3e5, 1e100, -1e100, 1e308])
+)
+
+
+@pytest.mark.parametrize("name", LAWS)
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.lists(st.tuples(*(HOSTILE for _ in range(10))), min_size=1, max_size=12))
+def test_whatever_the_numbers_are_the_valves_get_commands(name, rows):
+    patient = JointControllerParameters(hold_samples=1000, angle_jump=0.0, pressure_jump=0.0)
+    table = np.array(rows)
+    out = bench(name, STOPS, parameters=patient).run(*table[:, :3].T, table[:, 3:], np.full(len(rows), ALL))
+    for valve in (out.valve_1, out.valve_2):
+        assert np.isfinite(valve).all() and np.abs(valve).max() <= 1.0
+    assert np.isfinite(out.desired_1).all() and np.isfinite(out.integrator).all() and np.isfinite(out.torque).all()
