@@ -25,7 +25,8 @@ Source: J. Song and A. Der Kiureghian, Generalized Bouc-Wen model for highly asy
 
 The fit: Bouc-Wen's element is searched first; from there the four loading limits, the two unloading slopes and n are
 searched by the simplex method of Nelder and Mead, curve and w being the solution of a convex program each time. Only
-elements are taken whose state stays bounded: unloading never turns into growth. The output rises in the six phases of
+elements are taken whose state stays bounded, for unloading never turns into growth, and moves at most 32 times as far
+as x. The output rises in the six phases of
 a steady loop; two more, loading on the far side of x = 0 with z still of the other sign, come up in small cycles beside
 x = 0, and their psi follows from the six. There the model may have to say that it has no inverse. n = 1 is solved
 exactly, other powers by Runge-Kutta steps in x to about 1e-7.
@@ -59,6 +60,8 @@ PHASES = np.array(np.unravel_index(np.arange(8), (2, 2, 2))).T * 2.0 - 1.0  # si
 ALONG, SIDE, PLACE = PHASES.T
 SIGNS = np.column_stack([ALONG * SIDE, PLACE * ALONG, PLACE * SIDE, ALONG, SIDE, PLACE])
 LOADING = ALONG == SIDE
+MARGIN = 0.999  # of a loading limit's psi, below which that of unloading stays
+STEEPEST = 32.0  # dz/dx in any phase of a fitted element, whether the log shows the phase or not
 STEADY = [7, 6, 0, 1, 3, 4]  # phases: loading up at x > 0, x < 0; loading down at x < 0, x > 0; unloading from either
 
 
@@ -116,7 +119,8 @@ class GeneralisedBoucWen(FrictionLoop):
         for side in (-1.0, 1.0):
             loading, unloading = psi[LOADING & (side == SIDE)], psi[~LOADING & (side == SIDE)]
             least = float(np.min(loading))
-            bounded = least > 0.0 and float(np.max(unloading)) <= least  # or unloading would turn into growth
+            # Else unloading would turn into growth, beyond the limit and, by rounding, right at it.
+            bounded = least > 0.0 and float(np.max(unloading)) <= MARGIN * least
             found.append(side * least ** (-1.0 / self.power) if bounded else side * np.inf)
         return np.array(found)
 
@@ -125,12 +129,13 @@ class GeneralisedBoucWen(FrictionLoop):
         return self._ends(np.arange(8))
 
     def column_ranges(self) -> tuple[Array, Array]:
-        """dz/dx over the six phases of a steady loop; in the other two a fitted output may fall."""
-        return self._ends(np.array(STEADY))
+        """dz/dx over the six phases of a steady loop; infinite for elements that a fit is not to take at all."""
+        everywhere = np.abs(self.slope_ranges()).max()
+        return self._ends(np.array(STEADY) if everywhere <= STEEPEST else np.arange(0))
 
     def _ends(self, phases: npt.NDArray[np.intp]) -> tuple[Array, Array]:
         limits = self.limits
-        if not np.all(np.isfinite(limits)):
+        if not np.all(np.isfinite(limits)) or not phases.size:
             return np.array([-np.inf]), np.array([np.inf])
         ends = 1.0 - (SIGNS @ self.beta) * np.abs(np.where(SIDE > 0.0, limits[1], limits[0])) ** self.power
         return np.array([min(1.0, np.min(ends[phases]))]), np.array([max(1.0, np.max(ends[phases]))])
