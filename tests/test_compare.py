@@ -254,3 +254,9 @@ def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, nam
     result = json.loads(run("compare", DATA / name / "data.csv.gz", "--input", x, "--output", y, *more, "--json")[1])
     best = result["families"][result["chosen"]]
     assert best["test"]["rmse"] <= result["auto"]["test"]["rmse"]
+
+
+def test_a_narrow_terminal_cuts_no_name_of_a_family(run, log, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    _, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,pi")
+    assert any(line.startswith("krasnoselskii-pokrovskii") for line in out.splitlines())

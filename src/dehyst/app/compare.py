@@ -153,7 +153,9 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     out.print()
     table = Table(box=None, pad_edge=False)
     for k, name in enumerate(("family", "held out %", "fitted %", "inverse %", "parameters", "fit s", "inverse")):
-        table.add_column(Text(name), justify="left" if k in (0, 6) else "right")
+        # A name that was cut could not be typed again.
+        whole = max(len(entry.family) for entry in found.entries) + 2 if not k else None
+        table.add_column(Text(name), justify="left" if k in (0, 6) else "right", min_width=whole)
     for entry in found.entries:
         if entry.model is not None:
             table.add_row(*_row(entry), style="bold" if entry is found.chosen else None)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, signal_array
+from dehyst.models.arrays import Array, parameter_number, signal_array
 from dehyst.recording import Recording
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 STARTS = ("zero", "rest", "rising", "falling", "origin")
 PRELUDE = 64  # samples of a stroke before the first sample
+SMALLEST_SCALE = 1e-100
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,11 @@ class Scaling:
     level, amplitude
         Of the output; a negative amplitude is that of a falling curve. [output]
 
+    Raises
+    ------
+    ParameterError
+        If one is no finite number of physical size, or `half_range` or `amplitude` is 0.
+
     Examples
     --------
     >>> Scaling(center=2.0, half_range=4.0).inward(6.0)
@@ -45,6 +51,18 @@ class Scaling:
     half_range: float = 1.0
     level: float = 0.0
     amplitude: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what would divide by zero or overflow."""
+        for entry in fields(self):
+            value = parameter_number(getattr(self, entry.name), entry.name)
+            if entry.name in ("half_range", "amplitude") and not abs(value) >= SMALLEST_SCALE:
+                raise ParameterError(
+                    f"{entry.name} = {value:g} of the scaling is 0 or next to it, so that every signal would be one "
+                    f"point. Pass half the range of the signal.",
+                    **{entry.name: value},
+                )
+            object.__setattr__(self, entry.name, value)
 
     def inward(self, x: Array | float) -> Array | float:
         """Scaled input."""
@@ -145,13 +163,15 @@ class LoopModel(ABC):
         Raises
         ------
         ParameterError
-            If a sample is not finite, or time is needed and missing, or does not increase.
+            If a sample is not finite, or time is needed and missing, or does not increase; or if the output would
+            not be finite.
         """
         inputs = self._finite(x, "input x")
         if not inputs.size:
             return inputs
-        scaled = np.ascontiguousarray(self.scaling.inward(inputs))
-        return self.scaling.outward(self.run(scaled, self._steps(time, inputs.size), self.before(float(scaled[0])))[0])
+        scaled = np.ascontiguousarray(self._scale().inward(inputs))
+        memory = self.before(float(scaled[0]))
+        return self._answer(self.scaling.outward(self.run(scaled, self._steps(time, inputs.size), memory)[0]))
 
     def inverse(self) -> InverseLoop:
         """Return what undoes this model: ``model.inverse().simulate(model.simulate(x))`` is x.
@@ -178,8 +198,8 @@ class LoopModel(ABC):
         oscillations. "origin": went there from rest at the log's input 0. "rising": went from the upper end of the
         range to the lower and came up; "falling" is the mirror image.
         """
-        if self.start not in STARTS:
-            raise ParameterError(f"start = {self.start!r} is not one of {', '.join(STARTS)}.", start=self.start)
+        if not isinstance(self.start, str) or self.start not in STARTS:
+            raise ParameterError(f"start = {self.start!r:.60} is not one of {', '.join(STARTS)}.")
         if self.start == "rest":
             return self.rest(first)
         origin = float(self.scaling.inward(0.0)) if self.start == "origin" else 0.0
@@ -230,6 +250,23 @@ class LoopModel(ABC):
         """One line: family, parameters, signals."""
         signals = f"{self.card.input!s} -> {self.card.output!s}"
         return f"<{type(self).__name__} {self.family!r}: {self.free_parameters} parameters, {signals}>"
+
+    def _scale(self) -> Scaling:
+        if isinstance(self.scaling, Scaling):
+            return self.scaling
+        raise ParameterError(f"scaling is a {type(self.scaling).__name__}; pass a dehyst.families.Scaling.")
+
+    def _answer(self, values: Array) -> Array:
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise ParameterError(
+                f"this {self.family} model does not answer with finite numbers from sample {bad[0]} on: its parameters "
+                f"let it diverge there. Identify it from data like this, or keep to its range, "
+                f"{self.scaling.center - abs(self.scaling.half_range):g} .. "
+                f"{self.scaling.center + abs(self.scaling.half_range):g} at its input.",
+                index=int(bad[0]),
+            )
+        return values
 
     def _finite(self, values: npt.ArrayLike, name: str) -> Array:
         found = signal_array(values, name)
@@ -290,10 +327,10 @@ class InverseLoop:
         outputs = of._finite(y, "output y")
         if not outputs.size:
             return outputs
-        scaled = np.ascontiguousarray((outputs - of.scaling.level) / of.scaling.amplitude)
+        scaled = np.ascontiguousarray((outputs - of._scale().level) / of.scaling.amplitude)
         memory = of.before(first_input(of, float(scaled[0])))
         x = of.run_inverse(scaled, of._steps(time, outputs.size), memory)[0]
-        return np.asarray(of.scaling.center + of.scaling.half_range * x)
+        return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * x))
 
     def inverse(self) -> LoopModel:
         """Return the model."""

@@ -84,11 +84,9 @@ def _loop_of(content: Any, path: str) -> LoopModel:
         record: Any = family(name).model
         known = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
         if set(parameters["values"]) != known:
-            raise ParameterError(f"its parameters are {sorted(parameters['values'])}, not {sorted(known)}.")
+            raise ParameterError(f"its parameters are {list(parameters['values'])!s:.120}, not {sorted(known)}.")
         values = {key: _value(value) for key, value in parameters["values"].items()}
         scaling = Scaling(**{key: _number(value) for key, value in parameters["scaling"].items()})
-        if scaling.half_range == 0.0 or scaling.amplitude == 0.0:
-            raise ParameterError("a scale is 0.")
         model = record(**values, scaling=scaling, start=parameters["start"], card=read_card(intact))
         probe = model.before(0.0)  # an impossible start or shape shows here, not on a machine
         if not np.all(np.isfinite(probe)):
@@ -98,7 +96,7 @@ def _loop_of(content: Any, path: str) -> LoopModel:
     except ModelFileError:
         raise
     except (DehystError, ValueError, OverflowError) as fault:
-        raise _refuse(path, f"holds parameters of no model: {fault}") from None
+        raise _refuse(path, f"holds parameters of no model: {fault!s:.600}") from None
     assert isinstance(model, LoopModel)
     return model
 
