@@ -87,6 +87,13 @@ def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     assert found["pi"].tied and not found["static"].tied
 
 
+def test_a_handful_of_held_out_samples_is_not_called_loops(lagging):
+    found = compare(lagging, ["pi", "static"], train_fraction=0.999)
+    assert found.masks[0].sum() < 5
+    assert "too few to tell models apart" in found.verdict and "loops" not in found.verdict
+    assert "on held-out loops" in compare(lagging, ["pi", "static"]).verdict
+
+
 def test_a_reason_names_the_direction_of_the_loop():
     x = np.sin(np.linspace(0.0, 60.0, 1500)) * np.linspace(1.0, 0.4, 1500)
     y = 1.5 * x - PrandtlIshlinskii([0.0, 0.4], [0.2, 0.8]).simulate(x)

@@ -90,6 +90,7 @@ FIRING = {
     "unknown-memory": (interrupted, {}, "without gaps"),
     "undetermined-operators": (lambda: clean(), {"thresholds": [0.0, 0.5, 1.0, 2.5, 3.0]}, "fewer thresholds"),
     "extrapolation": (growing, {}, "--train-fraction"),
+    "small-test": (lambda: clean(), {"train_fraction": 0.998}, "--train-fraction"),
     "static-as-good": (memoryless, {}, "Use the curve"),
     "high-inverse-gain": (backlash, {}, "--eps"),
     "poor-fit": (erratic, {}, "other"),
@@ -123,6 +124,12 @@ def test_a_warning_fires_on_data_made_for_it_and_names_a_cure(code):
 def test_every_code_that_identification_can_give_is_tested():
     given = set(re.findall(r'Finding\(\s*"([a-z-]+)"', inspect.getsource(cautions)))
     assert given == set(FIRING)
+
+
+def test_a_test_of_a_few_samples_makes_no_model_good():
+    fit = dehyst.identify(clean(), train_fraction=0.998)
+    assert fit.test is not None and fit.test.rmse_percent < 3.0
+    assert "usable with care (small-test)" in fit.verdict
 
 
 def test_the_verdict_follows_the_warnings():

@@ -268,6 +268,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The held-out input leaves the fitted range by more than {BEYOND:%} of it.",
             "Fit a part that covers the whole range (`--train-fraction`, `--from`, `--to`).",
         ),
+        "small-test": (
+            "The held-out samples, those of known memory, cover less than {SMALL_TEST:%} of the input's range. The "
+            "error on them says little, and no model is called good by it.",
+            "Log more, without gaps, or fit a smaller part (`--train-fraction`).",
+        ),
         "static-as-good": (
             "A monotone curve without hysteresis is as good: the model's error is more than "
             "{STATIC_AS_GOOD:%} of the curve's.",

@@ -81,6 +81,8 @@ class Comparison:
         if best.model is None:
             return "no family could be identified from this log."
         where = "on held-out loops" if best.test is not None else "on the fitted samples (none held out)"
+        if any(finding.code == "small-test" for finding in self.auto.warnings):
+            where = "on held-out samples too few to tell models apart"
         said = f"{best.family} has the smallest error, {best.error_percent:.2f} % of range rms {where}"
         if best.family == auto.family:
             said += "; it is what identify chooses, too"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts
@@ -24,6 +26,8 @@ INVERSE_MISSES = 25.0
 # Recordings fitted together whose mean residuals differ by more than this share of the output's range.
 LEVELS_APART = 0.05
 STATIC_AS_GOOD = 0.95
+# Held-out samples whose input covers less than this share of the fitted range hold no loops.
+SMALL_TEST = 0.1
 
 
 def of_range(percent: float) -> str:
@@ -127,6 +131,16 @@ def about_fit(
             f"the held-out input leaves the range that was fitted by {100 * measured.beyond:.0f} %: the test measures "
             f"extrapolation there. Fit a part that covers the whole range (--train-fraction, --from, --to).",
         )
+    if measured.test is not None:
+        pairs = zip(records, measured.test_masks, strict=True)
+        held_out = np.concatenate([record.input[mask] for record, mask in pairs])
+        covered = float(np.ptp(held_out)) / (2.0 * data.half_range)
+        if covered < SMALL_TEST:
+            yield Finding(
+                "small-test",
+                f"the {held_out.size} samples held out cover {100 * covered:.2g} % of the input's range: no loop, so "
+                f"the error on them says little. Log more, without gaps, or fit a smaller part (--train-fraction).",
+            )
     apart = measured.levels_apart / data.output_range
     if apart > LEVELS_APART:
         yield Finding(

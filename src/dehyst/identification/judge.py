@@ -17,6 +17,7 @@ SERIOUS = {
     "drift",
     "mixed-loop",
     "few-loops",
+    "small-test",
     "high-inverse-gain",
     "recordings-differ",
     "swapped-columns",

@@ -188,6 +188,8 @@ def _data(fit: Fit) -> Light:
         reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
     if "few-loops" in found:
         reasons.append(f"only {count(facts.loops, 'complete loop')}")
+    if "small-test" in found:
+        reasons.append("too little is held out to test a model on")
     if "unknown-memory" in found:
         reasons.append("some samples after gaps do not count")
     if reasons:
