@@ -86,11 +86,9 @@ static double miss(const void *context, double x)
 void engine_duhem_invert(const engine_duhem *p, int64_t samples, const double *y, double farthest, double *memory,
                          double *x)
 {
-    double reach = 0.1;
     for (int64_t t = 0; t < samples; ++t) {
         const wish w = {p, memory, y[t]};
-        const double found = engine_root(miss, &w, memory[0], reach, farthest);
-        reach = fmin(fmax(fabs(found - memory[0]), 1e-9), 1.0);
+        const double found = engine_root(miss, &w, memory[0], farthest);
         memory[1] = step(p, memory[0], memory[1], found);
         memory[0] = x[t] = found;
     }

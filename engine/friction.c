@@ -174,15 +174,13 @@ static double miss(const void *context, double x)
 void engine_bank_invert(const engine_bank *bank, int64_t samples, const double *y, double farthest, double *memory,
                         double *x)
 {
-    double reach = 0.1;
     for (int64_t t = 0; t < samples; ++t) {
         const wish w = {bank, memory, y[t]};
-        const double found = engine_root(miss, &w, memory[0], reach, farthest);
+        const double found = engine_root(miss, &w, memory[0], farthest);
         for (int32_t i = 0; i < bank->elements; ++i) {
             memory[1 + i] =
                 engine_friction_step(bank->element + ENGINE_FRICTION * i, memory[0], memory[1 + i], found);
         }
-        reach = fmin(fmax(fabs(found - memory[0]), 1e-9), 1.0);
         memory[0] = x[t] = found;
     }
 }

@@ -57,12 +57,10 @@ static double miss(const void *context, double x)
 void engine_lugre_invert(const engine_lugre *p, int64_t samples, const double *y, const double *dt, double farthest,
                          double *memory, double *x)
 {
-    double reach = 0.1;
     for (int64_t t = 0; t < samples; ++t) {
         const wish w = {p, memory, y[t], dt[t]};
         double rate = 0.0, speed = 0.0;
-        const double found = engine_root(miss, &w, memory[0], reach, farthest);
-        reach = fmin(fmax(fabs(found - memory[0]), 1e-9), 1.0);
+        const double found = engine_root(miss, &w, memory[0], farthest);
         memory[1] = step(p, memory[0], memory[1], found, dt[t], &rate, &speed);
         memory[0] = x[t] = found;
     }

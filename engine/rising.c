@@ -27,9 +27,11 @@ static int widen(engine_rising f, const void *context, bracket *b, double reach,
     return b->below <= 0.0 && b->above >= 0.0;
 }
 
-double engine_root(engine_rising f, const void *context, double guess, double reach, double farthest)
+double engine_root(engine_rising f, const void *context, double guess, double farthest)
 {
     const double first = f(context, guess);
+    /* Slopes are of the order of 1. */
+    const double reach = fmin(fmax(1.5 * fabs(first), 1e-9), 1.0);
     bracket b = {guess, guess, first, first};
     if (first == 0.0) {
         return guess;

@@ -76,8 +76,11 @@ def test_a_state_that_hardens_without_limit_goes_to_infinity_at_once_where_the_e
     # dz/dx = 1 + 4 z^2: z = tan(2 x)/2, infinite at x = pi/4; with n = 1 it only grows exponentially.
     model = element(1.0, -5.0, 2.0)
     assert model.simulate([0.0, 0.7])[1] == pytest.approx(0.5 * np.tan(1.4), rel=1e-6)
-    far = model.simulate(np.linspace(0.0, 30.0, 3000))
+    x = np.linspace(0.0, 30.0, 3000)
+    far = model.run(x, None, model.rest(0.0))[0]
     assert np.isinf(far[-1]) and np.all(np.isfinite(far[:78]))
+    with pytest.raises(ParameterError, match="diverge"):
+        model.simulate(x)
     assert "turn" in element(1.0, -5.0, 2.0, -0.1, (0.0, 1.0)).no_inverse
 
 

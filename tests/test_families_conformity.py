@@ -10,7 +10,7 @@ import pytest
 import dehyst
 from dehyst import families
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
-from dehyst.families import STARTS, Scaling, example, family, names
+from dehyst.families import STARTS, LoopModel, Scaling, example, family, names
 
 T = 240
 TIME = 0.02 * np.arange(T)
@@ -40,6 +40,22 @@ def test_a_run_cut_in_pieces_is_the_same_run_bit_for_bit(name):
         memory = after
     assert np.array_equal(np.concatenate(parts), whole)
     assert np.array_equal(memory, last)
+
+
+@pytest.mark.parametrize("name", [n for n in names() if not example(n).no_inverse])
+def test_an_inverse_cut_in_pieces_is_the_same_inverse_bit_for_bit(name):
+    model = example(name)
+    dt = np.diff(TIME, prepend=TIME[:1]) if model.rate_dependent else None
+    start = model.rest(float(PATH[0]))
+    y = model.run(PATH, dt, start)[0] + 0.01 * np.random.default_rng(3).normal(size=T)
+    for inverse in (model.run_inverse, lambda *given: LoopModel.run_inverse(model, *given)):
+        whole, last = inverse(y, dt, start)
+        memory, parts = start, []
+        for part in (slice(0, 1), slice(1, 2), slice(2, 100), slice(100, T)):
+            x, memory = inverse(np.ascontiguousarray(y[part]), None if dt is None else dt[part].copy(), memory)
+            parts.append(x)
+        assert np.array_equal(np.concatenate(parts), whole)
+        assert np.array_equal(memory, last)
 
 
 @pytest.mark.parametrize("name", names())

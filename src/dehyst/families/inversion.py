@@ -19,11 +19,11 @@ TOLERANCE = 1e-12
 def search_inputs(model: LoopModel, y: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
     """Return the scaled inputs (T,) at which the model answers y, and the memory after them.
 
-    A bracket around the input of the sample before, then regula falsi (Illinois); the output rises with the input, so
-    there is one solution. Where y is out of reach the nearest input within 64 half ranges is taken.
+    A bracket, then regula falsi (Illinois); the output rises with the input, so there is one solution. Where y is out of
+    reach the nearest input within 64 half ranges is taken. The search begins from the memory alone: parts of a signal
+    give what the whole does, bit for bit.
     """
     x = np.empty(y.size)
-    at, reach = 0.0, 0.25
     for k in range(y.size):
         step = None if dt is None else dt[k : k + 1]
         now = memory
@@ -31,9 +31,8 @@ def search_inputs(model: LoopModel, y: Array, dt: Array | None, memory: Array) -
         def miss(value: float, step: Array | None = step, now: Array = now, wanted: float = float(y[k])) -> float:
             return float(model.run(np.array([value]), step, now)[0][0]) - wanted
 
-        before, at = at, _root(miss, at, reach)
-        reach = min(max(abs(at - before), 1e-6), 1.0)
-        x[k], memory = at, model.run(np.array([at]), step, memory)[1]
+        x[k] = _root(miss, 0.0, 0.25)
+        memory = model.run(x[k : k + 1], step, memory)[1]
     return x, memory
 
 
