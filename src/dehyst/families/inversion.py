@@ -19,9 +19,9 @@ TOLERANCE = 1e-12
 def search_inputs(model: LoopModel, y: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
     """Return the scaled inputs (T,) at which the model answers y, and the memory after them.
 
-    A bracket, then regula falsi (Illinois); the output rises with the input, so there is one solution. Where y is out of
-    reach the nearest input within 64 half ranges is taken. The search begins from the memory alone: parts of a signal
-    give what the whole does, bit for bit.
+    A bracket, then regula falsi (Illinois); the output rises with the input, so there is one solution. Where y is out
+    of reach the nearest input within 64 half ranges is taken. The search begins from the memory alone: parts of a
+    signal give what the whole does, bit for bit.
     """
     x = np.empty(y.size)
     for k in range(y.size):
