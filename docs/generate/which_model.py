@@ -183,7 +183,8 @@ def figure() -> Figure:
         edges.append(at)
         axes.axvline(at, color=INK, lw=1.2)
     axes.set_xticks([(a + b) / 2 for a, b in itertools.pairwise(edges)])
-    axes.set_xticklabels([runs[0]["kind"].replace(" ", "\n") for runs in logs().values()], fontsize=8.5)
+    kinds = [runs[0]["kind"] for runs in logs().values()]
+    axes.set_xticklabels(kinds, fontsize=9, rotation=28, ha="right", rotation_mode="anchor")
     axes.set_yticks(np.arange(len(names)) + 0.5, names)
     axes.invert_yaxis()
     axes.grid(visible=False)

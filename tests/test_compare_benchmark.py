@@ -1,0 +1,93 @@
+"""The committed comparison of families is that of this source, holds what it promises, and its verdict can fail."""
+
+import copy
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from dehyst import compare
+from dehyst.experiments import example_recording
+from dehyst.families import all_names
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+
+import compare as benchmark
+from generate import which_model
+
+RESULT = json.loads(benchmark.RESULTS.read_text(encoding="utf-8"))
+ROWS = RESULT["logs"]
+
+
+def test_every_family_was_compared_on_every_run_of_every_log():
+    wanted = [(log.name, run) for log in (*benchmark.LOGS, *benchmark.MADE) for run in log.runs]
+    assert [(row["log"], row["run"]) for row in ROWS] == wanted
+    assert all(set(row["families"]) == set(all_names()) for row in ROWS)
+
+
+def test_the_committed_run_holds_what_is_promised():
+    assert benchmark.holds(ROWS, complete=True)
+
+
+def test_each_row_has_an_error_or_a_reason():
+    for row in ROWS:
+        for entry in row["families"].values():
+            assert entry["test"] is not None or len(entry["reason"]) > 20
+            assert entry["invertible"] or entry["no_inverse"] or entry["reason"]
+
+
+def changed(change):
+    rows = copy.deepcopy(ROWS)
+    for row in rows:
+        change(row)
+    return rows
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda row: row.update(processor_seconds=61.0),
+        lambda row: row["families"][row["chosen"]]["test"].update(rmse_percent=99.0),
+        lambda row: row["auto"]["test"].update(rmse_percent=benchmark.error(row, row["chosen"])),
+    ],
+    ids=["slow", "worse", "no better anywhere"],
+)
+def test_the_verdict_can_fail(change):
+    assert not benchmark.holds(changed(change), complete=True)
+
+
+def test_the_committed_errors_are_those_of_this_source():
+    """Families that are quick, on the log that everybody has."""
+    row = next(row for row in ROWS if row["log"] == "example")
+    found = compare(example_recording(), ["static", "pi", "dahl", "preisach"])
+    for entry in found.entries:
+        assert entry.error_percent == pytest.approx(benchmark.error(row, entry.family), rel=0.01), entry.family
+
+
+def test_a_choice_is_followed_to_the_other_runs_of_its_log_only():
+    def row(run, chosen, **errors):
+        entries = {name: {"test": {"rmse_percent": e}, "tied": e == min(errors.values())} for name, e in errors.items()}
+        return {"log": "l", "run": run, "chosen": chosen, "families": entries, "auto": {"test": {"rmse_percent": 3.0}}}
+
+    rows = [row("a", "p", p=1.0, q=2.0), row("b", "q", p=4.0, q=2.0), {**row("c", "q", p=2.0, q=1.0), "log": "m"}]
+    first, second = benchmark.carried(rows)
+    assert (first["from"], first["to"], first["family"], first["rank"]) == ("a", "b", "p", 2)
+    assert (first["percent"], first["best_percent"], first["auto_percent"]) == (4.0, 2.0, 3.0)
+    assert (second["rank"], second["percent"], second["tied"]) == (2, 2.0, False)
+
+
+def test_no_sample_and_no_path_of_a_log_is_kept():
+    text = benchmark.RESULTS.read_text(encoding="utf-8")
+    assert len(text) < 1_500_000 and "data.csv" not in text
+    assert all(not isinstance(value, list) for row in ROWS for entry in row["families"].values() for value in entry.values())
+
+
+def test_a_table_names_every_family_and_marks_one_best_of_each_log():
+    table = which_model.page().split("\n\n")[0]
+    lines = table.splitlines()
+    assert len(lines) == 2 + len(all_names())
+    columns = list(zip(*(line.strip("|").split("|")[1:] for line in lines[2:]), strict=True))
+    assert len(columns) == len(which_model.logs())
+    assert all(sum("**" in cell for cell in column) >= 1 for column in columns)
