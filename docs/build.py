@@ -33,6 +33,7 @@ from generate import (  # noqa: E402 - found beside this file
     sensitivity,
     speed,
     targets,
+    which_model,
 )
 
 REFERENCE = {
@@ -62,6 +63,7 @@ PARTS = {
     "how-to/run-on-a-microcontroller.md": ("instructions", targets.page),
     "explanation/proofs.md": ("results", proofs.page),
     "explanation/bouc-wen-benchmark.md": ("results", bouc_wen.page),
+    "explanation/which-model-when.md": ("results", which_model.page),
     "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 

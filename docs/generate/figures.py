@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
-from generate import bouc_wen, demo, model_figures, speed
+from generate import bouc_wen, demo, model_figures, speed, which_model
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -354,6 +354,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "excitation": excitation,
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
+    "which-model": which_model.figure,
 } | model_figures.figures()
 if INTEGRATOR.exists():
     FIGURES["integrator"] = integrator

@@ -9,6 +9,7 @@ import itertools
 import json
 from collections import Counter
 from functools import cache
+from math import log
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -20,6 +21,7 @@ from matplotlib.figure import Figure
 RESULT = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "compare.json"
 MUTED, INK = "#566170", "#1b2530"
 COLOURS = ("#0a4a7a", "#5aa2d0", "#dbe9f3", "#f6d9bd", "#d55e00")
+SAME = 1.005  # times another error, up to which the two are called the same
 WORST = 10.0  # times the best error, where the colours end
 
 
@@ -32,7 +34,7 @@ def result() -> dict[str, Any]:
 
 def page() -> str:
     """All tables."""
-    return "\n\n".join([_families(), _gains(), _carried(), _seconds()])
+    return "\n\n".join([_families(), _gains(), _carried(), _together(), _seconds()])
 
 
 def logs() -> dict[str, list[dict[str, Any]]]:
@@ -67,15 +69,16 @@ def _families() -> str:
     """Median held-out error of each family on each log; the smallest bold, those that tie with it starred."""
     of = logs()
     heads = [f"{rows[0]['kind']}{f' ({len(rows)} runs)' if len(rows) > 1 else ''}" for rows in of.values()]
-    typical = {log: {name: median(error(row, name) for row in rows) for name in families()} for log, rows in of.items()}
+    typical = {key: {name: median(error(row, name) for row in rows) for name in families()} for key, rows in of.items()}
     lines = [f"| family | {' | '.join(heads)} |", "|---|" + "---|" * len(of)]
     for name in families():
         cells = []
-        for log, rows in of.items():
-            value = typical[log][name]
+        for key, rows in of.items():
+            value = typical[key][name]
             ties = sum(row["families"][name]["tied"] for row in rows)
-            text = "-" if value == float("inf") else f"{_three(value)}{' *' if 2 * ties >= len(rows) else ''}"
-            cells.append(f"**{text}**" if value == min(typical[log].values()) else text)
+            text = "-" if value == float("inf") else _three(value)
+            text = f"**{text}**" if value == min(typical[key].values()) else text
+            cells.append(f"{text} *" if 2 * ties >= len(rows) else text)
         lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -106,8 +109,8 @@ def _carried() -> str:
         "| over that of `identify` | worse than `identify` |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for log, rows in logs().items():
-        pairs = [pair for pair in result()["carried"] if pair["log"] == log]
+    for name, rows in logs().items():
+        pairs = [pair for pair in result()["carried"] if pair["log"] == name]
         if not pairs:
             continue
         n = len(pairs)
@@ -117,7 +120,37 @@ def _carried() -> str:
         cells = [
             rows[0]["kind"], str(n), _share(sum(pair["rank"] == 1 for pair in pairs), n),
             _share(sum(pair["tied"] for pair in pairs), n), _span([pair["rank"] for pair in pairs], "{:.3g}"),
-            _span(best, "{:.2f}"), _span(auto, "{:.2f}"), _share(sum(ratio > 1.0 for ratio in auto), n),
+            _span(best, "{:.2f}"), _span(auto, "{:.2f}"), _share(sum(ratio > SAME for ratio in auto), n),
+        ]  # fmt: skip
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def left_out(rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], str]]:
+    """Each run, with the family that is best on all other runs of its log: the smallest geometric mean of its error."""
+    found = []
+    for left in rows:
+        means = {name: sum(log(error(row, name)) for row in rows if row is not left) for name in left["families"]}
+        found.append((left, min(means, key=lambda name: means[name])))
+    return found
+
+
+def _together() -> str:
+    """What the family does on a run that is best on all the other runs together."""
+    lines = [
+        "| log | best on the other runs together | its error on the one left out, over the best one "
+        "| over that of `identify` | worse than `identify` |",
+        "|---|---|---|---|---|",
+    ]
+    for rows in logs().values():
+        if len(rows) < 2:
+            continue
+        found = left_out(rows)
+        best = [error(row, name) / _best(row) for row, name in found]
+        auto = [error(row, name) / row["auto"]["test"]["rmse_percent"] for row, name in found]
+        cells = [
+            rows[0]["kind"], _counted(name for _, name in found), _span(best, "{:.2f}"), _span(auto, "{:.2f}"),
+            _share(sum(ratio > SAME for ratio in auto), len(found)),
         ]  # fmt: skip
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
