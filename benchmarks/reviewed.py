@@ -1,6 +1,6 @@
 """Every reviewed model and controller on the simulated joint 1: errors, numbers to choose, runs to choose them, cost.
 
-    python benchmarks/reviewed.py [--only controllers models] [--plants ...] [--seeds 0 1 2]
+    python benchmarks/reviewed.py [--only controllers models costs] [--plants ...] [--seeds 0 1 2]
         [--models NAME ...] [--quick] [--json]
 
 controllers: each with no compensator, the paper's, and at the first seed a direct inverse with creep; Vo-Minh's and the
@@ -41,25 +41,28 @@ TUNED_ON = {"plant": "maxwell-slip", "seed": 7}
 TRIALS = ("slow", "slow_no_integrator", "fast")
 FIRST = ("pi", "modified-pi", "dahl")  # of --quick
 SLOW_PLANT = "bouc-wen"  # its muscles are simulated in Python: the slow trial at the first seed only
+PARTS = ("controllers", "models", "costs")
 Row = dict[str, Any]
 
 
 def tuning() -> Row:
-    """Ladders of all controllers, each with the compensator of its publication, and the costs of a period."""
-    joint = prepared(**TUNED_ON, compensators=("paper", "maxwell-slip", "creep"))
+    """Ladders of all controllers, each with the compensator of its publication."""
+    joint = prepared(**TUNED_ON, compensators=("paper", "maxwell-slip"))
     rungs = {name: ladder(joint, name, OWN[name]) for name in CONTROLLERS}
-    costs = {
-        name: {one or "off": period_cost(joint, name, one) for one in ("", "paper", "maxwell-slip", "creep")}
-        for name in CONTROLLERS
-    }
     return {
         "on": TUNED_ON,
         "ladders": {n: [[r.factor, _number(r.rms_deg), _number(r.max_deg)] for r in one] for n, one in rungs.items()},
         "chosen": {name: best(one) for name, one in rungs.items()},
         "with": {name: own or "off" for name, own in OWN.items()},
         "numbers": dict(TUNED),
-        "period_ns": costs,
     }
+
+
+def costs() -> dict[str, dict[str, float]]:
+    """Processor time of a period of each controller, without and with compensators. [ns]"""
+    names = ("paper", "maxwell-slip", "creep")
+    joint = prepared(**TUNED_ON, compensators=names)
+    return {c: {one or "off": period_cost(joint, c, one) for one in ("", *names)} for c in CONTROLLERS}
 
 
 def controllers(plant: str, seed: int, first: bool) -> list[Row]:
@@ -78,9 +81,9 @@ def controllers(plant: str, seed: int, first: bool) -> list[Row]:
 
 
 def retuned(plant: str, seed: int, chosen: dict[str, float]) -> list[Row]:
-    """The slow trial with the gains that the ladders chose: as published, and with the paper's compensator."""
+    """The slow trial with the gains that the ladders chose: as published, with the paper's compensator, without."""
     joint = prepared(plant, seed, compensators=("paper", "maxwell-slip"))
-    cases = {(name, one) for name in CONTROLLERS if chosen[name] != 1.0 for one in (OWN[name], "paper")}
+    cases = {(name, one) for name in CONTROLLERS if chosen[name] != 1.0 for one in (OWN[name], "paper", "")}
     return [_run(joint, name, one, "slow", chosen[name]) for name, one in sorted(cases)]
 
 
@@ -142,18 +145,21 @@ def measured(options: argparse.Namespace) -> Row:
             waiting[pool.submit(tuning)] = "tuning"
             for plant, seed, first in cases(options):
                 waiting[pool.submit(_job, controllers, plant, (seed, first))] = "controllers"
+        if "costs" in options.only:
+            waiting[pool.submit(costs)] = "period_ns"
         if "models" in options.only:
             for plant, seed, first in cases(options):
                 waiting[pool.submit(_job, models, plant, (seed, first, tuple(options.models)))] = "models"
         while waiting:
             done = next(as_completed(waiting))
             kind = waiting.pop(done)
-            if kind == "tuning":
+            if kind in ("tuning", "period_ns"):
                 found[kind] = done.result()
+            if kind == "tuning":
                 told = found[kind]["chosen"]
                 plants = [plant for plant in options.plants if plant != SLOW_PLANT]
                 waiting |= {pool.submit(_job, retuned, plant, (options.first, told)): "controllers" for plant in plants}
-            else:
+            elif kind != "period_ns":
                 found[kind] = _merged(found.get(kind, []), done.result())
             if not options.quick:
                 RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
@@ -184,7 +190,7 @@ def show(found: Row) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", nargs="+", default=["controllers", "models"], choices=["controllers", "models"])
+    parser.add_argument("--only", nargs="+", default=list(PARTS), choices=PARTS)
     parser.add_argument("--plants", nargs="+", default=list(PLANTS), choices=list(PLANTS))
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     parser.add_argument("--models", nargs="+", default=list(model_names()), choices=list(model_names()))

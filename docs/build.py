@@ -30,6 +30,7 @@ from generate import (  # noqa: E402 - found beside this file
     parameters,
     proofs,
     python_names,
+    reviewed,
     sensitivity,
     speed,
     targets,
@@ -64,6 +65,7 @@ PARTS = {
     "explanation/proofs.md": ("results", proofs.page),
     "explanation/bouc-wen-benchmark.md": ("results", bouc_wen.page),
     "explanation/which-model-when.md": ("results", which_model.page),
+    "explanation/reviewed-controllers.md": ("results", reviewed.page),
     "../benchmarks/README.md": ("output of speed.py", speed.console),
 }
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.experiments import example_recording
-from generate import bouc_wen, demo, model_figures, speed, which_model
+from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -355,6 +355,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,
+    "reviewed-controllers": reviewed.figure,
 } | model_figures.figures()
 if INTEGRATOR.exists():
     FIGURES["integrator"] = integrator

@@ -96,7 +96,7 @@ def _rung(joint: Joint, controller: str, compensator: str, factor: float) -> Run
 def period_cost(joint: Joint, controller: str, compensator: str, ticks: int = TICKS, repeats: int = REPEATS) -> float:
     """Return the time of one control period in C: sensors, law, compensator, both pressure loops. [ns]
 
-    The median of repeats along a desired sine with an encoder's noise, on this machine, one thread.
+    The median of repeats along a desired sine with an encoder's noise: processor time of one thread.
     """
     _, equipment = under_controller(joint.robot, joint.equipped(compensator), controller)
     number = joint.number
@@ -116,7 +116,7 @@ def period_cost(joint: Joint, controller: str, compensator: str, ticks: int = TI
     spent = []
     for _ in range(repeats):
         one.reset(0.0, mean, mean)
-        begun = time.perf_counter()
+        begun = time.thread_time()
         one.run(q + noise, pressure, 2 * mean - pressure, reference, switches)
-        spent.append(time.perf_counter() - begun)
+        spent.append(time.thread_time() - begun)
     return 1e9 * float(np.median(spent)) / ticks
