@@ -146,7 +146,7 @@ static double next(const follower *f, double u, int *found)
 int64_t engine_follow(const engine_direct *d, int64_t samples, const double *u, const double *time,
                       const double *given, double *lowest, double *highest, double *path, double *y)
 {
-    double *memory = calloc(2 * (size_t)d->lags + 1, sizeof(double));
+    double *memory = (double *)calloc(2 * (size_t)d->lags + 1, sizeof(double));
     if (!memory) {
         return -1;
     }

@@ -30,6 +30,33 @@ def test_a_scaling_or_start_of_another_kind_is_refused(name, bad):
         dataclasses.replace(example(name), **bad).simulate(PATH, TIME)
 
 
+ARRAYS = [
+    (name, entry.name)
+    for name in names()
+    for entry in dataclasses.fields(example(name))
+    if isinstance(getattr(example(name), entry.name), np.ndarray)
+]
+
+
+@pytest.mark.parametrize(("name", "key"), ARRAYS)
+@pytest.mark.parametrize("value", [None, "x", {}, [[1.0, 2.0], [3.0]], [float("nan")], [1j], [1e200, 2e200]])
+def test_an_array_of_parameters_that_holds_no_numbers_is_refused_by_name(name, key, value):
+    with pytest.raises(ParameterError, match=key):
+        dataclasses.replace(example(name), **{key: value})
+
+
+@pytest.mark.parametrize("value", [None, "yes", [], 1.0])
+def test_whether_the_output_is_the_position_is_yes_or_no(value):
+    with pytest.raises(ParameterError, match="position"):
+        dataclasses.replace(example("maxwell-slip"), position=value)
+
+
+@pytest.mark.parametrize(("name", "power"), [("bouc-wen", [1e6]), ("generalised-bouc-wen", 1e6)])
+def test_a_power_that_would_take_minutes_is_refused(name, power):
+    with pytest.raises(ParameterError, match="power"):
+        dataclasses.replace(example(name), power=power)
+
+
 def test_a_model_that_diverges_says_so_instead_of_infinities():
     model = dataclasses.replace(example("generalised-bouc-wen"), beta=[-6.0, 1.0, -1.0, -1.0, -0.5, -0.5])
     with pytest.raises(ParameterError, match="diverge"):

@@ -46,7 +46,7 @@ import numpy as np
 
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, Scaling
-from dehyst.families.friction import FrictionLoop, positive
+from dehyst.families.friction import FrictionLoop, sharpness
 from dehyst.families.registry import Family
 from dehyst.families.shapes import search
 from dehyst.families.training import Training
@@ -103,7 +103,7 @@ class BoucWen(FrictionLoop):
             raise ParameterError(
                 f"beta = {self.beta.tolist()}, but a friction that feeds energy in has no limits: give values >= 0."
             )
-        positive(self.power, "power", least=1.0, included=True)
+        sharpness(self.power)
 
     @property
     def lengths(self) -> Array:

@@ -21,6 +21,7 @@ from dehyst.models.arrays import Array, parameter_array
 M = TypeVar("M", bound="Mixable")
 
 CLEAR = 0.9  # of the error of the usual start, below which another one is believed
+SHARPEST = 100.0  # power of an element: beyond it a knee is a corner, and a move costs as many steps
 CALM = 1e-9  # least slope of the output over the input that counts as rising
 
 
@@ -211,10 +212,21 @@ def best_start(errors: dict[str, float]) -> str:
     return least if errors[least] < CLEAR * errors["zero"] else "zero"
 
 
-def positive(values: Array, name: str, least: float = 0.0, *, included: bool = False) -> None:
-    """Raise ParameterError unless all values are above `least`, or equal to it where that is included."""
-    bad = values < least if included else values <= least
+def positive(values: Array, name: str) -> None:
+    """Raise ParameterError unless all values are above 0."""
+    bad = values <= 0.0
     if np.any(bad):
         k = int(np.argmax(bad))
-        wanted = "at least" if included else "above"
-        raise ParameterError(f"{name}[{k}] = {values[k]:g}, but must be {wanted} {least:g}.", index=k)
+        raise ParameterError(f"{name}[{k}] = {values[k]:g}, but must be above 0.", index=k)
+
+
+def sharpness(powers: Array) -> None:
+    """Raise ParameterError unless all powers lie between 1 and `SHARPEST`."""
+    bad = ~((powers >= 1.0) & (powers <= SHARPEST))
+    if np.any(bad):
+        k = int(np.argmax(bad))
+        raise ParameterError(
+            f"power[{k}] = {powers[k]:g}, but must be at least 1, and at most {SHARPEST:g}: a sharper knee looks the "
+            f"same and only costs time.",
+            index=k,
+        )

@@ -48,7 +48,7 @@ import numpy.typing as npt
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, Scaling
 from dehyst.families.bouc_wen import GRID, LIMITS
-from dehyst.families.friction import FrictionLoop, Mixer
+from dehyst.families.friction import FrictionLoop, Mixer, sharpness
 from dehyst.families.registry import Family
 from dehyst.families.shapes import COARSE, FINE, first_element, simplex
 from dehyst.families.training import Training
@@ -104,8 +104,7 @@ class GeneralisedBoucWen(FrictionLoop):
         object.__setattr__(self, "power", parameter_number(self.power, "power"))
         if self.beta.size != 6 or self.weights.size != 1:
             raise ParameterError(f"{self.beta.size} beta and {self.weights.size} weights; give six and one.")
-        if self.power < 1.0:
-            raise ParameterError(f"power = {self.power:g}, but must be at least 1.")
+        sharpness(np.array([self.power]))
 
     def table(self) -> Array:
         """The element as the engine takes it."""

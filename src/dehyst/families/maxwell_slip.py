@@ -50,7 +50,7 @@ Branches that differ other than by the spring; creep under a held input; frictio
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -81,6 +81,9 @@ SLIDERS = 24
 DAMPERS = 10
 SPRING_PIECES = (0, 8)
 SMALLEST, SMALLEST_POSITION = 0.001, 0.05  # of the elastic spring: position and force determine each other
+ARRAYS = (
+    "spring_places", "spring_widths", "spring_stiffnesses", "thresholds", "stiffnesses", "speeds", "dampings",
+)  # fmt: skip
 REWEIGHTED = 2
 POLISHED, STEPS = 1500, 10  # samples that a polish looks at, and its steps
 FARTHEST, HELD = 3.0, 0.02  # how far a polish may go, of the logarithm, and what going there costs
@@ -146,9 +149,10 @@ class MaxwellSlip(ParallelModel):
         put = object.__setattr__  # frozen: normalise once, here
         for name in ("stiffness", "offset"):
             put(self, name, parameter_number(getattr(self, name), name))
-        for entry in fields(self):
-            if isinstance(getattr(self, entry.name), (np.ndarray, list, tuple)):
-                put(self, entry.name, optional_array(getattr(self, entry.name), entry.name))
+        for name in ARRAYS:
+            put(self, name, optional_array(getattr(self, name), name))
+        if not isinstance(self.position, bool | np.bool_):
+            raise ParameterError(f"position is a {type(self.position).__name__}; say True or False.")
         same_size(self.thresholds, self.stiffnesses, ("thresholds", "stiffnesses"))
         same_size(self.speeds, self.dampings, ("speeds", "dampings"))
         for name in ("spring_widths", "spring_stiffnesses"):

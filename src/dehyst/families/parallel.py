@@ -172,7 +172,7 @@ class MappedModel(ParallelModel):
 
 def optional_array(values: npt.ArrayLike, name: str) -> Array:
     """Return finite values (n,), n may be 0."""
-    if np.size(values):
+    if values.size if isinstance(values, np.ndarray) else values not in ([], ()):
         return parameter_array(values, name)
     empty = np.zeros(0)
     empty.flags.writeable = False
