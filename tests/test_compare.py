@@ -1,6 +1,7 @@
 """dehyst compare: all families see the same samples, and the verdict is on those that none has seen."""
 
 import json
+import re
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -189,6 +190,22 @@ def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_pat
     assert page.read_text().startswith("<!DOCTYPE html>") and "Every family on this log" in page.read_text()
     assert "<svg" in picture.read_text()
     assert run("compare", log, *SIGNALS, *chosen)[0] == 0  # its own files may be drawn anew
+
+
+def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_no_inverse(run, log, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    status, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,generalised-bouc-wen,lugre")
+    table = [line.replace(" *", "").split() for line in out.splitlines() if re.match(r"\S+ (\* )?.* \d+\.\d\d$", line)]
+    rows = {row[0]: row[1:] for row in table}
+    assert status == 0 and "…" not in out
+    assert set(rows) == {"krasnoselskii-pokrovskii", "generalised-bouc-wen", "lugre"}
+    assert all(len(cells) == 5 for cells in rows.values()) and rows["lugre"][2] == "none"
+
+
+def test_a_rival_that_was_left_out_and_errs_less_is_said_so(lagging):
+    found = compare(lagging, ["static"])
+    assert f"smallest error, {found.chosen.error_percent:.2f} %" in found.verdict
+    assert "among those compared" in found.verdict and "against" not in found.verdict
 
 
 @pytest.mark.parametrize("family", ["dahl", "pi", "direct-inverse"])

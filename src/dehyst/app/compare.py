@@ -152,10 +152,10 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     out.print(Text(found.verdict, style="bold"))
     out.print()
     table = Table(box=None, pad_edge=False)
-    for k, name in enumerate(("family", "held out %", "fitted %", "inverse %", "parameters", "fit s", "inverse")):
-        # A name that was cut could not be typed again.
+    for k, name in enumerate(("family", "held out %", "fitted %", "inverse %", "parameters", "fit s")):
+        # A name that was cut could not be typed again. All columns together need 78 characters at most.
         whole = max(len(entry.family) for entry in found.entries) + 2 if not k else None
-        table.add_column(Text(name), justify="left" if k in (0, 6) else "right", min_width=whole)
+        table.add_column(Text(name), justify="right" if k else "left", min_width=whole)
     for entry in found.entries:
         if entry.model is not None:
             table.add_row(*_row(entry), style="bold" if entry is found.chosen else None)
@@ -167,6 +167,9 @@ def _print(found: Comparison, request: CompareRequest) -> None:
         out.print()
     for name, words in said:
         out.print(Text.assemble((name, "bold"), f": {words}"))
+    if found.auto.warnings and found.auto.family != found.chosen.family:
+        out.print()
+        out.print(Text(f"Warnings of identify; where they speak of a model, of its choice, {found.auto.family}:"))
     print_findings(found.auto.warnings)
     out.print()
     for path, what in ((request.save, "model"), (request.report, "report"), (request.figure, "picture")):
@@ -178,13 +181,16 @@ def _print(found: Comparison, request: CompareRequest) -> None:
 def _row(entry: Entry) -> tuple[Text | str, ...]:
     return (
         Text(f"{entry.family}{' *' if entry.tied else ''}"),
-        "" if entry.test is None else f"{entry.test.rmse_percent:.3f}",
-        "" if entry.train is None else f"{entry.train.rmse_percent:.3f}",
-        "" if entry.inverse_percent is None else f"{entry.inverse_percent:.3f}",
+        "" if entry.test is None else _percent(entry.test.rmse_percent),
+        "" if entry.train is None else _percent(entry.train.rmse_percent),
+        _percent(entry.inverse_percent) if entry.invertible and entry.inverse_percent is not None else "none",
         str(entry.parameters),
         f"{entry.seconds:.2f}",
-        "yes" if entry.invertible else "no",
     )
+
+
+def _percent(value: float) -> str:
+    return f"{value:.3f}" if value < 1000.0 else f"{value:.0f}"
 
 
 def _next(found: Comparison, request: CompareRequest) -> str:

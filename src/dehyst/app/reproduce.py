@@ -182,7 +182,8 @@ def _print(result: Reproduction) -> None:
     words = ("plant", "joint", "trial", *(["controller"] if controllers else []), *(["with"] if len(names) > 1 else []))
     for name in (*words, "off", names[0] if len(names) == 1 else "on", "ratio", "max ratio"):
         left = name in ("plant", "trial", "controller", "with")
-        table.add_column(name, justify="left" if left else "right")
+        whole = len("slow_no_integrator") if name == "trial" else None  # headings break before this does
+        table.add_column(name, justify="left" if left else "right", min_width=whole)
     for plant, found in result.plants.items():
         mean = mean_figures(found)
         for controller in controllers or [""]:

@@ -86,11 +86,17 @@ class Comparison:
         said = f"{best.family} has the smallest error, {best.error_percent:.2f} % of range rms {where}"
         if best.family == auto.family:
             said += "; it is what identify chooses, too"
+        elif auto.error_percent < best.error_percent:  # it was left out here
+            said += f" among those compared; {auto.family}, which identify chooses, has {auto.error_percent:.2f} %"
         else:
             said += f", against {auto.error_percent:.2f} % of {auto.family}, which identify chooses"
         ties = [entry.family for entry in self.entries[1:] if entry.tied]
         said += f"; within noise of it: {', '.join(ties)}" if ties else ""
-        return f"{said}; {_inverse(best)}."
+        said += f"; {_inverse(best)}"
+        able = next((entry for entry in self.entries if entry.model is not None and entry.invertible), None)
+        if not best.invertible and able is not None:
+            said += f". The best with an inverse is {able.family}, {able.error_percent:.2f} %"
+        return f"{said}."
 
     def __getitem__(self, name: str) -> Entry:
         """Row of a family."""
