@@ -111,6 +111,21 @@ def test_one_log_in_any_units_gives_one_fit(run, bench, truth, log, options):
     assert ("muscle-force-sign" in codes) == (log == "nameless")
 
 
+def test_a_force_in_a_unit_that_cannot_be_is_refused_and_percent_that_look_like_a_number_are_doubted(run, tmp_path):
+    contraction, pressure = np.meshgrid(np.linspace(0.0, 0.2, 6), [2.0, 3.0, 4.0, 5.0])
+    force = muscle("sarosi").static_force(contraction, 1e5 * pressure)
+    log = tmp_path / "log.csv"
+    columns = np.stack([contraction, pressure, force], axis=-1).reshape(-1, 3)
+    np.savetxt(log, columns, delimiter=",", header="contraction_pct,pressure_bar,force_kN", comments="")
+    status, _, err = run("muscle", "maker", "--log", log, "--contraction", "contraction_pct")
+    assert status != 0 and re.search(r"the strongest\s+muscles pull", err) and "--force-unit N" in err
+    options = ("--log", log, "--contraction", "contraction_pct", "--force-unit", "N")
+    doubts = [w["message"] for w in figures(run, "maker", *options)["fit"]["warnings"] if "percent" in w["message"]]
+    assert any("--contraction-unit 1" in message for message in doubts)
+    cured = figures(run, "maker", *options, "--contraction-unit", "1")["fit"]
+    assert "muscle-unit-guessed" not in {warning["code"] for warning in cured["warnings"]}
+
+
 def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
     warnings = figures(run, "sarosi", "--log", bench / "absolute.csv")["fit"]["warnings"]
     assert any(w["code"] == "muscle-absolute" and "--absolute" in w["message"] for w in warnings)

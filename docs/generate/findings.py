@@ -470,7 +470,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Muscles: a bench log and its fit": {
         "muscle-unit-guessed": (
-            "Contraction, length or pressure of a bench log names no unit; one was taken from the size of the numbers.",
+            "Contraction, length or pressure of a bench log names no unit; one was taken from the size of the numbers. "
+            "Or the unit is percent, and the numbers are too small for it.",
             "None if that is right. Otherwise `--contraction-unit`, `--pressure-unit`, or a unit in the column's name.",
         ),
         "muscle-mass": (

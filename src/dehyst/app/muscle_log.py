@@ -22,6 +22,8 @@ PLAIN = ("", "1", "-", "ratio", "mm/mm", "m/m")
 SHORTEST, LONGEST = -0.15, 0.5  # contraction: beyond it a unit or a length is wrong
 STRONGEST = 2e6  # Pa; no muscle takes 20 bar
 WEAKEST = 1e4  # Pa; a log that stays below a tenth of a bar is in another unit
+HARDEST = 1e5  # N; the strongest muscles built, for water hydraulics, pull about 28 kN
+STILL = 0.005  # contraction; a log that stays below half a percent may hold a number, not percent
 VACUUM = -2e4  # Pa gauge; offsets of sensors are smaller
 ATMOSPHERE = 101325.0  # Pa
 GRAVITY = 9.80665  # m/s^2, standard
@@ -108,7 +110,7 @@ def _contraction(table: Columns, option: str | None, length: float | None, findi
     """Contraction as a number, from one, from percent, or from a shortening in a unit of length."""
     values, unit = table.values["contraction"], _unit(table, "contraction", option)
     if unit.lower() in PERCENT or (not unit and _says_percent(table.names["contraction"])):
-        return values / 100.0
+        return _doubt_percent(values / 100.0, table.names["contraction"], findings)
     if dimension(unit) == "length":
         if length is None:
             raise ParameterError(
@@ -129,6 +131,20 @@ def _contraction(table: Columns, option: str | None, length: float | None, findi
         )
     )
     return values / 100.0
+
+
+def _doubt_percent(contraction: Array, name: str, findings: list[Finding]) -> Array:
+    """Say so where percent are so small that they look like a number between 0 and 1."""
+    largest = float(np.max(np.abs(contraction)))
+    if 0.0 < largest < STILL and float(np.ptp(contraction)) > 0.1 * largest:
+        findings.append(
+            Finding(
+                "muscle-unit-guessed",
+                f"column '{name}' is in percent, but reaches only {100.0 * largest:.2g} %, a stroke that can hardly be "
+                f"measured. If it holds a number from 0 to 1: --contraction-unit 1.",
+            )
+        )
+    return contraction
 
 
 def _says_percent(name: str) -> bool:
@@ -222,6 +238,13 @@ def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array
         found = -found
     if not float(found.max()) > 0:
         raise RecordingError(f"column '{table.names['force']}' of {table.name} holds no force: it is zero throughout.")
+    if float(found.max()) > HARDEST:
+        raise UnitError(
+            f"column '{table.names['force']}' of {table.name} goes up to {found.max() / 1e3:.4g} kN, but the strongest "
+            f"muscles pull some 10 kN: its unit is another one. Say it: --force-unit N",
+            unit=unit or "N",
+            largest=float(found.max()),
+        )
     return found
 
 

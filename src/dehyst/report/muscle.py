@@ -403,7 +403,7 @@ def _loop_table(bench: Bench) -> Table:
             f"{'isotonic' if isotonic else 'isobaric'}, {_held(loop, isotonic)}",
             f"{number(100 * loop.width)} %" if isotonic else f"{number(loop.width)} N",
             number(loop.width_percent),
-            number(loop.asymmetry_percent) if loop.width else "–",
+            number(round(loop.asymmetry_percent, 1) or 0.0) if loop.width else "–",
         )
         for loops, isotonic in ((bench.isobaric, False), (bench.isotonic, True))
         for loop in loops
