@@ -82,6 +82,12 @@ def test_no_family_sees_the_held_out_samples(lagging):
             np.testing.assert_array_equal(a.predictions[0][:half], b.predictions[0][:half], err_msg=name)
 
 
+@pytest.mark.parametrize("seed", [-1, 0.5, None, True])
+def test_a_seed_is_a_whole_number(lagging, seed):
+    with pytest.raises(ParameterError, match="seed"):
+        compare(lagging, ["static"], seed=seed)
+
+
 def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     found = compare(lagging, ["pi", "pi-cumulative", "static"])
     assert found.chosen.tied

@@ -228,6 +228,8 @@ def _family(name: str) -> str:
 
 
 def _time(found: Family) -> str:
+    if found.name == "maxwell-slip":
+        return "Time stamps are needed where there are dampers; else only the order of inputs matters."
     return (
         "Time stamps are needed." if found.model.rate_dependent else "Time does not matter: only the order of inputs."
     )

@@ -172,7 +172,7 @@ def compare(
     Raises
     ------
     ParameterError
-        If a name is not that of a family.
+        If a name is not that of a family, or the seed no whole number from 0 on.
     ExcitationError
         If input or output does not move, so that nothing can be identified.
 
@@ -185,6 +185,8 @@ def compare(
     >>> [entry.family for entry in found.entries], found["pi"].invertible
     (['pi', 'static'], True)
     """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise ParameterError(f"seed = {seed!r:.40} must be a whole number from 0 on.", seed=seed)
     records = check_recordings(recordings)
     wanted = tuple(dict.fromkeys(families)) if families is not None else all_names()
     unknown = [name for name in wanted if name not in all_names()]
