@@ -289,6 +289,19 @@ def test_empty_motions_give_empty_forces():
     assert model.inverse([], []).size == 0
 
 
+@every_dynamic
+def test_a_force_that_is_only_tried_is_the_one_of_the_motion_and_leaves_the_memory(name, which):
+    model, (path, pressure, time) = muscle(name, which), walk(7)
+    _, memory = model.run(path[:200], pressure[:200], time[:200])
+    for i in (200, 230, 260, 299):
+        for stamp, stamps in ((float(time[200]), [time[200]]), (float("nan"), None)):
+            at, p = float(path[i]), float(pressure[i])
+            force, _ = model.run([at], [p], stamps, memory)
+            assert model.force_after(memory, at, p, stamp) == pytest.approx(float(force[0]), abs=1e-8)
+    with pytest.raises(ParameterError, match="outside"):
+        model.force_after(memory, 2.0, 3e5)
+
+
 def test_a_stepper_outside_the_limits_of_its_model_says_where_it_is():
     with pytest.raises(ParameterError, match="left the range"):
         muscle("tondu-lopez").stepper(0.1)(0.9, 3e5, 1e-3)

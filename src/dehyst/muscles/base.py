@@ -12,6 +12,7 @@ depends on the pressure of the moment only, so that a force can be solved for th
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
@@ -215,7 +216,7 @@ class MuscleModel(ABC):
             if str(entry.type) == "float":
                 put(self, entry.name, parameter_number(value, entry.name))
             elif str(entry.type).startswith("tuple"):
-                put(self, entry.name, tuple(parameter_array(value, entry.name).tolist()))
+                put(self, entry.name, tuple(parameter_array(np.atleast_1d(value), entry.name).tolist()))  # one will do
         for name in ("length", *positive):
             if not getattr(self, name) > 0:
                 raise ParameterError(
@@ -353,6 +354,42 @@ class MuscleModel(ABC):
             force = self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS)
         return self._finite(force), memory
 
+    def force_after(self, memory: Memory, contraction: float, pressure: float, time: float = float("nan")) -> float:
+        """Return the force after moving from a memory to a contraction: that of `run`, for trying many of them. [N]
+
+        Parameters
+        ----------
+        memory
+            Where the muscle is; it stays as it is.
+        contraction, pressure
+            To which it moves. [1], [Pa]
+        time
+            At which it is there, after that of the memory; NaN: infinitely slow. [s]
+
+        Raises
+        ------
+        ParameterError
+            If the contraction is outside `limits`, or there is no finite force.
+
+        Examples
+        --------
+        >>> from dehyst.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> memory = braid.rest(0.1)
+        >>> force, _ = braid.run([0.12], 3e5, memory=memory)
+        >>> round(braid.force_after(memory, 0.12, 3e5) - float(force[0]), 9)
+        0.0
+        """
+        if not self.limits[0] <= contraction <= self.limits[1]:
+            self._checked(contraction, pressure)
+        strains, shares = self._contacts()
+        # a stop operator from a state: the strain since its play moved last, until it slips
+        slip = float(np.clip((contraction - memory.plays) / strains, -1.0, 1.0) @ shares) if strains.size else 0.0
+        passed = time - memory.time
+        speed = self.length * (contraction - memory.contraction) / passed if passed > 0 else 0.0
+        force = self._one_force(contraction, pressure, speed, slip)
+        return force if math.isfinite(force) else float(self._finite(force))
+
     def rest(self, contraction: float, time: float = float("nan")) -> Memory:
         """Return the memory of a muscle that rests at a contraction, its contacts relaxed."""
         strains, _ = self._contacts()
@@ -426,6 +463,16 @@ class MuscleModel(ABC):
                 f"They are {', '.join(f'{key} = {value}' for key, value in self.as_dict().items())}.",
             )
         return array
+
+    def _one_force(self, x: float, pressure: float, speed: float, slip: float) -> float:
+        """Force of one sample, on plain floats. [N]"""
+        try:
+            return float(self._static(x, pressure, FLOATS) - self._resistance(x, pressure, speed, slip, FLOATS))
+        except OverflowError:
+            raise ParameterError(
+                f"{self.name} has no force at contraction {x:g} and {pressure:g} Pa: the pressure, or some parameter, "
+                "is far beyond what it means."
+            ) from None
 
     def _about(self, kappa: Array) -> str:
         return f"{self.name} between contractions {np.min(kappa, initial=1):.3g} and {np.max(kappa, initial=-1):.3g}"
@@ -589,14 +636,7 @@ class MuscleStepper:
         return speed, slip
 
     def _force(self, x: float, pressure: float, speed: float, slip: float) -> float:
-        model = self._model
-        try:
-            return float(model._static(x, pressure, FLOATS) - model._resistance(x, pressure, speed, slip, FLOATS))
-        except OverflowError:
-            raise ParameterError(
-                f"{model.name} has no force at contraction {x:g} and {pressure:g} Pa: the pressure, or some parameter, "
-                "is far beyond what it means."
-            ) from None
+        return self._model._one_force(x, pressure, speed, slip)
 
     @property
     def memory(self) -> Memory:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
+from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import Array
 from dehyst.muscles.base import MuscleModel
 from dehyst.muscles.bench_log import BenchLog
@@ -136,13 +137,13 @@ def fit_muscle(log: BenchLog, model: MuscleModel | str, *, seed: int = 0) -> Mus
     start = muscle_class(model).published() if isinstance(model, str) else model
     used = ~log.slack
     _refuse(log, used, start)
-    others = _published(start)
-    found = _searched(log, used, start, others, seed)
+    with single_blas():
+        found = _searched(log, used, start, _published(start), seed)
+        held_out = _held_out(log, used, start, found, seed)
     fitted = start.with_vector(found.vector)
     force = forces(fitted, log)
     missed = (force - log.force)[used]
     span = float(np.ptp(log.force[used]))
-    held_out = _held_out(log, used, start, found, seed)
     names, errors, unsure, bound = _certainty(log, start, found, missed)
     rmse = _rms(missed)
     fit = MuscleFit(

@@ -127,10 +127,9 @@ def isotonic_loop(
 
 def balance(model: MuscleModel, memory: Memory, near: float, pressure: float, time: float, load: float) -> float:
     """Return the contraction, close to one, at which the force after moving there is the load."""
-    stamps = None if math.isnan(time) else [time]
 
     def left(k: float) -> float:
-        return float(model.run([k], [pressure], stamps, memory)[0][0]) - load
+        return model.force_after(memory, k, pressure, time) - load
 
     first = left(near)
     if first == 0.0:

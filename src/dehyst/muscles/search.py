@@ -23,7 +23,7 @@ NO_EFFECT = 1e-12  # of the largest force, by a parameter that is moved by a ten
 ON_BOUND = 1e-6  # of a step
 LINEAR = 1e-9  # the same, of a second difference
 WIDE = 30.0  # bounds whose ratio is larger are searched on a logarithmic scale
-EVALUATIONS = 100  # of a search, finite differences not counted
+EVALUATIONS = 50  # of a search, finite differences not counted
 
 Predict = Callable[[Array], Array]
 
@@ -79,7 +79,7 @@ def search(
         tried += _drawn(x0, low, high, active, np.random.default_rng(seed))
     solved = sorted((problem.projected(each) for each in tried), key=lambda pair: pair[0])
     ends = [problem.searched(x) for _, x in solved[: POLISHED if np.any(active & ~linear) else 1]]
-    best = problem.snapped(min([*ends, solved[0]], key=lambda pair: pair[0])[1])
+    best = problem.snapped(problem.polished(min([*ends, solved[0]], key=lambda pair: pair[0])[1])[1])
     return Found(best, problem.slopes(best), active, linear, len(tried))
 
 
@@ -122,24 +122,26 @@ class _Problem:
         columns = np.stack([self.miss(x + self._one(int(i))) - base for i in which], axis=1)
         norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         scale = self.steps[which] / norm
-        delta = np.linalg.lstsq(columns / norm, -base, rcond=1e-12)[0] * scale
+        problem = np.column_stack((columns / norm, -base))
+        small = np.asarray(np.linalg.qr(problem, mode="r"), float)  # the same least squares, in few rows
+        rows, wanted = small[:, :-1], small[:, -1]
+        delta = np.linalg.lstsq(rows, wanted, rcond=1e-12)[0] * scale
         new = x.copy()
         new[which] += delta
         if np.any(new < self.low) or np.any(new > self.high):
             box = (self.low[which] - x[which]) / scale, (self.high[which] - x[which]) / scale
-            solved = lsq_linear(columns / norm, -base, bounds=(box[0] - 1e-12, box[1] + 1e-12), method="bvls")
+            solved = lsq_linear(rows, wanted, bounds=(box[0] - 1e-12, box[1] + 1e-12), method="bvls")
             new[which] = x[which] + solved.x * scale
             new = np.clip(new, self.low, self.high)
         new_cost, cost = self.cost(new), float(np.sum(base**2))
         return (new_cost, new) if new_cost <= cost else (cost, x)
 
     def searched(self, x: Array) -> tuple[float, Array]:
-        """Cost and parameters after a search over all of them, the linear ones solved for on the way."""
+        """Cost and parameters after a search over those that are not linear, the others solved for on the way."""
         outer = np.flatnonzero(self.active & ~self.linear)
         if outer.size:
             _, x = self._least(outer, x, self._projected_miss(x, outer))
-            _, x = self.projected(x)
-        return self.polished(x)
+        return self.projected(x)
 
     def polished(self, x: Array) -> tuple[float, Array]:
         """Cost and parameters after a search over all of them at once, which a good start makes short."""
