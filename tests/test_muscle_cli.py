@@ -84,6 +84,8 @@ def test_parameters_sets_and_length_are_those_that_were_typed(run):
     assert found["force_map"]["force_N"][0][0] == pytest.approx(float(expected.static_force(0.0, 6e5)))
     found = figures(run, "aschemann-schindele", "--param", "a=0.01,-0.02,0.01,0", "--pressures", "6")
     assert found["parameters"]["a"] == [0.01, -0.02, 0.01, 0.0]
+    found = figures(run, "aschemann-schindele", "--param", "b=0", "--pressures", "6")  # one value is a list of one
+    assert found["parameters"]["b"] == [0.0]
 
 
 @pytest.mark.parametrize(
@@ -126,6 +128,12 @@ def test_a_force_in_a_unit_that_cannot_be_is_refused_and_percent_that_look_like_
     assert "muscle-unit-guessed" not in {warning["code"] for warning in cured["warnings"]}
 
 
+def test_a_force_without_a_unit_is_said_to_be_taken_as_newtons(run, bench):
+    warnings = figures(run, "sarosi", "--log", bench / "nameless.csv")["fit"]["warnings"]
+    guessed = [w["message"] for w in warnings if w["code"] == "muscle-unit-guessed"]
+    assert len(guessed) == 3 and "'force'" in guessed[2] and "--force-unit kN" in guessed[2]
+
+
 def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
     warnings = figures(run, "sarosi", "--log", bench / "absolute.csv")["fit"]["warnings"]
     assert any(w["code"] == "muscle-absolute" and "--absolute" in w["message"] for w in warnings)
@@ -146,6 +154,7 @@ def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
         (("muscle", "maker", "--contractions", "80"), r"80 % is outside -5 to 50 %"),
         (("muscle", "maker", "--length", "300"), r"Write 300mm"),
         (("muscle", "maker", "--length", "long"), r"no length"),
+        (("muscle", "maker", "--param", "length=300"), r"Write 300mm"),
         (("muscle", "maker", "--length", "-1mm"), r"not positive"),
         (("muscle", "maker", "--log", "plain.csv", "--seed", "-1"), r"from 0 on"),
         (("muscle", "maker", "--save", "m.json"), r"Add --log"),

@@ -470,9 +470,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Muscles: a bench log and its fit": {
         "muscle-unit-guessed": (
-            "Contraction, length or pressure of a bench log names no unit; one was taken from the size of the numbers. "
-            "Or the unit is percent, and the numbers are too small for it.",
-            "None if that is right. Otherwise `--contraction-unit`, `--pressure-unit`, or a unit in the column's name.",
+            "A column of a bench log names no unit: one was taken from the size of the numbers, N for a force. Or its "
+            "unit is percent, and the numbers are too small for it.",
+            "None if that is right. Otherwise `--contraction-unit`, `--pressure-unit`, `--force-unit`, or a unit in "
+            "the column's name.",
         ),
         "muscle-mass": (
             "The column of the force is in kg or g: a load cell that shows a mass. It was taken as the force that the "

@@ -127,6 +127,8 @@ def _parameter(text: str) -> tuple[str, Any]:
         numbers = ()
     if not equals or not name.strip() or not numbers or not all(map(math.isfinite, numbers)):
         raise ParameterError(f"--param {text!r:.60} is not NAME=VALUE with a number, e.g. --param radius=0.01")
+    if name.strip() == "length":
+        return "length", _length(value)
     return name.strip(), numbers[0] if len(numbers) == 1 else numbers
 
 

@@ -225,6 +225,8 @@ def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array
         )
         found = table.values["force"] * (MASS_FACTORS[mass] * GRAVITY)
     else:
+        if not unit:
+            findings.append(_force_unit_guessed(table))
         _known(table, "force", unit or "N", "force", "--force-unit N")
         found = np.asarray(convert(table.values["force"], unit or "N", "N"))
     if float(found.max()) <= 0.05 * float(-found.min()):
@@ -246,6 +248,15 @@ def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array
             largest=float(found.max()),
         )
     return found
+
+
+def _force_unit_guessed(table: Columns) -> Finding:
+    name, largest = table.names["force"], float(np.max(np.abs(table.values["force"])))
+    return Finding(
+        "muscle-unit-guessed",
+        f"column '{name}' names no unit: values up to {largest:.4g} were taken as N. If they are in another one: "
+        f"--force-unit kN, or call the column {name}_kN.",
+    )
 
 
 def _refuse_range(contraction: Array, role: str) -> None:
