@@ -161,8 +161,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
             table.add_row(*_row(entry), style="bold" if entry is found.chosen else None)
     out.print(table)
     out.print(Text("rms, percent of the output's range (inverse: of the input's); * within noise of the best"))
-    said = [(entry.family, entry.reason) for entry in found.entries if entry.reason]
-    said += [(entry.family, f"no inverse: {entry.no_inverse}") for entry in found.entries if entry.no_inverse]
+    said = found.notes
     if said:
         out.print()
     for name, words in said:

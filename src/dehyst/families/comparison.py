@@ -98,6 +98,16 @@ class Comparison:
             said += f". The best with an inverse is {able.family}, {able.error_percent:.2f} %"
         return f"{said}."
 
+    @property
+    def notes(self) -> list[tuple[str, str]]:
+        """What stands against families, and why some have no inverse: names, and one sentence for all of them."""
+        said = [(entry.family, entry.reason) for entry in self.entries if entry.reason]
+        said += [(entry.family, f"no inverse: {entry.no_inverse}") for entry in self.entries if entry.no_inverse]
+        named: dict[str, list[str]] = {}
+        for name, words in said:
+            named.setdefault(words, []).append(name)
+        return [(", ".join(names), words) for words, names in named.items()]
+
     def __getitem__(self, name: str) -> Entry:
         """Row of a family."""
         for entry in self.entries:
@@ -262,7 +272,9 @@ def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
         said.append("the loop is {}: its output {}, and these operators {}".format(*way))
     share = auto.facts.rate_dependence_percent
     if share is not None and share > RATE and not getattr(entry.model, "rate_dependent", False):
-        said.append(f"{share:.0f} % of the output's range follow how fast the input moves, and this family does not")
+        said.append(
+            f"{share:.0f} % of the output's range follow how fast the input moves, which the model does not know"
+        )
     return replace(entry, reason=f"{'; '.join(said) or NOT_FOUND}.")
 
 

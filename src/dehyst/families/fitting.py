@@ -32,7 +32,7 @@ from dehyst.recording import Recording
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FamilyFit:
     """An identified model of a family, and how well it predicts.
 
@@ -80,6 +80,12 @@ class FamilyFit:
     inverse_percent: float | None
     seconds: float
     seed: int | None
+
+    def __repr__(self) -> str:
+        """One line: family, error, inverse; arrays are attributes."""
+        error, where = (self.test or self.train).rmse_percent, "held out" if self.test is not None else "fitted"
+        inverse = "an inverse" if self.invertible else "no inverse"
+        return f"<FamilyFit {self.family!r}: {error:.3g} % of range {where}, {inverse}>"
 
     @property
     def invertible(self) -> bool:

@@ -135,7 +135,8 @@ def check_signed(content: Any, kind: str, path: str) -> Json:
         raise _refuse(
             path,
             f"holds a {content.get('family')!s:.40} model, a family of the literature, which is not of this kind.",
-            "Read it with dehyst.families.load_file, or use it with `dehyst simulate` and `dehyst compensate`.",
+            "Use it with `dehyst simulate` and `dehyst compensate`, or read it with dehyst.families.load_file. What is "
+            "exported, certified and watched for drift are the families of `dehyst identify`.",
         )
     if not isinstance(content, dict) or content.get("format") != kind:
         raise _refuse(path, f'is not a dehyst model: it lacks "format": "{kind}".')

@@ -88,8 +88,9 @@ def comparison_page(found: Comparison) -> str:
             lead=found.verdict,
             figures=comparison_figures(found),
             warnings=found.auto.warnings,
+            warnings_of=f"Warnings of identify, whose choice is {found.auto.family}",
             tables=tables_of(found),
-            notes=notes_of(found),
+            notes=found.notes,
         )
     )
 
@@ -226,12 +227,6 @@ def tables_of(found: Comparison) -> tuple[Table, ...]:
     )
     note = "* within noise of the best. Percent of the output's range, for the inverse of the input's."
     return (Table(f"{len(rows)} {'family' if len(rows) == 1 else 'families'}", HEAD, rows, note),)
-
-
-def notes_of(found: Comparison) -> list[tuple[str, str]]:
-    """Return what stands against families, and why some have no inverse."""
-    said = [(entry.family, entry.reason) for entry in found.entries if entry.reason]
-    return said + [(entry.family, f"no inverse: {entry.no_inverse}") for entry in found.entries if entry.no_inverse]
 
 
 def _percent(score: Score | None) -> str:

@@ -40,6 +40,8 @@ class Sheet:
         Further sentences of the verdict.
     figures, warnings, tables, notes
         What stands below; notes are names with a sentence each.
+    warnings_of
+        Heading of the warnings.
     """
 
     kind: str
@@ -54,6 +56,7 @@ class Sheet:
     tables: Sequence[Table] = ()
     more: Sequence[str] = ()
     notes: Sequence[tuple[str, str]] = ()
+    warnings_of: str = "Warnings"
 
 
 def sheet_page(sheet: Sheet) -> str:
