@@ -51,14 +51,13 @@ class Braid:
         """D_90, diameter with the fibres at right angles to the axis. [m]"""
         return self.diameter / math.sin(self.angle)
 
-    def volume(self, kappa: Any, wall: float = 0.0) -> Any:
-        """Return the volume inside a wall of a thickness. [m^3]"""
+    def volume(self, kappa: Any) -> Any:
+        """Return the volume inside the braid. [m^3]"""
         cosine = (1.0 - kappa) * math.cos(self.angle)
-        inside = self.widest * (1.0 - cosine**2) ** 0.5 - 2.0 * wall
-        return 0.25 * math.pi * self.length * (1.0 - kappa) * inside**2
+        return 0.25 * math.pi * self.length * (1.0 - kappa) * self.widest**2 * (1.0 - cosine**2)
 
     def pull(self, kappa: Any, wall: float, m: Arithmetic) -> Any:
-        """Return -dV/dl, the force for a pressure of 1 Pa. [m^2]"""
+        """Return -dV/dl of the volume inside a wall of a thickness, the force for a pressure of 1 Pa. [m^2]"""
         square = ((1.0 - kappa) * math.cos(self.angle)) ** 2
         pull = 0.25 * math.pi * self.widest**2 * (3.0 * square - 1.0)
         if wall:
