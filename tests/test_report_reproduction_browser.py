@@ -57,7 +57,11 @@ def picture(page, tmp_path, name, *arguments):
 def test_the_arm_moves_unless_the_reader_asked_for_less_motion(page, tmp_path):
     early, late = (picture(page, tmp_path, f"t{t}", f"--virtual-time-budget={t}") for t in (1000, 6000))
     assert np.mean(np.abs(early - late).max(axis=2) > 0.2) > 0.001
-    early, late = (picture(page, tmp_path, f"s{t}", NO_MOTION, f"--virtual-time-budget={t}") for t in (1000, 6000))
+    for attempt in range(3):  # one browser in ten sets a line of letters a little differently; an arm never rests
+        shots = [(f"s{t}-{attempt}", NO_MOTION, f"--virtual-time-budget={t}") for t in (1000, 6000)]
+        early, late = (picture(page, tmp_path, *shot) for shot in shots)
+        if np.array_equal(early, late):
+            break
     assert np.array_equal(early, late)
     dark = np.sum(np.abs(early - early[0, 0]).max(axis=2) > 0.2)
     assert dark > 10_000  # the still picture is there instead
