@@ -28,6 +28,10 @@ TimeUnit = Annotated[
     str | None, typer.Option("--time-unit", help="Unit of the time column, e.g. ms, if its name does not tell.")
 ]
 Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log holds several.")]
+Runs = Annotated[list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")]
+TrainFraction = Annotated[
+    float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
+]
 Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
 Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
@@ -65,9 +69,7 @@ def identify(
     output: Output,
     time: Time = None,
     time_unit: TimeUnit = None,
-    run: Annotated[
-        list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")
-    ] = None,
+    run: Runs = None,
     start: Start = None,
     stop: Stop = None,
     family: Annotated[
@@ -88,9 +90,7 @@ def identify(
     initial_state: Annotated[
         str, typer.Option("--initial-state", help="auto, zero, rest, rising, falling or unknown.")
     ] = "auto",
-    train_fraction: Annotated[
-        float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
-    ] = 0.5,
+    train_fraction: TrainFraction = 0.5,
     shear: Annotated[
         str | None,
         typer.Option("--shear", metavar="auto|K", help="Fit the loop around the diagonal, input + K output (pi only)."),
@@ -480,17 +480,13 @@ def compare(
     output: Output,
     time: Time = None,
     time_unit: TimeUnit = None,
-    run: Annotated[
-        list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")
-    ] = None,
+    run: Runs = None,
     start: Start = None,
     stop: Stop = None,
     families: Annotated[
         str | None, typer.Option("--families", help="Only these, with commas, e.g. pi,preisach,bouc-wen; default all.")
     ] = None,
-    train_fraction: Annotated[
-        float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
-    ] = 0.5,
+    train_fraction: TrainFraction = 0.5,
     seed: Annotated[int, typer.Option("--seed", help="Of the searches of families whose fit is not convex.")] = 0,
     save: Annotated[
         Path | None, typer.Option("--save", help="Write the model of the best family to this JSON file.")

@@ -1,36 +1,70 @@
 """Hysteresis families of the literature: one file a family, fitted to one log and compared."""
 
-from dehyst.families.acting import ModelMechanism
-from dehyst.families.base import STARTS, UNSCALED, InverseLoop, LoopModel, LoopStepper, Scaling
-from dehyst.families.comparison import Comparison, all_names, compare
-from dehyst.families.controlling import LoopCompensator
-from dehyst.families.entry import Entry
-from dehyst.families.fitting import FamilyFit, identify_family
-from dehyst.families.registry import MODULES, Family, example, family, names
-from dehyst.families.storage import load_file
-from dehyst.families.training import Stretch, Training
+from __future__ import annotations
 
-__all__ = [
-    "MODULES",
-    "STARTS",
-    "UNSCALED",
-    "Comparison",
-    "Entry",
-    "Family",
-    "FamilyFit",
-    "InverseLoop",
-    "LoopCompensator",
-    "LoopModel",
-    "LoopStepper",
-    "ModelMechanism",
-    "Scaling",
-    "Stretch",
-    "Training",
-    "all_names",
-    "compare",
-    "example",
-    "family",
-    "identify_family",
-    "load_file",
-    "names",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dehyst.families.acting import ModelMechanism as ModelMechanism
+    from dehyst.families.base import STARTS as STARTS
+    from dehyst.families.base import UNSCALED as UNSCALED
+    from dehyst.families.base import InverseLoop as InverseLoop
+    from dehyst.families.base import LoopModel as LoopModel
+    from dehyst.families.base import LoopStepper as LoopStepper
+    from dehyst.families.base import Scaling as Scaling
+    from dehyst.families.comparison import Comparison as Comparison
+    from dehyst.families.comparison import all_names as all_names
+    from dehyst.families.comparison import compare as compare
+    from dehyst.families.controlling import LoopCompensator as LoopCompensator
+    from dehyst.families.entry import Entry as Entry
+    from dehyst.families.fitting import FamilyFit as FamilyFit
+    from dehyst.families.fitting import identify_family as identify_family
+    from dehyst.families.registry import MODULES as MODULES
+    from dehyst.families.registry import Family as Family
+    from dehyst.families.registry import example as example
+    from dehyst.families.registry import family as family
+    from dehyst.families.registry import names as names
+    from dehyst.families.storage import load_file as load_file
+    from dehyst.families.training import Stretch as Stretch
+    from dehyst.families.training import Training as Training
+
+# Each is imported when it is first used: playing a model file must not load what identifies one.
+_HOME = {
+    "Comparison": "dehyst.families.comparison",
+    "Entry": "dehyst.families.entry",
+    "Family": "dehyst.families.registry",
+    "FamilyFit": "dehyst.families.fitting",
+    "InverseLoop": "dehyst.families.base",
+    "LoopCompensator": "dehyst.families.controlling",
+    "LoopModel": "dehyst.families.base",
+    "LoopStepper": "dehyst.families.base",
+    "MODULES": "dehyst.families.registry",
+    "ModelMechanism": "dehyst.families.acting",
+    "STARTS": "dehyst.families.base",
+    "Scaling": "dehyst.families.base",
+    "Stretch": "dehyst.families.training",
+    "Training": "dehyst.families.training",
+    "UNSCALED": "dehyst.families.base",
+    "all_names": "dehyst.families.comparison",
+    "compare": "dehyst.families.comparison",
+    "example": "dehyst.families.registry",
+    "family": "dehyst.families.registry",
+    "identify_family": "dehyst.families.fitting",
+    "load_file": "dehyst.families.storage",
+    "names": "dehyst.families.registry",
+}
+
+__all__ = [*sorted(_HOME)]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'dehyst.families' has no attribute '{name}'")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOME])

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.entry import Entry
-from dehyst.families.existing import TITLES, entry_of, existing
+from dehyst.families.existing import TITLES, entry_of, existing, static_of
 from dehyst.families.fitting import fit_one, orientation_of
 from dehyst.families.registry import family, names
 from dehyst.identification import Fit, identify
@@ -211,11 +211,16 @@ def compare(
         data = prepare(records, train_fraction)
         part = parts(records, data, auto.certificate.initial_state)
         baseline = entry_of(auto, part, data.output_range, spent)
-        found = []
+        orientation, found = orientation_of(data), []
         for number, name in enumerate(wanted):
             if progress is not None:
                 progress(name, number, len(wanted))
-            found.append(_entry(name, records, data, part, baseline, train_fraction, seed))
+            if name == auto.family:
+                found.append(baseline)
+            elif name == "static":
+                found.append(static_of(auto, part, data.output_range))
+            else:
+                found.append(_entry(name, records, data, part, orientation, train_fraction, seed))
     curve = (auto.static_test or auto.static_train).rmse_percent
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
@@ -229,17 +234,15 @@ def _entry(
     records: tuple[Recording, ...],
     data: DataSet,
     part: tuple[Part, Part],
-    baseline: Entry,
+    orientation: str,
     train_fraction: float,
     seed: int,
 ) -> Entry:
     title = TITLES.get(name) or family(name).title
     try:
-        if name == baseline.family:
-            return baseline
         if name in TITLES:
             return existing(name, records, part, data.output_range, train_fraction)
-        fit = fit_one(name, records, data, part, orientation_of(data), seed)
+        fit = fit_one(name, records, data, part, orientation, seed)
     except DehystError as fault:
         return Entry(name, title, reason=" ".join(str(fault).split()))
     return Entry(

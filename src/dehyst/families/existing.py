@@ -33,9 +33,8 @@ def existing(
     begun = time.thread_time()
     if name == "direct-inverse":
         return _direct(records, part, output_range, train_fraction, begun)
-    fit = identify(records, "pi" if name == "static" else name, train_fraction=train_fraction)
-    spent = time.thread_time() - begun
-    return _static(fit, part, output_range, spent) if name == "static" else entry_of(fit, part, output_range, spent)
+    fit = identify(records, name, train_fraction=train_fraction)
+    return entry_of(fit, part, output_range, time.thread_time() - begun)
 
 
 def entry_of(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: float) -> Entry:
@@ -57,7 +56,8 @@ def entry_of(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: fl
     )
 
 
-def _static(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: float) -> Entry:
+def static_of(fit: Fit, part: tuple[Part, Part], output_range: float) -> Entry:
+    """Return the row of the curve without memory that every fit carries; it takes no time of its own."""
     curve = fit.static
     outputs = tuple(curve.simulate(record.input) for record in fit.recordings)
     demands = tuple(curve.inverse().simulate(record.output) for record in fit.recordings)
@@ -74,7 +74,6 @@ def _static(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: flo
         inverse_percent=100.0 * seen.moments(demands, inputs).rms / (high - low),
         parameters=curve.curve.v.size,
         invertible=True,
-        seconds=seconds,
     )
 
 

@@ -8,6 +8,7 @@ ends a step where the velocity changes its sign (engine/oscillator.h), `steps` t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -60,12 +61,12 @@ class Motion:
     hysteretic_force: Array
 
 
-class Oscillator:
+class Oscillator(ABC):
     """What every oscillator can do. `mass`, ... are fields of the records below."""
 
+    @abstractmethod
     def _arguments(self) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
         """(m, c, k, k3), law of Bouc and Wen, slopes, their grid, thresholds, weights, weights of y^2."""
-        raise NotImplementedError
 
     def simulate(self, force: npt.ArrayLike, time: npt.ArrayLike, *, periodic: bool = False, steps: int = 4) -> Array:
         """Return the positions y (T,) [m] that answer a force (T,) [N].
