@@ -1,6 +1,7 @@
 """The proofs of `make proofs`, in small: they run, they speak about the core as it is, and they can fail."""
 
 import ctypes
+import re
 import shutil
 import struct
 import subprocess
@@ -113,6 +114,18 @@ def test_every_deviation_from_misra_has_a_reason():
     except Missing as missing:
         pytest.skip(str(missing))
     assert set(found) <= set(misra.listed())
+
+
+@pytest.mark.parametrize(
+    ("number", "fault", "message"),
+    [("2.10", Missing, "2.10 counts otherwise than"), (misra.VERSION, Failed, "rule 9.9 in pi.c: 1 places, not in")],
+)
+def test_deviations_are_counted_by_the_version_that_made_the_list_and_by_no_other(number, fault, message, monkeypatch):
+    monkeypatch.setattr(misra, "tool", lambda *_: "cppcheck")
+    monkeypatch.setattr(misra, "version", lambda _: number)
+    monkeypatch.setattr(misra, "said", lambda *_, **__: "pi.c:1:1:misra-c2012-9.9\n")
+    with pytest.raises(fault, match=re.escape(message)):
+        misra.run(True)
 
 
 def test_eva_derives_the_bound_of_a_small_block_and_no_tighter_one():
