@@ -15,6 +15,7 @@ from rich.text import Text
 
 from dehyst.app.identify import _finite
 from dehyst.app.identify_direct import schedule_of
+from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
@@ -31,8 +32,7 @@ from dehyst.recording import Recording
 
 Read: TypeAlias = tuple[Path, str | None, Recording]
 
-# Exit status by the verdict, so that a script can act on it; faults end with 2, as in every command.
-STATUS = {"unchanged": 0, "drifted": 1, "not comparable": 3}
+STATUS = {"unchanged": Status.DONE, "drifted": Status.NO, "not comparable": Status.NOT_COMPARABLE}
 STYLES = {"unchanged": "bold green", "drifted": "bold red", "not comparable": "bold yellow"}
 
 
