@@ -77,6 +77,25 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+
+def _refuse_subinterpreter() -> None:
+    """Refuse before numpy and the binding are loaded: neither knows subinterpreters, and calls of the core hang."""
+    for name in ("_interpreters", "_xxsubinterpreters"):  # since Python 3.13; before
+        try:
+            interpreters = import_module(name)
+        except ImportError:
+            continue
+        if interpreters.get_current() != interpreters.get_main():
+            raise ImportError(
+                "dehyst was imported in a subinterpreter, where numpy and its compiled core cannot run: import it in "
+                "the main interpreter and share work by processes (concurrent.futures.ProcessPoolExecutor); under "
+                "mod_wsgi set WSGIApplicationGroup %{GLOBAL}."
+            )
+        return
+
+
+_refuse_subinterpreter()
+
 _HOME = {
     "Arm": "dehyst.plant",
     "Block": "dehyst.control",
