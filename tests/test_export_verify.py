@@ -11,7 +11,7 @@ import pytest
 
 from dehyst.control import JointControllerParameters
 from dehyst.errors import OutputError
-from dehyst.export import compilers, export, folder, joint_subject, regeneration, subject_of, verification
+from dehyst.export import compilers, export, folder, joint_subject, subject_of, verification
 from dehyst.models import ModelCard
 from export_samples import CARD, mapped_model, play_model
 
@@ -114,7 +114,7 @@ ATTACKS = {
     "a forged source of the excerpt": ("c", lambda f: forge(f, excerpt_source="x"), "README.md"),
     "a version that is text": ("c", lambda f: forge(f, dehyst="1\nall checks passed"), "dehyst"),
     "a date that is text": ("c", lambda f: forge(f, date="today\nVerified"), "date"),
-    "facts of the model, by another dehyst": ("c", lambda f: forge(f, dehyst="9.9", operators=3), "operators"),
+    "another version, and facts of the model": ("c", lambda f: forge(f, dehyst="9.9", operators=3), "dehyst 9.9, this"),
     "another README": ("c", lambda f: (add(f, "README.md", "-ffast-math is fine"), renew(f)), "README.md"),
     "another README of an FMU": ("fmu2", lambda f: edit(f, "README.md", "`pip", "- `binaries/x`: `pip"), "README.md"),
     "another description in an FMU": (
@@ -145,7 +145,7 @@ def test_a_manipulated_folder_is_not_signed_off_and_nothing_of_it_runs(exports, 
     target, change, word = ATTACKS[attack]
     place = shutil.copytree(exports(target), tmp_path / "out")
     change(place)
-    monkeypatch.setattr(compilers, "check_folder", None)  # would be a fault
+    monkeypatch.setattr(compilers, "_one", None)  # would be a fault
     found = verification.verify_folder(place)
     assert not found.good
     assert any(word in check.detail for check in found.checks if check.status == "failed"), found.checks
@@ -221,14 +221,6 @@ def test_notes_and_build_results_are_tolerated(exports, tmp_path):
     found = verification.verify_folder(place)
     assert found.good
     assert any("notes.txt" in check.detail for check in found.checks)
-
-
-def test_an_export_of_another_version_is_run_and_says_what_was_not_compared(exports, tmp_path):
-    place = shutil.copytree(exports("c"), tmp_path / "out")
-    forge(place, dehyst="0.0.1")
-    found = verification.verify_folder(place)
-    assert found.good
-    assert any(check.status == "skipped" and "exported with dehyst 0.0.1" in check.detail for check in found.checks)
 
 
 def test_a_manifest_that_leads_out_of_the_folder_is_refused(exports, tmp_path):
@@ -361,12 +353,3 @@ def test_an_export_that_links_elsewhere_is_no_export_to_be_replaced(run, place):
     (place / "out" / "src").symlink_to(place / "elsewhere")
     assert run("export", "rig.json", "--target", "st", "--out", "out", "--overwrite")[0] == 2
     assert (place / "elsewhere" / "rig.c").exists()
-
-
-def test_only_lines_about_binaries_of_a_readme_may_differ():
-    fresh = b"a, with its sources and binaries:\n\n- `binaries/linux64/u.so`\n\nsteps\n"
-    other = b"a, with its sources.\nNo binary for linux64: no cc or gcc for it on this machine. Make it there: `fmpy "
-    other += b"compile u.fmu`, or import the sources.\n\nsteps\n"
-    assert regeneration._same("README.md", other, fresh)
-    assert not regeneration._same("README.md", other.replace(b"steps", b"stop"), fresh)
-    assert not regeneration._same("check/check.c", other, fresh)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import platform
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -16,24 +14,24 @@ from rich.text import Text
 
 from dehyst import __version__
 from dehyst.app.terminal import ask_progress, terminal
-from dehyst.export import Check, compilers, read_manifest
-from dehyst.export.folder import MANIFEST, VERIFIED
+from dehyst.errors import OutputError
+from dehyst.export import Check, compilers
+from dehyst.export.folder import MANIFEST, VERIFIED, exported_files
 from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
 from dehyst.grades import doubtful
 
+SIGNED = "Verified by `dehyst verify`."
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
 def run_verify(folder: Path, as_json: bool) -> None:
     """Check, print, write `VERIFIED` if all passed and its code ran; exit status 1 otherwise."""
-    manifest = read_manifest(folder)
-    with suppress(FileNotFoundError):  # what an earlier run signed is not what is there now
-        (folder / VERIFIED).unlink()
+    withdraw(folder)
     with ask_progress("compiling and running", as_json):
         found = verify_folder(folder)
     if found.good:
-        write_atomically(folder / VERIFIED, signed(folder, manifest, found))
+        write_atomically(folder / VERIFIED, signed(found))
     if as_json:
         checks = [check.as_dict() for check in found.checks]
         content = {"folder": str(folder), "verified": found.good, "why_not": found.why_not, "checks": checks}
@@ -44,28 +42,52 @@ def run_verify(folder: Path, as_json: bool) -> None:
         sys.exit(1)
 
 
+def withdraw(folder: Path) -> None:
+    """Take away what an earlier run signed, before anything else: it is not about what is there now.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be taken away. In a folder that is no export, a file that `verify` did not write stays.
+    """
+    path = folder / VERIFIED
+    try:
+        if path.is_file() and (exported_files(folder) is not None or _beginning(path) == SIGNED.encode("ascii")):
+            path.unlink()
+    except OSError as fault:
+        raise OutputError(
+            f"'{path}' of an earlier run cannot be taken away ({fault.strerror}), and may be wrong by now. Allow "
+            f"writing in '{folder}', or verify a copy.",
+            path=str(path),
+        ) from None
+
+
+def _beginning(path: Path) -> bytes:
+    with path.open("rb") as stream:
+        return stream.read(len(SIGNED))
+
+
 def _doubt(found: Verification) -> str:
     """Return the verdict on the model if it was less than good: right code of a bad model is no good compensator."""
     verdict = doubtful(found.subject.provenance.get("verdict")) if found.subject else ""
     return f"the code is the model's; the model's verdict was: {verdict}" if verdict else ""
 
 
-def signed(folder: Path, manifest: dict[str, object], found: Verification) -> str:
+def signed(found: Verification) -> str:
     """Return the summary that is written into a folder that holds what it claims."""
     checks, unit, doubt = found.checks, found.subject, _doubt(found)
     assert unit is not None  # it is good
-    digest = hashlib.sha256((folder / MANIFEST).read_bytes()).hexdigest()
     passed = sum(check.status == "passed" for check in checks)
     lines = [
-        "Verified by `dehyst verify`.",
+        SIGNED,
         "",
         f"date            {datetime.now(UTC).isoformat(timespec='seconds')}",
-        f"dehyst          {__version__}; exported with {manifest['dehyst']} on {manifest['date']}",
+        f"dehyst          {__version__}; exported on {found.manifest['date']}",
         f"machine         {platform.system()} {platform.machine()}",
         *(f"compiler        {name}: {version}" for name, version in compilers.found().items()),
         f"unit            {unit.title}",
         f"model           sha256 {unit.checksum}",
-        f"{MANIFEST}   sha256 {digest}",
+        f"{MANIFEST}   sha256 {found.digest}",
         f"checks          {passed} passed, {len(checks) - passed} skipped, 0 failed",
         "",
         *(f"{check.status:8} {check.claim}{': ' + check.detail if check.detail else ''}" for check in checks),

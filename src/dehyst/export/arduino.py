@@ -16,7 +16,7 @@ from dehyst import __version__
 from dehyst.control.block import Block, Direction
 from dehyst.export import c, core_files
 from dehyst.export.checks import Check
-from dehyst.export.compilers import check_folder, version_of
+from dehyst.export.compilers import check_folder, plain_environment, version_of
 from dehyst.export.numbers import BlockNumbers
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal, answers
@@ -143,7 +143,9 @@ int main(void)
 def _failed(command: list[str]) -> str:
     """Run a compiler; return what it said if it failed."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=120, check=False, env=plain_environment()
+        )
     except (OSError, subprocess.TimeoutExpired) as fault:
         return str(fault)
     words = [line for line in done.stderr.splitlines() if "error" in line or "undefined" in line]

@@ -74,18 +74,16 @@ def _one(folder: Path, make: str, compiler: str, version: str, level: str) -> Ch
     return Check(claim, "passed", f"{passed} claims; {version}", ran=True)
 
 
-# What make, compilers and the Makefiles of exports would take from the environment.
-STRANGE = (
-    "BUILD", "CCC_OVERRIDE_OPTIONS", "CFLAGS", "COMPILER_PATH", "CPATH", "CPLUS_INCLUDE_PATH", "CPPFLAGS", "CXXFLAGS",
-    "C_INCLUDE_PATH", "DEPENDENCIES_OUTPUT", "GCC_EXEC_PREFIX", "GNUMAKEFLAGS", "LDFLAGS", "LDLIBS", "LIBRARY_PATH",
-    "MAKEFILES", "MAKEFLAGS", "MAKELEVEL", "MAKEOVERRIDES", "MFLAGS", "OBJC_INCLUDE_PATH", "STD", "STDCXX",
-    "SUNPRO_DEPENDENCIES", "WARNINGS",
+# All that make and compilers are told of the environment: where tools, their libraries and temporary files are.
+KEPT = (
+    "PATH", "HOME", "TMPDIR", "TMP", "TEMP", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "DEVELOPER_DIR", "SDKROOT",
+    "SYSTEMROOT", "COMSPEC", "PATHEXT",
 )  # fmt: skip
 
 
 def plain_environment() -> dict[str, str]:
-    """Return the environment without what changes what make and compilers do."""
-    return {key: value for key, value in os.environ.items() if key not in STRANGE}
+    """Return an environment in which make and compilers do what they are told, and say so in English."""
+    return {key: os.environ[key] for key in KEPT if key in os.environ} | {"LC_ALL": "C"}
 
 
 def first_failure(lines: Sequence[str], errors: Sequence[str]) -> str:

@@ -27,6 +27,7 @@ FORMAT = "dehyst-export"
 SCHEMA = 1
 MANIFEST = "manifest.json"
 VERIFIED = "VERIFIED.txt"
+EXCERPT = "expected/excerpt.csv"
 BUILD = "build"  # what `make` leaves behind
 MOST_BYTES = 64 * 1024 * 1024
 
@@ -85,6 +86,22 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     >>> "src/joint_1.c" in export(subject_of(model, name="joint_1"), "c", folder).files
     True
     """
+    place = Path(folder)
+    refuse_unfit(subject, target)
+    refuse_folder(place, overwrite)
+    content = contents(subject, target)
+    _write(place, content)
+    return Written(place, tuple(sorted(content)), sum(map(len, content.values())), budget(subject))
+
+
+def refuse_unfit(subject: Subject, target: str) -> None:
+    """Refuse a target that there is not, or that cannot hold the subject.
+
+    Raises
+    ------
+    ParameterError
+        It names what the target can hold.
+    """
     kind = target_of(target)
     if subject.direct_block is not None and subject.what not in kind.whats:
         raise ParameterError(
@@ -97,28 +114,28 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
                 f"target '{target}' has no {option} {value}; it has {', '.join(allowed)}. Choose one of these, or "
                 f"another target."
             )
-    place = Path(folder)
-    refuse_folder(place, overwrite)
-    content = contents(subject, target)
-    _write(place, content)
-    return Written(place, tuple(sorted(content)), sum(map(len, content.values())), budget(subject))
 
 
 def contents(subject: Subject, target: str) -> dict[str, bytes]:
     """Return relative path -> bytes of all files of an export, the manifest included."""
+    refuse_unfit(subject, target)
     files: dict[str, str | bytes] = {
         "LICENSE": (TEMPLATES / "LICENSE").read_text(encoding="utf-8"),
         "model.json": subject.model_text,
         "expected/test_signal.csv": to_csv(subject.test),
     }
     if subject.excerpt is not None:
-        files["expected/excerpt.csv"] = to_csv(subject.excerpt)
+        files[EXCERPT] = to_csv(subject.excerpt)
     for name, text in subject.extra.items():
         files[name] = text
     files |= target_of(target).load().files(subject)
     content = {name: text.encode("utf-8") if isinstance(text, str) else text for name, text in files.items()}
-    manifest = json.dumps(_manifest(subject, target, content), indent=1, allow_nan=False) + "\n"
-    return {**content, MANIFEST: manifest.encode("utf-8")}
+    return {**content, MANIFEST: manifest_text(_manifest(subject, target, content)).encode("utf-8")}
+
+
+def manifest_text(facts: Mapping[str, Any]) -> str:
+    """Return what stands in the manifest of an export with these facts."""
+    return json.dumps(facts, indent=1, allow_nan=False) + "\n"
 
 
 def _manifest(subject: Subject, target: str, content: Mapping[str, bytes]) -> dict[str, Any]:
@@ -319,30 +336,47 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
     OutputError
         If the folder is none, or its manifest is of another version.
     """
-    place = Path(folder)
-    path = place / MANIFEST
+    return parse_manifest(read_bytes(Path(folder)), Path(folder))
+
+
+def read_bytes(folder: Path) -> bytes:
+    """Return the bytes of the manifest of an export folder; refuse a folder that has none."""
+    path = folder / MANIFEST
     if not path.is_file():
-        what = "does not exist" if not place.exists() else f"holds no {MANIFEST}"
+        what = "does not exist" if not folder.exists() else f"holds no {MANIFEST}"
         raise OutputError(
-            f"'{place}' {what}, so it is no export of dehyst. Name a folder written by `dehyst export ... --out DIR`.",
-            path=str(place),
+            f"'{folder}' {what}, so it is no export of dehyst. Name a folder written by `dehyst export ... --out DIR`.",
+            path=str(folder),
         )
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise ValueError("it is too large")
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+            raise OSError("it is too large")
+        return path.read_bytes()
+    except OSError as fault:
+        raise _no_manifest(path, fault) from None
+
+
+def parse_manifest(data: bytes, folder: Path) -> dict[str, Any]:
+    """Return what the bytes of the manifest of `folder` say; refuse what is none."""
+    try:
+        manifest = json.loads(data.decode("utf-8"))
         if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
             raise ValueError(f'it lacks "format": "{FORMAT}"')
         if manifest.get("schema") != SCHEMA:
-            raise ValueError(f"its schema is {manifest.get('schema')!r:.20}, this dehyst reads {SCHEMA}")
+            found = f"its schema is {manifest.get('schema')!r:.20}, this dehyst, {__version__}, reads {SCHEMA}"
+            raise ValueError(f"{found}; verify it with dehyst {manifest.get('dehyst')!s:.20}, which wrote it")
         if not isinstance(manifest.get("files"), dict) or not isinstance(manifest.get("settings"), dict):
             raise ValueError("it lists no files or no settings")
-    except (OSError, ValueError, RecursionError) as fault:
-        raise OutputError(
-            f"'{path}' is no manifest of an export ({fault}). Export again: dehyst export MODEL --target ... --out DIR",
-            path=str(path),
-        ) from None
+    except (ValueError, RecursionError) as fault:
+        raise _no_manifest(folder / MANIFEST, fault) from None
     return manifest
+
+
+def _no_manifest(path: Path, fault: Exception) -> OutputError:
+    return OutputError(
+        f"'{path}' is no manifest of an export ({fault}). Export again: dehyst export MODEL --target ... --out DIR",
+        path=str(path),
+    )
 
 
 def verify(folder: str | os.PathLike[str]) -> list[Check]:

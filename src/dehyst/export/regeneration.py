@@ -1,4 +1,4 @@
-"""The export that a folder's model and settings give today, compared file by file and fact by fact with the folder."""
+"""The export that a folder's model and settings give today, compared byte by byte with the folder."""
 
 from __future__ import annotations
 
@@ -11,113 +11,106 @@ from datetime import datetime
 from typing import Any
 
 from dehyst import __version__
-from dehyst.errors import DehystError
 from dehyst.export.checks import Check
-from dehyst.export.folder import MANIFEST, contents
-from dehyst.export.subject import Subject
+from dehyst.export.folder import MANIFEST, manifest_text
 
-FREE = ("date", "dehyst", "files")  # facts of a manifest that differ between equal exports, or are compared elsewhere
-OF_THE_MODEL = ("model_sha256", "provenance", "operators", "input", "output", "period")  # whatever dehyst wrote it
+CLAIM = "files are those that dehyst exports from this model"
+CLAIM_OF_VERSION = "exported with the version of dehyst that verifies it"
+VERSION = re.compile(r"\d[a-z0-9.+-]{,40}")
 BINARY = re.compile(r"binaries/[\w-]+/\w+\.(so|dll|dylib)")
-# Lines of an FMU's README.md that hang on the compilers of the machine that exported it.
-_COMPILED = re.compile(
-    rf"- `{BINARY.pattern}`|No binary for \w+: no [\w ./-]+ for it on this machine\.[\w .,:`-]*"
-    r"|`cp \w+\.fmu [\w .,:`-]*"
-)
 
 
-def regeneration_checks(subject: Subject, manifest: Mapping[str, Any], content: Mapping[str, bytes]) -> list[Check]:
-    """Compare manifest and files of a folder with what is exported from the subject anew.
+def version_check(version: object) -> Check:
+    """Return whether a folder was exported with this version: another one writes other files, which only it can make.
 
-    Binaries inside an FMU are another compiler's business: they are run against the model instead.
+    Parameters
+    ----------
+    version
+        What the manifest says, whatever that is.
     """
-    claim = "files are those that dehyst exports from this model"
-    try:
-        fresh = contents(subject, str(manifest["target"]))
-    except DehystError as fault:
-        return [Check(claim, "failed", f"it cannot be exported again: {fault}")]
-    facts = json.loads(fresh.pop(MANIFEST))
-    written_by = manifest.get("dehyst")
-    same_version = written_by == __version__
-    checks = [_facts(manifest, facts, same_version)]
-    if not same_version:
-        why = f"exported with dehyst {written_by!s:.20}, this is {__version__}: export again to compare every file"
-        return [*checks, Check(claim, "skipped", why)]
-    both = fresh.keys() & content.keys()
-    words = [
-        f"{what}: {', '.join(names[:5])}{' and more' if len(names) > 5 else ''}"
-        for what, names in (
-            (
-                "not as exported",
-                sorted(name for name in both if not _same(name, content[name], fresh[name])),
-            ),
-            ("missing", sorted(fresh.keys() - content.keys())),
-            ("of no such export", sorted(content.keys() - fresh.keys())),
-        )
-        if names
-    ]
-    if words:
-        return [*checks, Check(claim, "failed", "; ".join(words) + "; export again, and change a copy")]
-    return [
-        *checks,
-        Check(claim, "passed", f"exported again: {len(fresh)} files are the same{_binaries(content, fresh)}"),
-    ]
+    if version == __version__:
+        return Check(CLAIM_OF_VERSION, "passed", __version__)
+    if not isinstance(version, str) or not VERSION.fullmatch(version):
+        why = f"{MANIFEST} names no version of dehyst; this is {__version__}: export again with it"
+        return Check(CLAIM_OF_VERSION, "failed", why)
+    why = f"exported with dehyst {version}, this is {__version__}, which writes other files: verify the folder with "
+    return Check(CLAIM_OF_VERSION, "failed", f"{why}dehyst {version}, or export its model again with this one")
 
 
-def _facts(manifest: Mapping[str, Any], facts: Mapping[str, Any], same_version: bool) -> Check:
-    """Compare what the manifest says with what the model says; dates only have to be dates."""
+def regeneration_checks(
+    manifest: Mapping[str, Any], written: bytes, content: Mapping[str, bytes], fresh: Mapping[str, bytes]
+) -> list[Check]:
+    """Compare manifest and files of a folder with a fresh export of its model.
+
+    Parameters
+    ----------
+    manifest, written
+        Of the folder: what it says, and its bytes.
+    content
+        Of the folder: relative path -> bytes of the files that the manifest names.
+    fresh
+        Relative path -> bytes of what dehyst exports from the model today, manifest included.
+    """
+    return [_facts(manifest, written, json.loads(fresh[MANIFEST])), _files(content, fresh)]
+
+
+def _facts(manifest: Mapping[str, Any], written: bytes, facts: dict[str, Any]) -> Check:
+    """Compare the manifest with the one written today; the date only has to be a date."""
     claim = f"{MANIFEST} says what the model says"
-    names = (manifest.keys() | facts.keys()) - set(FREE) if same_version else OF_THE_MODEL
-    wrong = [name for name in sorted(names) if _plain(manifest.get(name)) != _plain(facts.get(name))]
-    try:
-        datetime.fromisoformat(str(manifest.get("date")))
-    except ValueError:
-        wrong.append("date")
-    if not re.fullmatch(r"[\w.+-]{1,40}", str(manifest.get("dehyst"))):
-        wrong.append("dehyst")
+    facts["date"] = manifest.get("date") if _is_date(manifest.get("date")) else ""
+    facts["files"] = dict(sorted(manifest["files"].items()))  # compared with the files, and these with fresh ones
+    names = sorted({*manifest, *facts})
+    wrong = [name for name in names if _plain(manifest.get(name)) != _plain(facts.get(name))]
     if wrong:
         return Check(claim, "failed", f"other than the model's: {', '.join(wrong)}; export again")
-    return Check(claim, "passed", ", ".join(OF_THE_MODEL[:3]) + ("" if same_version else "; no more, see below"))
+    if written != manifest_text(facts).encode("utf-8"):
+        return Check(claim, "failed", "its text is not as exported; export again")
+    return Check(claim, "passed", "model_sha256, provenance, operators, settings")
+
+
+def _is_date(text: object) -> bool:
+    try:
+        date = datetime.fromisoformat(str(text))
+    except ValueError:
+        return False
+    return date.utcoffset() is not None and date.isoformat(timespec="seconds") == text
 
 
 def _plain(value: object) -> str:
     return json.dumps(value, sort_keys=True)
 
 
-def _same(name: str, kept: bytes, fresh: bytes) -> bool:
-    """Whether two files are equal, but for binaries in an archive and the lines that list these."""
-    if kept == fresh:
-        return True
-    if fresh.startswith(b"PK\x03\x04"):
-        try:
-            members = [_members(data) for data in (kept, fresh)]
-        except (zipfile.BadZipFile, ValueError, NotImplementedError, RuntimeError, EOFError):
-            return False
-        return members[0] == members[1]
-    return name == "README.md" and _uncompiled(kept) == _uncompiled(fresh)
+def _files(content: Mapping[str, bytes], fresh: Mapping[str, bytes]) -> Check:
+    due = fresh.keys() - {MANIFEST}
+    other = sorted(name for name in due & content.keys() if content[name] != fresh[name])
+    found = (
+        ("not as exported", other),
+        ("missing", sorted(due - content.keys())),
+        ("of no such export", sorted(content.keys() - due)),
+    )
+    words = [f"{what}: {', '.join(names[:5])}{' and more' if len(names) > 5 else ''}" for what, names in found if names]
+    if not words:
+        return Check(CLAIM, "passed", f"exported again: {len(due)} files are the same")
+    words += [_compiled(name, content[name], fresh[name]) for name in other if name.endswith(".fmu")]
+    return Check(CLAIM, "failed", "; ".join([*filter(None, words), "export again, and change a copy"]))
 
 
-def _members(data: bytes) -> dict[str, bytes]:
-    """Return path -> content of an archive without its binaries; a name that stands there twice is an error."""
+def _compiled(name: str, kept: bytes, fresh: bytes) -> str:
+    """Say so if only binaries or the packing of an FMU differ: honest ones do, of another compiler or zlib."""
+    try:
+        ours, theirs = _members(fresh), _members(kept)
+    except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError, OSError):
+        return ""
+    other = sorted(member for member in {*ours, *theirs} if ours.get(member) != theirs.get(member))
+    if not all(BINARY.fullmatch(member) for member in other):
+        return ""
+    what = (
+        f"{', '.join(other)} in {name} {'is' if len(other) == 1 else 'are'}" if other else f"the packing of {name} is"
+    )
+    return f"{what} not what this machine makes of the same sources: verify it where it was exported"
+
+
+def _members(data: bytes) -> dict[str, tuple[int, int]]:
+    """Return path -> checksum and size of what an archive holds; nothing is unpacked, it may be hostile."""
     with zipfile.ZipFile(io.BytesIO(data)) as packed:
-        if len(set(packed.namelist())) != len(packed.namelist()):
-            raise ValueError("a member stands there twice")
-        return {name: packed.read(name) for name in packed.namelist() if not BINARY.fullmatch(name)}
-
-
-def _uncompiled(text: bytes) -> list[str]:
-    lines = text.decode("utf-8", errors="replace").splitlines()
-    plain = [line.replace(" and binaries:", "").rstrip(".") for line in lines if not _COMPILED.fullmatch(line)]
-    return [line for line in plain if line]
-
-
-def _binaries(content: Mapping[str, bytes], fresh: Mapping[str, bytes]) -> str:
-    """Say which binaries of an FMU are not those that this machine compiles."""
-    others = []
-    for name in fresh:
-        if fresh[name].startswith(b"PK\x03\x04") and content[name] != fresh[name]:
-            with zipfile.ZipFile(io.BytesIO(content[name])) as kept, zipfile.ZipFile(io.BytesIO(fresh[name])) as made:
-                both = set(made.namelist())
-                paths = [path for path in kept.namelist() if BINARY.fullmatch(path)]
-                others += [path for path in paths if path not in both or kept.read(path) != made.read(path)]
-    return f"; not from this machine's compilers: {', '.join(others)}" if others else ""
+        return {entry.filename: (entry.CRC, entry.file_size) for entry in packed.infolist()}

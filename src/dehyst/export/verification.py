@@ -11,17 +11,29 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.control.storage import load_adaptation, load_controller
+from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
-from dehyst.export.direct_block import WHAT, direct_block_subject
-from dehyst.export.folder import BUILD, MANIFEST, MOST_BYTES, VERIFIED, files_below, is_inside, read_manifest
+from dehyst.export.direct_block import direct_block_subject
+from dehyst.export.folder import (
+    BUILD,
+    EXCERPT,
+    MANIFEST,
+    MOST_BYTES,
+    VERIFIED,
+    contents,
+    files_below,
+    is_inside,
+    parse_manifest,
+    read_bytes,
+)
 from dehyst.export.joint import joint_subject
-from dehyst.export.regeneration import regeneration_checks
-from dehyst.export.signal import Signal, from_csv, same_bits
+from dehyst.export.regeneration import regeneration_checks, version_check
+from dehyst.export.signal import from_csv, same_bits
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import target
-from dehyst.models import DirectInverse, load_any, load_model
+from dehyst.models import DirectInverse
+from dehyst.models.storage import model_from_text
 
 
 @dataclass(frozen=True)
@@ -36,11 +48,15 @@ class Verification:
         The unit, made again from the model in the folder; None if that was not possible.
     why_not
         Why the export is not signed off; "" if it is.
+    manifest, digest
+        The manifest that was compared, and the sha256 of its bytes.
     """
 
     checks: tuple[Check, ...]
     subject: Subject | None
     why_not: str
+    manifest: Mapping[str, Any]
+    digest: str
 
     @property
     def good(self) -> bool:
@@ -49,36 +65,50 @@ class Verification:
 
 
 def verify_folder(folder: Path) -> Verification:
-    """Check an export folder; its code is compiled and run only if it is what dehyst exports from its model.
+    """Compare an export folder with a fresh export of its model, byte by byte; then compile and run the fresh one.
 
-    What is run is a copy that holds the files of the manifest and nothing else.
+    Each file is read once. No byte of the folder is compiled or run: what runs are the bytes that dehyst writes itself,
+    and they are the folder's, or nothing runs.
     """
-    manifest = read_manifest(folder)
+    written = read_bytes(folder)
+    manifest = parse_manifest(written, folder)
     content = read_content(folder, manifest)
-    checks = [*file_checks(manifest, content), *added_checks(folder, manifest)]
+    version = version_check(manifest.get("dehyst"))
+    checks = [version, *file_checks(folder, manifest, content), *added_checks(folder, manifest)]
+
+    def found(subject: Subject | None, why_not: str) -> Verification:
+        return Verification(tuple(checks), subject, why_not, manifest, hashlib.sha256(written).hexdigest())
+
+    if not version.ok:
+        checks.append(NOT_RUN)
+        return found(None, WRONG)
     try:
-        subject = subject_again(folder, manifest)
-        checks += expectation_checks(folder, subject)
-        kind = target(str(manifest.get("target"))).load()
+        subject = subject_again(folder, manifest, content)
+        checks += expectation_checks(content, subject)
+        fresh = contents(subject, str(manifest.get("target")))
     except DehystError as fault:
         checks.append(Check("the model can be read, and its unit made again", "failed", str(fault)))
-        return Verification(tuple(checks), None, WRONG)
-    checks += regeneration_checks(subject, manifest, content)
+        return found(None, WRONG)
+    checks += regeneration_checks(manifest, written, content, fresh)
     if not all(check.ok for check in checks):
-        checks.append(Check("its code gives the model's answers", "skipped", "not run, because of the faults above"))
-        return Verification(tuple(checks), subject, WRONG)
+        checks.append(NOT_RUN)
+        return found(subject, WRONG)
     with tempfile.TemporaryDirectory(prefix="dehyst-") as place:
-        for name, data in content.items():
+        for name, data in fresh.items():
             path = Path(place) / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-        runs = kind.verify(Path(place), subject, manifest)
+        runs = target(str(manifest["target"])).load().verify(Path(place), subject, manifest)
     checks += runs
-    compiled = any(check.ran for check in runs) or ("Makefile" not in content and any(_passed(runs)))
-    why_not = "" if compiled else NOTHING_RAN
-    return Verification(tuple(checks), subject, why_not if all(check.ok for check in checks) else WRONG)
+    if (read_bytes(folder), read_content(folder, manifest)) != (written, content):
+        checks.append(Check("the folder stayed as it was meanwhile", "failed", "its files changed; verify it again"))
+    compiled = any(check.ran for check in runs) or ("Makefile" not in fresh and any(_passed(runs)))
+    return found(subject, ("" if compiled else NOTHING_RAN) if all(check.ok for check in checks) else WRONG)
 
 
+NOT_RUN = Check(
+    "its code gives the model's answers", "skipped", "not compared and not run, because of the faults above"
+)
 WRONG = "do not use this export"
 NOTHING_RAN = "nothing was compiled; install gcc or clang, and make (on Debian: apt-get install gcc make)"
 
@@ -114,13 +144,15 @@ def read_content(folder: Path, manifest: Mapping[str, Any]) -> dict[str, bytes]:
     return content
 
 
-def file_checks(manifest: Mapping[str, Any], content: Mapping[str, bytes]) -> list[Check]:
-    """Compare every file with its checksum; files that were edited or lost are named."""
+def file_checks(folder: Path, manifest: Mapping[str, Any], content: Mapping[str, bytes]) -> list[Check]:
+    """Compare every file with its checksum; files that were edited, lost, or lie elsewhere are named."""
     sums = manifest["files"]
     edited = [name for name, data in content.items() if hashlib.sha256(data).hexdigest() != sums[name]]
     missing = [name for name in sums if name not in content]
+    links = [name for name in (*sums, MANIFEST) if _is_linked(folder, name)]
     claim = "files are as they were written"
-    words = [f"{what}: {_some(names)}" for what, names in (("edited", edited), ("missing", missing)) if names]
+    found = (("edited", edited), ("missing", missing), ("links to files elsewhere", links))
+    words = [f"{what}: {_some(names)}" for what, names in found if names]
     if not sums:
         words = ["the manifest lists none"]
     if words:
@@ -128,16 +160,25 @@ def file_checks(manifest: Mapping[str, Any], content: Mapping[str, bytes]) -> li
     return [Check(claim, "passed", f"{len(sums)} files, sha256")]
 
 
+def _is_linked(folder: Path, name: str) -> bool:
+    """Whether a file, or a folder on the way to it, is a symbolic link."""
+    parts = name.split("/")
+    return any((folder / "/".join(parts[: k + 1])).is_symlink() for k in range(len(parts)))
+
+
 def added_checks(folder: Path, manifest: Mapping[str, Any]) -> list[Check]:
     """Name files that were added: where compilers and make would find them they are a fault, elsewhere notes."""
     known = {*manifest["files"], MANIFEST, VERIFIED}
-    own = {name.partition("/")[0] for name in manifest["files"] if "/" in name}
-    added = [name for name in files_below(folder) if name not in known and not name.startswith(f"{BUILD}/")]
-    strange = [name for name in added if name.partition("/")[0] in own or _is_code(name)]
+    own = {name.partition("/")[0].casefold() for name in manifest["files"]}  # one name where case does not count
+    there = [name for name in files_below(folder) if name not in known]
+    added = [name for name in there if not name.startswith(f"{BUILD}/")]
+    strange = [name for name in added if name.partition("/")[0].casefold() in own or _is_code(name)]
     claim = "no file was added to the sources"
     if strange:
         return [Check(claim, "failed", f"added: {_some(strange)}; take them out, they can change what is compiled")]
-    return [Check(claim, "passed", f"notes beside it: {_some(added)}" if added else "")]
+    notes = [f"notes beside it: {_some(added)}"] if added else []
+    notes += [f"{BUILD}/ was not looked at; delete it before you build"] if len(there) > len(added) else []
+    return [Check(claim, "passed", "; ".join(notes))]
 
 
 CODE = (".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".inc", ".s", ".mk", ".cmake", ".ino", ".m", ".st", ".scl", ".xml")
@@ -153,8 +194,8 @@ def _some(names: Sequence[str]) -> str:
     return ", ".join(names[:5]) + (" and more" if len(names) > 5 else "")
 
 
-def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
-    """Make the subject of a folder anew from the model that lies in it.
+def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[str, bytes]) -> Subject:
+    """Make the subject of a folder anew from the model in its `content`.
 
     Raises
     ------
@@ -162,58 +203,38 @@ def subject_again(folder: Path, manifest: Mapping[str, Any]) -> Subject:
         If the folder's files do not allow it.
     """
     settings = manifest["settings"]
-    if settings.get("what") == "joint-controller":
-        parameters = load_controller(folder / "controller.json")
-        adaptation = load_adaptation(folder / "controller.json")
-        model = load_any(folder / "model.json")
-        return joint_subject(model, parameters, adaptation, name=str(settings["name"]), real=str(settings["real"]))
-    if settings.get("what") == WHAT:
-        return _direct_again(folder, settings)
-    excerpt = _read_signal(folder, "expected/excerpt.csv", 1) if "expected/excerpt.csv" in manifest["files"] else None
-    bounds = settings.get("range")
     try:
+        what, name, real = (str(settings[key]) for key in ("what", "name", "real"))
+        model = model_from_text(_text(content, "model.json"), str(folder / "model.json"))
+        if what == "joint-controller":
+            text = _text(content, "controller.json")
+            return joint_subject(
+                model, *controller_and_adaptation(text, str(folder / "controller.json")), name=name, real=real
+            )
+        bounds, ramp = settings.get("range"), int(settings["ramp"])
+        range = None if bounds is None else (float(bounds[0]), float(bounds[1]))
+        if isinstance(model, DirectInverse):
+            period = float(settings["period"])
+            return direct_block_subject(model, name=name, real=real, period=period, range=range, ramp=ramp)
+        excerpt = None
+        if EXCERPT in manifest["files"]:
+            excerpt = from_csv(_text(content, EXCERPT), 1, EXCERPT).inputs[:, 0]
+        source = str(manifest.get("excerpt_source", ""))
         return subject_of(
-            load_model(folder / "model.json"),
-            str(settings["what"]),
-            name=str(settings["name"]),
-            real=str(settings["real"]),
-            range=None if bounds is None else (float(bounds[0]), float(bounds[1])),
-            ramp=int(settings["ramp"]),
-            excerpt=None if excerpt is None else excerpt.inputs[:, 0],
-            excerpt_source=str(manifest.get("excerpt_source", "")),
+            model, what, name=name, real=real, range=range, ramp=ramp, excerpt=excerpt, excerpt_source=source
         )
-    except (KeyError, TypeError, IndexError, ValueError) as fault:
+    except (KeyError, TypeError, IndexError, ValueError, OverflowError) as fault:
         if isinstance(fault, DehystError):
             raise
-        raise OutputError(f"the manifest of '{folder}' lacks a setting ({fault}). Export again.") from None
+        raise OutputError(f"the manifest of '{folder}' lacks a setting ({fault!s:.200}). Export again.") from None
 
 
-def _direct_again(folder: Path, settings: Mapping[str, Any]) -> Subject:
-    model = load_any(folder / "model.json")
-    if not isinstance(model, DirectInverse):
-        raise OutputError(f"'{folder / 'model.json'}' is no direct inverse. Export again.", path=str(folder))
-    bounds = settings.get("range")
-    try:
-        return direct_block_subject(
-            model,
-            name=str(settings["name"]),
-            real=str(settings["real"]),
-            period=float(settings["period"]),
-            range=None if bounds is None else (float(bounds[0]), float(bounds[1])),
-            ramp=int(settings["ramp"]),
-        )
-    except (KeyError, TypeError, IndexError, ValueError) as fault:
-        if isinstance(fault, DehystError):
-            raise
-        raise OutputError(f"the manifest of '{folder}' lacks a setting ({fault}). Export again.") from None
-
-
-def expectation_checks(folder: Path, subject: Subject) -> list[Check]:
+def expectation_checks(content: Mapping[str, bytes], subject: Subject) -> list[Check]:
     """Compare the expected answers in the folder with those of the model in it, computed again."""
     checks = []
     for label, name, signal in (
         ("test signal", "expected/test_signal.csv", subject.test),
-        ("excerpt in this folder", "expected/excerpt.csv", subject.excerpt),
+        ("excerpt in this folder", EXCERPT, subject.excerpt),
     ):
         if signal is None and subject.block is None:
             continue  # a log of one column says nothing about a controller, nor about a unit with several inputs
@@ -221,7 +242,7 @@ def expectation_checks(folder: Path, subject: Subject) -> list[Check]:
             why = "exported without a log; add --log LOG --column COLUMN to dehyst export"
             checks.append(Check(f"{label}: expected answers are those of the model", "skipped", why))
             continue
-        kept = _read_signal(folder, name, signal.inputs.shape[1])
+        kept = from_csv(_text(content, name), signal.inputs.shape[1], name)
         claim = f"{label}: expected answers are those of the model"
         same = (
             same_bits(kept.inputs, signal.inputs)
@@ -235,8 +256,10 @@ def expectation_checks(folder: Path, subject: Subject) -> list[Check]:
     return checks
 
 
-def _read_signal(folder: Path, name: str, inputs: int) -> Signal:
+def _text(content: Mapping[str, bytes], name: str) -> str:
     try:
-        return from_csv((folder / name).read_text(encoding="utf-8"), inputs, name)
-    except (OSError, UnicodeDecodeError) as fault:
-        raise OutputError(f"'{folder / name}' cannot be read ({fault}). Export again.") from None
+        return content[name].decode("utf-8")
+    except KeyError:
+        raise OutputError(f"'{name}' is not among the files of the export. Export again.", path=name) from None
+    except UnicodeDecodeError as fault:
+        raise OutputError(f"'{name}' is no text ({fault}). Export again.", path=name) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import shutil
 import subprocess
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dehyst.errors import OutputError
+from dehyst.export.compilers import plain_environment
 from dehyst.export.fmu.description import Version
 
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
@@ -110,7 +110,7 @@ def _compiled(compiler: str, target: Target, sources: Mapping[str, bytes], libra
             text=True,
             timeout=TIMEOUT_S,
             check=False,
-            env=os.environ | {"SOURCE_DATE_EPOCH": "0", "LC_ALL": "C"},
+            env=plain_environment() | {"SOURCE_DATE_EPOCH": "0"},
         )
         if done.returncode:
             raise OutputError(
