@@ -70,6 +70,9 @@ class Recording:
     breaks
         Indices k, increasing, such that nothing is known about the input between samples k-1 and k: the
         memory of the actuator is unknown after each.
+    left_out
+        Indices of samples that count in no fit and no score: at least one of their values is none that was measured.
+        `identify` and its relatives add the outliers that they find.
     findings
         What reading the log found and cured.
     provenance
@@ -102,6 +105,7 @@ class Recording:
     breaks: tuple[int, ...] = ()
     findings: tuple[Finding, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    left_out: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__  # frozen: normalise once, here
@@ -110,6 +114,7 @@ class Recording:
         put(self, "findings", tuple(self.findings))
         put(self, "provenance", dict(self.provenance))
         put(self, "breaks", tuple(int(k) for k in self.breaks))
+        put(self, "left_out", tuple(sorted({int(k) for k in self.left_out})))
         if self.input.size != self.output.size:
             raise RecordingError(
                 f"recording '{self.name}' has {self.input.size} input samples but {self.output.size} output "
@@ -129,6 +134,12 @@ class Recording:
                 f"breaks of recording '{self.name}' must increase strictly and lie between 1 and "
                 f"{self.input.size - 1}, got {self.breaks}.",
                 breaks=self.breaks,
+            )
+        if self.left_out and not 0 <= self.left_out[0] <= self.left_out[-1] < self.input.size:
+            raise RecordingError(
+                f"left_out of recording '{self.name}' must hold indices from 0 to {self.input.size - 1}, got "
+                f"{self.left_out[0]} to {self.left_out[-1]}.",
+                left_out=self.left_out,
             )
         if self.time is not None:
             self._check_time(edges)

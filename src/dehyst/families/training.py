@@ -164,6 +164,8 @@ def training_of(records: tuple[Recording, ...], data: DataSet, orientation: str,
         x, y = (np.ascontiguousarray(np.asarray(values[part], dtype=np.float64)) for values in (piece.x, piece.y))
         counts = np.zeros(x.size, dtype=np.bool_)
         counts[piece.fitted("zero")] = True
+        if piece.weight is not None:
+            counts &= piece.weight[part] > 0.0
         stretches.append(Stretch(x, y, steps_of(records[piece.recording], piece.start, x.size), counts))
     return Training(tuple(stretches), scaling_of(data), orientation, seed)
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.memory import known_from
+from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -103,7 +104,7 @@ class DataSet:
     trend
         +1 for curves that rise, -1 for curves that fall.
     output_range
-        Range of the output over all samples, the unit of rmse_percent. [output]
+        Range of the output over all samples (`dehyst.ranges`), the unit of rmse_percent. [output]
     """
 
     pieces: tuple[Piece, ...]
@@ -145,6 +146,7 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
         If input or output is constant over the training part.
     """
     check_fraction(train_fraction)
+    weights = counting(recordings, weights)
     splits = [split_of(len(recording), train_fraction) for recording in recordings]
     inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
     # Plays remember every input; what has no weight says nothing about the output.
@@ -162,8 +164,18 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
             inside = min(max(split - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
             pieces.append(Piece(x, y, index, span.start, inside, known_from(x, -1.0, 1.0), order > 0, weight))
-    low, high = range_over([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
-    return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
+    whole = robust_range([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
+    return DataSet(tuple(pieces), center, half, level, amplitude, trend, whole)
+
+
+def counting(recordings: Sequence[Recording], weights: Sequence[Array] | None) -> Sequence[Array] | None:
+    """How much each sample counts: as given, 0 where it was left out; None where all count alike."""
+    if not any(recording.left_out for recording in recordings):
+        return weights
+    found = [np.ones(len(rec)) for rec in recordings] if weights is None else [weight.copy() for weight in weights]
+    for weight, recording in zip(found, recordings, strict=True):
+        weight[list(recording.left_out)] = 0.0
+    return found
 
 
 def check_fraction(train_fraction: float) -> None:

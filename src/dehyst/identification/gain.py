@@ -29,6 +29,7 @@ from dehyst.models import (
     StaticCurve,
 )
 from dehyst.models.arrays import parameter_number
+from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -146,13 +147,12 @@ def _eps(
 
 def _against(records: tuple[Recording, ...], turned: tuple[Recording, ...]) -> Measure:
     """Measure of the sheared loop, with the inverse's miss as a share of the range of the log's own input."""
-    low, high = range_over([record.input for record in turned])
-    own_low, own_high = range_over([record.input for record in records])
+    ratio = robust_range([record.input for record in turned]) / robust_range([record.input for record in records])
     whole = measure_in_memory(turned)
 
     def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
         found = whole(data, bank, model, static, turns)
-        return replace(found, inverse_miss=found.inverse_miss * (high - low) / (own_high - own_low))
+        return replace(found, inverse_miss=found.inverse_miss * ratio)
 
     return measure
 

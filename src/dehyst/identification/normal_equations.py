@@ -14,6 +14,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst._native import Gram
 from dehyst.errors import IdentificationError, ParameterError
+from dehyst.identification.data import counting
 from dehyst.identification.memory import state_before
 from dehyst.identification.settings import check_recordings, check_settings, check_weights
 from dehyst.identification.sums import NormalEquations
@@ -153,7 +154,7 @@ def accumulate(
     check_settings("pi", r.size, 1.0, r, initial_state)
     if initial_state == "auto":
         raise ParameterError("initial_state = 'auto' needs a comparison; name a start, or use identify.")
-    given = check_weights(weights, records)
+    given = counting(records, check_weights(weights, records))
     low, high = min(float(rec.input.min()) for rec in records), max(float(rec.input.max()) for rec in records)
     middle = 0.5 * (low + high) if center is None else parameter_number(center, "center")
     total: NormalEquations | None = None

@@ -9,10 +9,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet, Piece, chunks, range_over
+from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StopOperatorModel
+from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -197,5 +198,4 @@ def round_trip(model: HysteresisModel, x: Array) -> float:
 def inverse_miss(records: tuple[Recording, ...], demands: Sequence[Array], part: Part) -> float:
     """RMS of the input asked for less the input applied, over the chosen samples, share of the input's range."""
     inputs = [record.input for record in records]
-    low, high = range_over(inputs)
-    return part.moments(demands, inputs).rms / (high - low)
+    return part.moments(demands, inputs).rms / robust_range(inputs)

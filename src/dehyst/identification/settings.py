@@ -11,6 +11,7 @@ from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.memory import INITIAL_STATES
+from dehyst.identification.mending import mended
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.recording import Recording
 
@@ -25,9 +26,9 @@ AUTO = "auto"
 
 
 def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings as a tuple; refuse anything else, and recordings in different units."""
+    """Return the recordings as a tuple, their outliers left out; refuse anything else, and different units."""
     if isinstance(recordings, Recording):
-        return (recordings,)
+        return (mended(recordings),)
     records = tuple(recordings) if isinstance(recordings, Iterable) else ()
     if not records or not all(isinstance(record, Recording) for record in records):
         raise ParameterError(
@@ -41,7 +42,7 @@ def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recor
             f"Convert them first.",
             units=units,
         )
-    return records
+    return tuple(map(mended, records))
 
 
 def check_settings(

@@ -6,15 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.identification.cautions import HIGH_GAIN
 from dehyst.identification.cross_validation import Trial, cross_validate
-from dehyst.identification.data import prepare, range_over
+from dehyst.identification.data import prepare
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings
 from dehyst.models.arrays import parameter_number
+from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
 # Candidates for k lie from the range of the input over the range of the output to so many times that.
@@ -131,7 +131,7 @@ def choose_shear(
     records = check_recordings(recordings)
     check_family(family)
     data = prepare(records, 1.0)
-    ratio = data.trend * _range_of([record.input for record in records]) / _range_of([r.output for r in records])
+    ratio = data.trend * robust_range([record.input for record in records]) / robust_range([r.output for r in records])
     trials: list[Trial] = []
     bounds: list[float] = []
     for k in candidates(ratio):
@@ -220,8 +220,3 @@ def sheared(records: tuple[Recording, ...], k: float) -> tuple[Recording, ...]:
         replace(r, input=r.input + k * r.output, input_name=f"{r.input_name} + {k:.4g} {r.output_name}")
         for r in records
     )
-
-
-def _range_of(signals: list[npt.NDArray[np.float64]]) -> float:
-    low, high = range_over(signals)
-    return high - low

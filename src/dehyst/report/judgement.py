@@ -13,6 +13,7 @@ from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
 from dehyst.models import ShearedPrandtlIshlinskii
+from dehyst.ranges import robust_range
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
 
@@ -143,7 +144,7 @@ def _input_range(fit: Fit) -> float:
 
 def _span(signals: list[Array]) -> float:
     """Range over all recordings; the smallest positive number for a constant, which never passes identification."""
-    return max(max(float(s.max()) for s in signals) - min(float(s.min()) for s in signals), 5e-324)
+    return max(robust_range(signals), 5e-324)
 
 
 def _inverse(fit: Fit) -> Light:

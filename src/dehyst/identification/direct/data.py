@@ -12,6 +12,7 @@ from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.data import check_fraction, middle, prepare, range_over, split_of
 from dehyst.identification.memory import known_from
+from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -43,6 +44,8 @@ class DirectPiece:
         Index from which the memory is that of the output's own extremes.
     after_break
         Whether nothing is known about the output before this piece.
+    left_out
+        Samples that do not count.
     """
 
     y: Array
@@ -55,6 +58,7 @@ class DirectPiece:
     split: int
     known: int
     after_break: bool
+    left_out: npt.NDArray[np.int64]
 
     @property
     def span(self) -> slice:
@@ -70,6 +74,7 @@ class DirectPiece:
         """Samples that are fitted, or held out, (T,)."""
         index = np.arange(self.y.size)
         mask: Mask = (index >= self.usable_from) & ((index < self.split) == fitted)
+        mask[self.left_out] = False
         return mask
 
 
@@ -133,6 +138,7 @@ def prepare_direct(
     ranges = tuple(_given_range(name, parts, unit, splits) for name, (parts, unit) in given.items())
     pieces = []
     for index, (record, split) in enumerate(zip(records, splits, strict=True)):
+        left_out = np.array(record.left_out, dtype=np.int64)
         for order, span in enumerate(record.pieces):
             y = (record.output[span] - center) / half
             time = None if record.time is None else record.time[span]
@@ -143,12 +149,12 @@ def prepare_direct(
                 DirectPiece(
                     y, (record.input[span] - level) / amplitude, time, _rate(time, y), shares, index, span.start,
                     min(max(split - span.start, 0), y.size), known_from(y, -1.0, 1.0), order > 0,
+                    left_out[(left_out >= span.start) & (left_out < span.stop)] - span.start,
                 )
             )  # fmt: skip
-    low, high = range_over([record.output for record in records])
-    low_in, high_in = range_over([record.input for record in records])
+    whole = robust_range([r.input for r in records]), robust_range([r.output for r in records])
     timed = all(record.time is not None for record in records)
-    data = DirectData(tuple(pieces), center, half, level, amplitude, ranges, high_in - low_in, high - low, timed)
+    data = DirectData(tuple(pieces), center, half, level, amplitude, ranges, *whole, timed)
     if data.fitted < LEAST_SAMPLES:
         raise ExcitationError(
             f"only {data.fitted} samples are fitted, and a direct inverse needs {LEAST_SAMPLES} to tell its terms "

@@ -21,6 +21,7 @@ from dehyst.identification.drift.opening import MOST_GROUPS, Log, now_of, opened
 from dehyst.identification.drift.parts import Model, Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, Drift, LogDrift
 from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
+from dehyst.identification.mending import mended
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 
@@ -113,6 +114,7 @@ def drift(
         )
     findings: list[Finding] = []
     subject = Subject.of(model)
+    reference = None if reference is None else mended(reference)
     given = _given([*records, *([] if reference is None else [reference])], load=load, mean_pressure=mean_pressure)
     known = reference_log(subject, reference, given[-1], findings)
     others = len(records) > 1 or reference is not None
@@ -138,7 +140,7 @@ def _checked(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ..
             "drift() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
             "output=...) or dehyst.Recording(input=x, output=y)."
         )
-    return records
+    return tuple(map(mended, records))
 
 
 def _given(records: Sequence[Recording], **signals: Signals) -> list[dict[str, Array]]:

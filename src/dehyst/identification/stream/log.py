@@ -114,7 +114,7 @@ def _with_breaks(rows: Array, gaps: Gaps) -> Array:
 
 
 def _recording(source: Source, tape: Tape, gaps: Gaps, rows: Array, places: Rows) -> Recording:
-    about = {name: str(getattr(source, name, "") or default) for name, default in _NAMES.items()}
+    about: dict[str, Any] = {name: str(getattr(source, name, "") or default) for name, default in _NAMES.items()}
     provenance: dict[str, Any] = dict(getattr(source, "provenance", {}) or {})
     # What the source saw of gaps, chunk by chunk, is known better now.
     findings = [found for found in getattr(source, "findings", ()) if found.code not in ("gap", "clock-restart")]

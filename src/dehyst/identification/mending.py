@@ -1,0 +1,78 @@
+"""Recordings made ready for any identification: false values are found, bridged and left out, whoever made them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.findings import Finding
+from dehyst.outliers import bridged, find_outliers
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+SHOWN = 4
+
+
+def mended(record: Recording) -> Recording:
+    """Recording whose outliers are bridged by a straight line, and left out; itself if it has none.
+
+    A play remembers the extremes of its input, so that a false one there spoils what follows: its memory follows the
+    line instead. Reading a log finds the same outliers, and drops their rows.
+
+    Examples
+    --------
+    >>> x = np.sin(np.arange(200) / 10)
+    >>> y = np.where(np.arange(200) == 50, 100.0, 2 * x)
+    >>> found = mended(Recording(input=x, output=y))
+    >>> found.left_out, found.findings[0].code, bool(found.output[50] < 2.0)
+    ((50,), 'outlier', True)
+    """
+    masks = [_outliers(record, values) for values in (record.input, record.output)]
+    bad = masks[0] | masks[1]
+    if not bad.any():
+        return record
+    names = (record.input_name, record.output_name)
+    said = [
+        f"'{name}' is {_shown(values[mask])} in {_numbers(mask)}"
+        for name, values, mask in zip(names, (record.input, record.output), masks, strict=True)
+        if mask.any()
+    ]
+    memory = " Memory follows the line through the input." if masks[0].any() else ""
+    finding = Finding(
+        "outlier",
+        f"{int(bad.sum())} of {bad.size} samples of {record.name} hold a value far from all others "
+        f"({'; '.join(said)}); they were left out of the fit and of its errors, and a straight line took their place."
+        f"{memory} Check the sensor and its wiring; if the values are real, log faster so that they are more than a "
+        f"spike.",
+    )
+    return replace(
+        record,
+        input=bridged(record.input, masks[0]),
+        output=bridged(record.output, masks[1]),
+        left_out=(*record.left_out, *np.flatnonzero(bad).tolist()),
+        findings=(*record.findings, finding),
+    )
+
+
+def _outliers(record: Recording, values: Array) -> Mask:
+    """Outliers of each piece: what a signal does across a break is no jump."""
+    return np.concatenate([find_outliers(values[piece]) for piece in record.pieces])
+
+
+def _shown(values: Array) -> str:
+    listed = list(dict.fromkeys(f"{value:.6g}" for value in values.tolist()))
+    return ", ".join(listed[:SHOWN]) + (", ..." if len(listed) > SHOWN else "")
+
+
+def _numbers(mask: Mask) -> str:
+    """Which samples, counted from 0 as an array counts them."""
+    index = np.flatnonzero(mask)
+    if index.size == 1:
+        return f"sample {index[0]}"
+    if index.size > SHOWN and index[-1] - index[0] == index.size - 1:
+        return f"samples {index[0]} to {index[-1]}"
+    return f"samples {', '.join(map(str, index[:SHOWN].tolist()))}" + (", ..." if index.size > SHOWN else "")
