@@ -152,8 +152,8 @@ def test_a_single_stray_stamp_is_dropped(tmp_path: Path, wrong: float) -> None:
 
 
 def test_a_restart_of_the_clock_becomes_a_break(tmp_path: Path) -> None:
-    t = np.concatenate([T[:250], T[:150]])
-    rec = read(tmp_path, t)
+    t, x, y = (np.concatenate([v[:250], v[:150]]) for v in (T, X, Y))
+    rec = read(tmp_path, t, x, y)
     assert rec.breaks == (250,)
     np.testing.assert_array_equal(rec.time, t)
     assert codes(rec) == ["clock-restart"]

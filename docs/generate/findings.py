@@ -175,6 +175,13 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Single time stamps fit neither the one before nor the one after. These rows were left out.",
             "Check the logger if there are many.",
         ),
+        "clock-jump": (
+            "The clock jumps, forward or back, while all signals go on in their direction and at their speed: it was "
+            "set while the log was written (a correction, a change to summer time, an overflow of its counter). The "
+            "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} samples or 1 % "
+            "of the log it is enough that no signal jumps.",
+            "Nothing to do. A clock that only counts up (monotonic) does not jump.",
+        ),
         "clock-restart": (
             "The clock jumps back: several recordings follow each other in one file. Each becomes a piece of its own, "
             "with unknown memory at its start. More than "

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from dehyst.errors import TimeError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
+from dehyst.io.jumps import mend_jumps
 from dehyst.io.table import Array, list_rows
 
 MAX_RESTARTS = 50
@@ -19,7 +20,7 @@ COARSE_SHARE = 0.5  # of the rows repeat a stamp: the clock is coarse, and even 
 
 
 def order_time(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
-    """Make time increase: sort the few rows out of order, spread repeated stamps, break where the clock restarts.
+    """Make time increase: sort the few rows out of order, take out jumps, spread repeated stamps, break at restarts.
 
     Raises
     ------
@@ -29,11 +30,12 @@ def order_time(samples: Samples, about: Context, findings: list[Finding]) -> Sam
     if samples.time is None or samples.time.size < 2:
         return samples
     if np.all(np.diff(samples.time) > 0):
-        return samples
+        return mend_jumps(samples, about, findings)
     samples = _turn_around(samples, about, findings)
     samples = _sort_few(samples, about, findings)
     samples = _sort_swapped(samples, about, findings)
     samples = _drop_stray(samples, about, findings)
+    samples = mend_jumps(samples, about, findings)
     samples = _drop_doubled(samples, about, findings)
     samples = _spread_repeated(samples, about, findings)
     time = samples.time

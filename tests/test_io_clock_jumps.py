@@ -1,0 +1,110 @@
+"""A clock that is set while a log is written: repaired where the signals go on, left where something may be missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import dehyst
+from dehyst.io.clean import Context, Samples, find_gaps
+from dehyst.io.order import order_time
+from dehyst.io.write import write_csv
+
+Array = npt.NDArray[np.float64]
+ABOUT = Context("log", ("x", "y"))
+STEP = 0.025
+
+
+def cycling(rng: np.random.Generator, samples: int, period: float, triangle: bool, noise: float) -> tuple[Array, Array]:
+    phase = np.arange(samples) / period + rng.uniform()
+    x = 2.0 * np.abs(2.0 * (phase % 1.0) - 1.0) - 1.0 if triangle else np.sin(2 * np.pi * phase)
+    y = np.sin(2 * np.pi * phase - 0.3) + 0.2 * x
+    return 3.0 + 3.0 * x + noise * rng.normal(size=samples), 20.0 * (y + noise * rng.normal(size=samples))
+
+
+def prepared(t: Array, x: Array, y: Array) -> tuple[Samples, list[str]]:
+    findings: list[dehyst.Finding] = []
+    samples = order_time(Samples(t, (x, y), np.arange(t.size)), ABOUT, findings)
+    return find_gaps(samples, ABOUT, findings), [finding.code for finding in findings]
+
+
+def changed(kind: str, t: Array, k: int, rng: np.random.Generator) -> Array:
+    t = t.copy()
+    if kind == "there and back":
+        t[k : k + int(rng.integers(2, 12))] += rng.choice([1.0, -1.0, 0.3, 5.0])
+    else:
+        t[k:] += {
+            "forward": rng.uniform(1, 50), "back": -rng.uniform(0.3, 50), "summer": 3600.0, "winter": -3600.0,
+            "rollover": -t[k],
+        }[kind]  # fmt: skip
+    return t
+
+
+@pytest.mark.parametrize("kind", ["there and back", "forward", "back", "summer", "winter", "rollover"])
+def test_a_clock_that_was_set_is_one_clock(kind: str) -> None:
+    rng = np.random.default_rng(3)
+    whole = 0
+    for _ in range(60):
+        x, y = cycling(rng, 2000, float(rng.choice([40.0, 200.0, 1000.0])), bool(rng.integers(0, 2)),
+                       float(rng.choice([0.0, 1e-4, 1e-3, 1e-2])))  # fmt: skip
+        t = STEP * np.arange(x.size) + rng.uniform(0.0, 1e4)
+        samples, codes = prepared(changed(kind, t, int(rng.integers(30, x.size - 60)), rng), x, y)
+        assert samples.time is not None
+        assert codes in (["clock-jump"], ["gap"], ["clock-restart"])  # never without a word
+        if samples.breaks:
+            continue
+        whole += 1
+        np.testing.assert_allclose(np.diff(samples.time), STEP, rtol=0.06)
+        assert samples.rows.size == x.size
+    assert whole >= (60 if kind == "there and back" else 56)  # at a corner nothing tells that a signal goes on
+
+
+def test_another_recording_and_lost_samples_stay_what_they_are() -> None:
+    rng = np.random.default_rng(4)
+    taken = 0
+    for _ in range(120):
+        period, triangle = float(rng.choice([40.0, 200.0])), bool(rng.integers(0, 2))
+        x, y = cycling(rng, 2000, period, triangle, 1e-3)
+        t, k = STEP * np.arange(2000.0), int(rng.integers(100, 1500))
+        if rng.integers(0, 2):
+            x[k:], y[k:] = (v[k:] for v in cycling(rng, 2000, period, triangle, 1e-3))
+            t[k:] -= t[k]
+        else:
+            lost = slice(k, k + int(rng.integers(30, int(2 * period) + 30)))
+            t, x, y = (np.delete(v, lost) for v in (t, x, y))
+        taken += "clock-jump" in prepared(t, x, y)[1]
+    assert taken <= 4  # those that begin by chance where the others ended
+
+
+def test_a_signal_that_rests_does_not_tell_whether_time_passed() -> None:
+    x, y = cycling(np.random.default_rng(0), 2000, 200.0, False, 0.0)
+    x[900:1100], y[900:1100] = x[900], y[900]
+    t = STEP * np.arange(2000.0)
+    t[1000:] += 100.0
+    assert prepared(t, x, y)[1] == ["gap"]
+
+
+def rig_log(folder: Path) -> Path:
+    """490 cycles in 19 610 rows; three times the clock jumps by 1 s and a few samples later back."""
+    rng = np.random.default_rng(11)
+    samples, cycles = 19_610, 490
+    phase = cycles * np.arange(samples) / samples
+    x = (2.0 + 0.02 * rng.normal(size=cycles + 1))[phase.astype(int)] * (0.5 - 0.5 * np.cos(2 * np.pi * phase))
+    y = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.5], [3.0, 2.0, 2.0]).simulate(x) + 0.02 * rng.normal(size=samples)
+    t = 0.05 * np.arange(samples)
+    for k, length in ((3_400, 5), (9_007, 3), (15_733, 8)):
+        t[k : k + length] += 1.0
+    return write_csv(folder / "rig.csv", {"time_s": t, "pressure_bar": x, "angle_deg": y})
+
+
+def test_a_log_whose_clock_was_corrected_loses_no_sample(tmp_path: Path) -> None:
+    rec = dehyst.read_log(rig_log(tmp_path), "pressure", "angle")
+    assert len(rec) == 19_610 and rec.breaks == ()
+    [found] = rec.findings
+    assert found.code == "clock-jump" and "+1 s, -1 s" in found.message and "lines 3402, 3407" in found.message
+    fit = dehyst.identify(rec)
+    assert int(sum(mask.sum() for mask in (*fit.train_masks, *fit.test_masks))) == 19_610
+    assert fit.test is not None and fit.test.rmse_percent < 0.3
