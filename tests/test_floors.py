@@ -8,6 +8,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
+    {"visible"},
     {"errors", "findings", "grades", "_native"},
     {"files", "units"},
     {"recording", "loops", "gaps", "outliers", "ranges"},

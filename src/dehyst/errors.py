@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from dehyst.visible import visible_lines
+
 
 class DehystError(Exception):
     """Base of all errors that a user can cure.
@@ -27,7 +29,7 @@ class DehystError(Exception):
     """
 
     def __init__(self, message: str, **facts: Any) -> None:
-        super().__init__(message)
+        super().__init__(visible_lines(message))
         self.facts: dict[str, Any] = facts
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dehyst.visible import visible_lines
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -24,6 +26,9 @@ class Finding:
 
     code: str
     message: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", visible_lines(self.message))
 
     def as_dict(self) -> dict[str, str]:
         """Return ``{"code": ..., "message": ...}`` as printed by ``--json``."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+from dehyst.visible import visible
+
 
 class Grade(IntEnum):
     """How far a model can be trusted as a compensator: green, amber, red."""
@@ -56,4 +58,4 @@ def doubtful(verdict: object) -> str:
     """
     if grade_of(verdict) in (None, Grade.GOOD):
         return ""
-    return "".join(letter for letter in " ".join(str(verdict).split()) if letter.isprintable())[:600]
+    return visible(verdict)[:600]

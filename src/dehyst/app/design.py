@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import terminal
+from dehyst.app.terminal import tell, terminal
 from dehyst.errors import OutputError, ParameterError, UnitError
 from dehyst.evaluation import ExcitationPlan, design_excitation
 from dehyst.files import write_atomically
@@ -72,7 +72,7 @@ def run_design(request: DesignRequest) -> None:
     else:
         _print(designed, request)
     for path in filter(None, (request.out, request.figure)):
-        sys.stderr.write(f"wrote {path}\n")
+        tell(f"wrote {path}")
 
 
 def _refuse_bad_request(request: DesignRequest) -> None:

@@ -18,6 +18,7 @@ from rich.text import Text
 from dehyst.app.terminal import print_findings, terminal
 from dehyst.io import LogSummary, inspect_log
 from dehyst.io.inspect import ColumnSummary
+from dehyst.visible import visible
 
 # Letters left for the last column of the table at least.
 REMARK = 24
@@ -88,18 +89,14 @@ def _cells(column: ColumnSummary) -> tuple[str, ...]:
         reason = "too few values"
     low, high = _from_to(column.minimum, column.maximum)
     return (
-        _one_line(column.name),
-        _one_line(column.unit),
+        visible(column.name),
+        visible(column.unit),
         low,
         high,
         str(column.loops) if low else "",
         f"{100 * column.missing:.0f} %" if column.missing else "",
         f"{column.role}: {reason}" if column.role and reason else column.role or reason,
     )
-
-
-def _one_line(text: str) -> str:
-    return "".join(letter if letter.isprintable() else "\ufffd" for letter in text)
 
 
 def _from_to(low: float, high: float) -> tuple[str, str]:

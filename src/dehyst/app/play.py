@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.targets import refuse_existing
-from dehyst.app.terminal import print_findings
+from dehyst.app.terminal import print_findings, tell
 from dehyst.app.unknown import column, refuse_without_unknown_state, with_any_past
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import OutputError, ParameterError
@@ -258,4 +258,4 @@ def write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> No
         return
     refuse_existing(out, request.overwrite, content=text)
     write_atomically(out, text)
-    sys.stderr.write(f"wrote {out}: {', '.join(table)}\n")
+    tell(f"wrote {out}: {', '.join(table)}")

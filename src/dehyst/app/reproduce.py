@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import terminal
+from dehyst.app.terminal import tell, terminal
 from dehyst.control import FLAGS
 from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
@@ -82,7 +82,7 @@ def run_reproduce(request: ReproduceRequest) -> None:
         write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _print(result)
     _print_limits(result)
-    sys.stderr.write(f"\nOpen {page} in a browser; logs and figures.json lie beside it.\n")
+    tell(f"\nOpen {page} in a browser; logs and figures.json lie beside it.")
 
 
 def _robot(request: ReproduceRequest) -> Robot:

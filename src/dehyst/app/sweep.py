@@ -16,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.targets import SWEEP, refuse_existing
-from dehyst.app.terminal import terminal
+from dehyst.app.terminal import tell, terminal
 from dehyst.experiments.sweep import SweepResult, load_sweep, run_sweep
 from dehyst.experiments.sweep.table import Summary, ratios_of, summarise
 from dehyst.report.sweep import Curve, require_picture_name, write_sweep_figure
@@ -58,15 +58,15 @@ def run_sweep_command(request: SweepRequest) -> None:
                 overwrite=request.overwrite,
             )
     except KeyboardInterrupt:
-        sys.stderr.write(f"stopped; finished runs are kept in {out}.journal. To go on: {_line(request)}\n")
+        tell(f"stopped; finished runs are kept in {out}.journal. To go on: {_line(request)}")
         raise SystemExit(130) from None
     write_sweep_figure(figure, spec.name, _curves(result))
     _print(result)
-    sys.stderr.write(f"wrote {result.out} ({len(result.points)} rows) and {figure}\n")
+    tell(f"wrote {result.out} ({len(result.points)} rows) and {figure}")
     if result.failed:
-        sys.stderr.write(
+        tell(
             f"{result.failed} of {result.runs} runs failed; the reason stands in the column 'error', for the first: "
-            f"{next(filter(None, result.columns['error']))}\nTo try them again: {_line(request, '--retry')}\n"
+            f"{next(filter(None, result.columns['error']))}\nTo try them again: {_line(request, '--retry')}"
         )
 
 

@@ -6,15 +6,30 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.text import Text
 
 from dehyst.findings import Finding
+from dehyst.visible import visible_lines
+
+
+class _Terminal(Console):
+    """A console on which only its own styles are obeyed, no escape sequence of a name."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(visible_lines(segment.text), segment.style)
 
 
 def terminal(stderr: bool = False) -> Console:
     """Console for results, or for messages with `stderr`; column names in brackets are not markup."""
-    return Console(stderr=stderr, markup=False, highlight=False, soft_wrap=False)
+    return _Terminal(stderr=stderr, markup=False, highlight=False, soft_wrap=False)
+
+
+def tell(text: str) -> None:
+    """Write one line about what was done on standard error."""
+    sys.stderr.write(visible_lines(text) + "\n")
 
 
 @contextmanager

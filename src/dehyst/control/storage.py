@@ -14,6 +14,7 @@ from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.storage import model_to_dict
+from dehyst.visible import visible
 
 Model: TypeAlias = HysteresisModel | DirectInverse
 
@@ -46,7 +47,7 @@ def about(model: Model) -> str:
     'pi, sheared [bar] and angle [rad]'
     """
     told = f"{model.family}, {model.card.input.label} and {model.card.output.label}"
-    return "".join(letter if letter.isprintable() else "?" for letter in told)[:120]
+    return visible(told)[:120]
 
 
 def controller_checksum(parameters: JointControllerParameters, adaptation: Adaptation | None = None) -> str:

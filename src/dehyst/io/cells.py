@@ -49,6 +49,8 @@ _YEAR_FIRST = re.compile(rf"(\d{{4}})[/.](\d{{1,2}})[/.](\d{{1,2}}){_TIME_OF_DAY
 _YEAR_LAST = re.compile(rf"(\d{{1,2}})([/.-])(\d{{1,2}})\2(\d{{4}}|\d\d){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _POINTED_DATE = re.compile(r"\d{1,2}\.\d{1,2}\.\d{4}", re.ASCII)
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d+)?", re.ASCII)
+# What a spreadsheet runs: signs of formulas, also the wide ones; an apostrophe before them says that they are text.
+FORMULA = re.compile("'*[=+\\-@\uff1d\uff0b\uff0d\uff20]")
 _STAMPS = (_DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE)
 
 
@@ -87,6 +89,17 @@ def comma_number(cell: str) -> float | None:
     if _THOUSANDS_COMMA.fullmatch(text):
         return number(text.replace(",", ""))
     return number(text)
+
+
+def unescaped(cell: str) -> str:
+    """Text of a cell without the apostrophe that keeps spreadsheets from running it as a formula.
+
+    Examples
+    --------
+    >>> unescaped("'=1+1"), unescaped("'tis")
+    ('=1+1', "'tis")
+    """
+    return cell[1:] if cell.startswith("'") and FORMULA.match(cell) else cell
 
 
 def is_data(cell: str) -> bool:

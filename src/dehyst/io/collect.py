@@ -13,6 +13,7 @@ from dehyst.findings import Finding
 from dehyst.io.clocks import TIME_WORDS, is_clock
 from dehyst.io.table import Array, Table, require_columns
 from dehyst.units import canonical, parse_unit, words
+from dehyst.visible import visible
 
 MAX_COLUMNS = 4000
 MAX_WIDTH = 64  # a wider matrix is a picture or a point cloud, not signals
@@ -49,6 +50,7 @@ class Collector:
         A vector becomes one column, a matrix one column per signal (``path_1``, ``path_2``, ...) with time along
         its longer side, a single number a scalar. Whatever is no signal is passed over.
         """
+        path, unit = visible(path), visible(unit)
         array = np.asarray(value)
         if array.dtype.names:
             fields = ((f"{path}.{f}" if path else f, array[f]) for f in array.dtype.names)

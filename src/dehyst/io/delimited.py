@@ -19,10 +19,11 @@ from dehyst.io.cells import date_order, is_data, is_date_time, parse_date_times,
 from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undress_units
 from dehyst.io.layout import Layout, find_layout, is_comment, split_line
 from dehyst.io.plain import PROBE, find_plain, read_plain
-from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, unique_names
+from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, shown_names, unique_names
 from dehyst.io.text import Text, expand, open_text
 from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
 from dehyst.units import parse_unit
+from dehyst.visible import visible
 
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out
@@ -197,12 +198,12 @@ def _undress(
 
 def _header_unit(layout: Layout, j: int) -> str:
     """Unit of a column by the units row or else by its name, "" if neither tells."""
-    given = parse_unit(f"x [{layout.units[j]}]")[1] if layout.units and layout.units[j] else ""
+    given = parse_unit(f"x [{visible(layout.units[j])}]")[1] if layout.units and layout.units[j] else ""
     return given or parse_unit(_name(layout, j))[1]
 
 
 def _name(layout: Layout, j: int) -> str:
-    return layout.names[j] if layout.names else f"column_{j + 1}"
+    return visible(layout.names[j]) if layout.names else f"column_{j + 1}"
 
 
 def _dates(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> Array:
@@ -243,7 +244,7 @@ def _assemble(
     findings: list[Finding],
 ) -> Table:
     numbers, labels, stamps = content.numbers, content.labels, content.stamps
-    raw = list(layout.names) if layout.names else [f"column_{j + 1}" for j in range(layout.width)]
+    raw = shown_names(layout.names or [_name(layout, j) for j in range(layout.width)], name, findings)
     names = unique_names(raw)
     doubled = sorted({given for given, unique in zip(raw, names, strict=True) if given and given != unique})
     if doubled:

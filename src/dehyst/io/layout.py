@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dehyst.errors import LogError
-from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number
+from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number, unescaped
 from dehyst.io.dressed import is_dressed
 from dehyst.units import canonical
 
@@ -236,7 +236,7 @@ def _header_cells(line: str, delimiter: str) -> list[str]:
         return []
     if delimiter == BLANKS:
         text = re.sub(r"[ \t]+(?=[\[(])", "_", text)  # angle [deg] is one name
-    return [cell.strip() for cell in split_line(text, delimiter)]
+    return [unescaped(cell.strip()) for cell in split_line(text, delimiter)]
 
 
 def _last_empty(lines: Sequence[str], delimiter: str, width: int) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from dehyst.io.collect import MAX_WIDTH, Collector
 from dehyst.io.foreign import guard, optional
 from dehyst.io.table import Table
+from dehyst.visible import visible
 
 MAX_DEPTH = 5
 BULKY = ("Image", "PointCloud", "CameraInfo", "OccupancyGrid", "Log", "ParameterEvent", "Parameter")
@@ -44,7 +45,7 @@ def _fill(found: Collector, highlevel: Any, typesys: Any, path: Path) -> None:
         for connection, received, raw in reader.messages(connections=wanted) if wanted else ():
             row: dict[str, float] = {"bag_time": float(received)}
             flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
-            rows[connection.topic].append(row)
+            rows[visible(connection.topic)].append(row)
     for topic, messages in rows.items():
         add_topic(found, topic, messages)
 

@@ -18,6 +18,7 @@ from dehyst.io.collect import MAX_WIDTH, Collector
 from dehyst.io.foreign import guard
 from dehyst.io.streams import HEAD_ROWS, Column, Piece, numbers_of
 from dehyst.io.table import Table
+from dehyst.visible import visible
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,7 @@ class ArraySource:
         if strands[0].count == 1 and len(strands) == 1:
             found.add(path, heads[0][0])
             return
-        bare = path or ("column" if dimensions > 1 else "column_1")
+        bare = visible(path) or ("column" if dimensions > 1 else "column_1")
         names = found.add(bare, np.column_stack(heads) if len(strands) > 1 else heads[0])
         if strands[0].dtype.kind in "US":
             names = [bare] if bare in found.labels else []

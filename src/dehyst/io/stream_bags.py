@@ -16,6 +16,7 @@ from dehyst.io.foreign import guard, optional
 from dehyst.io.ros import add_topic, bulky, flatten
 from dehyst.io.streams import Piece
 from dehyst.io.table import Table
+from dehyst.visible import visible
 
 HEAD_MESSAGES = 20_000  # by which topics, fields and clocks are found
 
@@ -59,13 +60,13 @@ class BagSource:
     def _read(self, topic: str | None) -> Iterator[tuple[str, dict[str, float], float]]:
         store = self._typesys.get_typestore(self._typesys.Stores.LATEST)
         with self._highlevel.AnyReader([self.path], default_typestore=store) as reader:
-            wanted = [c for c in reader.connections if not bulky(c) and topic in (None, c.topic)]
+            wanted = [c for c in reader.connections if not bulky(c) and topic in (None, visible(c.topic))]
             total = max(1, sum(c.msgcount for c in wanted))
             found = reader.messages(connections=wanted) if wanted else ()
             for k, (connection, received, raw) in enumerate(found, 1):
                 row: dict[str, float] = {"bag_time": float(received)}
                 flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
-                yield connection.topic, row, k / total
+                yield visible(connection.topic), row, k / total
 
     def head(self) -> Table:
         """First messages, as the reader of whole files gives them."""

@@ -14,6 +14,7 @@ from dehyst.io.foreign import guard, muted_stderr, optional
 from dehyst.io.parquet import values_of
 from dehyst.io.streams import HEAD_ROWS, Column, Piece, numbers_of
 from dehyst.io.table import Table
+from dehyst.visible import visible
 
 
 class TableSource:
@@ -47,10 +48,11 @@ class TableSource:
 
         def fill() -> None:
             with muted_stderr():
-                wanted = self._plan().select(list(dict.fromkeys(names))).slice(first, rows).collect()
-                series.update(
-                    {s.name: numbers_of(np.asarray(values_of(self._polars, s))) for s in wanted.get_columns()}
-                )
+                plan = self._plan()
+                inside = {visible(name): name for name in reversed(plan.collect_schema().names())}
+                wanted = plan.select([inside.get(name, name) for name in dict.fromkeys(names)]).slice(first, rows)
+                for s in wanted.collect().get_columns():
+                    series[visible(s.name)] = numbers_of(np.asarray(values_of(self._polars, s)))
 
         guard(self.path.name, "Parquet or Feather file", self.size, fill)
         return [series[name] for name in names]

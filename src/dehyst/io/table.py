@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dehyst.errors import LogError
 from dehyst.findings import Finding
+from dehyst.visible import visible
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -129,6 +130,23 @@ def unique_names(names: Sequence[str]) -> list[str]:
         taken.add(unique)
         found.append(unique)
     return found
+
+
+def shown_names(names: Sequence[str], log: str, findings: list[Finding]) -> list[str]:
+    """Return column names as they can be shown and typed; say which are not as in the file."""
+    shown = [visible(name).strip() for name in names]
+    changed = [new for old, new in zip(names, shown, strict=True) if old.strip() != new]
+    if changed:
+        findings.append(
+            Finding(
+                "unprintable-names",
+                f"{len(changed)} column name{'s' if len(changed) > 1 else ''} of {log} held line breaks, control "
+                f"characters or marks that turn the direction of writing, which a terminal would obey; the names used "
+                f"here are: {', '.join(changed[:8])}{', ...' if len(changed) > 8 else ''}. Type them like this, or "
+                f"rename the columns in the log.",
+            )
+        )
+    return shown
 
 
 def require_columns(table: Table) -> Table:

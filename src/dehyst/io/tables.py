@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -14,6 +13,7 @@ from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.io.foreign import muted_stderr, optional
 from dehyst.io.formats import PathLike
+from dehyst.io.write import csv_text
 
 ENDINGS = (".csv", ".parquet")
 
@@ -90,7 +90,11 @@ def write_table(path: PathLike, columns: Mapping[str, Sequence[Any]]) -> Path:
     if not sizes or len(set(sizes.values())) != 1:
         raise OutputError(f"cannot write '{target}': columns must have one length, got {sizes or 'none'}.", sizes=sizes)
     plain = {name: _uniform([_cell(value) for value in cells]) for name, cells in columns.items()}
-    content = _parquet(plain, target) if target.suffix.lower() == ".parquet" else _csv(plain)
+    content = (
+        _parquet(plain, target)
+        if target.suffix.lower() == ".parquet"
+        else csv_text(plain, zip(*plain.values(), strict=True))
+    )
     return write_atomically(target, content)
 
 
@@ -111,15 +115,6 @@ def _uniform(cells: list[Cell]) -> list[Cell]:
     if kinds == {int, float}:
         return [None if cell is None else float(cell) for cell in cells]
     return [None if cell is None else cell if isinstance(cell, str) else json.dumps(cell) for cell in cells]
-
-
-def _csv(columns: Mapping[str, Sequence[Cell]]) -> str:
-    stream = io.StringIO(newline="")
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    # repr of a Python float is the shortest text that reads back as the same bits.
-    writer.writerows(zip(*columns.values(), strict=True))
-    return stream.getvalue()
 
 
 def _parquet(columns: Mapping[str, Sequence[Cell]], target: Path) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from dataclasses import dataclass
 
@@ -90,7 +91,9 @@ def decode(data: bytes, name: str) -> str:
     if wide:
         text = data[: len(data) // 2 * 2].decode(wide, errors="replace").lstrip("\ufeff")
     else:
-        body = data[3:] if data.startswith(b"\xef\xbb\xbf") else data
+        body = data
+        while body.startswith(b"\xef\xbb\xbf"):  # one a program that joined or rewrote the file
+            body = body[3:]
         try:
             text = body.decode("utf-8")
         except UnicodeDecodeError:
@@ -124,6 +127,39 @@ def lines_of(text: str) -> list[str]:
     return text.split("\n")
 
 
+_NUMBER_CELL = re.compile(r"(?:^|[,;|\t])\s*[+-]?[\d.]*\d(?:[eE][+-]?\d+)?\s*(?:[,;|\t]|$)", re.ASCII)
+MOST_JOINED = 20  # lines of one header: a quote that is not closed by then is a mark of inches, or damage
+
+
+def join_quoted(lines: list[str]) -> list[str]:
+    """Lines of which none ends within the quotes of a name; empty lines after it keep the numbers of the others true.
+
+    A line that holds a cell with a number is never taken for the rest of a name.
+
+    Examples
+    --------
+    >>> join_quoted(['t,"p', '[bar]"', "0,1"])
+    ['t,"p\\n[bar]"', '', '0,1']
+    """
+    joined = list(lines)
+    for k, line in enumerate(lines):
+        if '"' not in line or joined[k] != line or not _opens(line):
+            continue
+        for end in range(k + 1, min(k + MOST_JOINED, len(lines))):
+            if _NUMBER_CELL.search(lines[end]):
+                break
+            if lines[end].count('"') % 2:
+                joined[k : end + 1] = ["\n".join(lines[k : end + 1])] + [""] * (end - k)
+                break
+    return joined
+
+
+def _opens(line: str) -> bool:
+    """Whether a quote at the begin of a cell is not closed in its line; one behind a number is a mark of inches."""
+    before, quote, _ = line.replace('""', "").rpartition('"')
+    return line.count('"') % 2 == 1 and bool(quote) and (not before or before[-1] in ",;|\t ")
+
+
 HEAD_LINES = 2000  # more than the layout of a log is found by
 HEAD_BYTES = 1 << 18  # at least as many characters as tell text from other bytes
 
@@ -152,7 +188,7 @@ class Text:
 
     def all_lines(self) -> list[str]:
         """Return every line of the log."""
-        return self.lines if self.complete else lines_of(self.data.decode())
+        return self.lines if self.complete else join_quoted(lines_of(self.data.decode()))
 
 
 def open_text(data: bytes, name: str) -> Text:
@@ -167,13 +203,13 @@ def open_text(data: bytes, name: str) -> Text:
     if cut < len(data) and (data.isascii() or data[cut:].isascii()):
         head = decode(data[:cut], name)
         plain = head.encode()
-        return Text(data if plain == data[:cut] else plain + data[cut:], lines_of(head)[:-1], False)
+        return Text(data if plain == data[:cut] else plain + data[cut:], join_quoted(lines_of(head)[:-1]), False)
     text = decode(data, name)
     plain = text.encode()
     cut = _head_size(plain)
     if cut < len(plain):
-        return Text(plain, lines_of(plain[:cut].decode())[:-1], False)
-    return Text(plain, lines_of(text), True)
+        return Text(plain, join_quoted(lines_of(plain[:cut].decode())[:-1]), False)
+    return Text(plain, join_quoted(lines_of(text)), True)
 
 
 def _head_size(data: bytes) -> int:

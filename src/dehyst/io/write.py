@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,9 @@ import numpy.typing as npt
 
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
+from dehyst.io.cells import FORMULA, number
 from dehyst.io.formats import PathLike
+from dehyst.visible import visible
 
 
 def format_csv(columns: Mapping[str, npt.ArrayLike], path: PathLike = "the table") -> str:
@@ -41,12 +43,31 @@ def format_csv(columns: Mapping[str, npt.ArrayLike], path: PathLike = "the table
         raise OutputError(
             f"cannot write '{path}': its columns must be vectors of one length, got {sizes or 'none'}.", sizes=sizes
         )
+    return csv_text(arrays, zip(*(array.tolist() for array in arrays.values()), strict=True))
+
+
+def csv_text(names: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    r"""Return a header and rows of numbers and texts as CSV; no text in it is a formula to a spreadsheet.
+
+    A text that a spreadsheet would run (``=cmd``, ``@SUM``) has an apostrophe put before it, which reading a log takes
+    away again; what no terminal may see is spelled out.
+
+    Examples
+    --------
+    >>> csv_text(["=1+1", "p\n[bar]"], [[-1.5, "-1.5"], [2.0, "@x"]])
+    "'=1+1,p [bar]\n-1.5,-1.5\n2.0,'@x\n"
+    """
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(arrays)
+    writer.writerow(map(_cell, names))
     # repr of a Python float is the shortest text that reads back as the same bits.
-    writer.writerows(zip(*(array.tolist() for array in arrays.values()), strict=True))
+    writer.writerows([_cell(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
     return stream.getvalue()
+
+
+def _cell(text: str) -> str:
+    shown = visible(text)
+    return f"'{shown}" if FORMULA.match(shown) and number(shown) is None else shown
 
 
 def write_csv(path: PathLike, columns: Mapping[str, npt.ArrayLike]) -> Path:

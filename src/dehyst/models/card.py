@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from dehyst.visible import visible
+
 
 @dataclass(frozen=True, slots=True)
 class SignalCard:
@@ -32,8 +34,8 @@ class SignalCard:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     def __str__(self) -> str:
-        """Label and range on one line; what cannot be printed, and what is endless, is left out."""
-        label = "".join(letter if letter.isprintable() else "?" for letter in self.label)
+        """Label and range on one line; what cannot be printed is spelled out, what is endless left out."""
+        label = visible(self.label)
         label = label if len(label) <= 60 else f"{label[:57]}..."
         return label if self.low is None or self.high is None else f"{label} {self.low:.4g} to {self.high:.4g}"
 

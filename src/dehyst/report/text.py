@@ -6,6 +6,8 @@ import math
 import unicodedata
 from typing import Any
 
+from dehyst.visible import visible_lines
+
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ELLIPSIS = "…"
 NARROW_SPACE = "\u202f"
@@ -20,16 +22,9 @@ def clean(text: object) -> str:
     Examples
     --------
     >>> clean("a\\x00b\\u202ec")
-    'a�bc'
+    'a\\\\x00b\\\\u202ec'
     """
-    kept = []
-    for character in str(text):
-        category = unicodedata.category(character)
-        if category in ("Cc", "Cs", "Cn"):
-            kept.append(character if character in "\n\t" else "�")
-        elif category != "Cf" or character in "\u00ad\u200c\u200d":
-            kept.append(character)
-    return "".join(kept)
+    return visible_lines(text)
 
 
 def short(text: object, length: int = 42) -> str:
