@@ -128,6 +128,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Several columns have one name; the later ones were renamed (`x_2`).",
             "Name the one you mean, or use `#3` for the third column.",
         ),
+        "unprintable-names": (
+            "Column names held line breaks, control characters or marks that turn the direction of writing; they are "
+            "spelled out.",
+            "Type the names as they are shown, or rename the columns.",
+        ),
         "matlab-object": (
             "A variable of the MAT file is a MATLAB object (timeseries, table), which only MATLAB can read.",
             "Save its numbers as a struct; the message shows the line.",

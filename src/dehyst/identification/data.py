@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, cast, overload
@@ -24,6 +25,10 @@ CLEAR_TREND = 0.3
 CHUNK = 1 << 15
 # Facts that are statistics are taken from all samples of a log, but of a longer one from about so many.
 LONG, ENOUGH = 200_000, 50_000
+# A signal moves if its range has thousands of steps of double precision: +-4 on 1e12 has 65 000 of them.
+RESOLVED = 1e-12
+# Ranges, and gains between them, for which model and inverse have numbers below 1e100, the limit of the core.
+LEAST_SPAN, MOST_SPAN = 1e-95, 1e95
 
 
 class Signal(Protocol):
@@ -155,6 +160,7 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     _refuse_weightless(outputs)
     center, half = middle(recordings[0], range_over(inputs), "input", train_fraction)
     level, amplitude = middle(recordings[0], range_over(outputs), "output", train_fraction)
+    require_gain(recordings[0], half, amplitude)
     trend = _trend(counted, outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
     for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
@@ -228,20 +234,52 @@ def _scaled(values: Array, origin: float, unit: float) -> Array:
 
 
 def middle(first: Recording, extremes: tuple[float, float], role: str, fraction: float) -> tuple[float, float]:
-    """Mid-range and half range of a signal from its extremes; refuse one that does not move."""
+    """Mid-range and half range of a signal from its extremes; refuse one that does not move, or not by numbers."""
     low, high = extremes
-    span = high - low
-    if span > 1e-9 * max(abs(low), abs(high)) and span > 1e-150:
+    span, largest = high - low, max(abs(low), abs(high))
+    if span >= RESOLVED * largest and LEAST_SPAN <= span <= MOST_SPAN:
         return low + 0.5 * span, 0.5 * span
     name = first.input_label if role == "input" else first.output_label
     part = "" if fraction >= 1.0 else f" in the first {100 * fraction:g} % of the recording, which is fitted"
-    value = float((first.input if role == "input" else first.output)[0])
+    if span == 0.0:
+        raise ExcitationError(
+            f"{role} '{name}' stays at {low:g}{part}. A loop needs a signal that moves, so nothing can be "
+            f"identified. Check the column, choose a window in which it moves (--from, --to), or fit a larger part "
+            f"(--train-fraction 1).",
+            value=low,
+        )
+    moves = f"{role} '{name}' moves by {span:.3g}{part}"
+    if span < RESOLVED * largest:
+        raise ExcitationError(
+            f"{moves}, on an offset of {largest:.3g}, where numbers of double precision are {np.spacing(largest):.2g} "
+            f"apart: too few steps to tell a loop from rounding. If it is a signal, log it without the offset; "
+            f"otherwise choose a column or a window in which it moves more (--from, --to).",
+            value=low,
+            span=span,
+        )
     raise ExcitationError(
-        f"{role} '{name}' stays at {value:g}{part}. A loop needs a signal that moves, so nothing can be "
-        f"identified. Check the column, choose a window in which it moves (--from, --to), or fit a larger part "
-        f"(--train-fraction 1).",
-        value=value,
+        f"{moves}, and a model of it cannot be written in double precision: its numbers must lie between "
+        f"{LEAST_SPAN:g} and {MOST_SPAN:g}. Log it in another unit, for example {_times(min(span, largest))}.",
+        span=span,
     )
+
+
+def require_gain(first: Recording, half_range: float, amplitude: float) -> None:
+    """Refuse two signals of which no model, or no inverse, has numbers that can be written."""
+    if LEAST_SPAN <= amplitude / half_range <= MOST_SPAN:
+        return
+    raise ExcitationError(
+        f"output '{first.output_label}' moves by {2 * amplitude:.3g} while input '{first.input_label}' moves by "
+        f"{2 * half_range:.3g}: a model from one to the other cannot be written in double precision, its weights would "
+        f"be near {amplitude / half_range:.0e}. Log the output in another unit, for example {_times(amplitude)}, or "
+        f"the input {_times(half_range)}.",
+        spans=(2 * half_range, 2 * amplitude),
+    )
+
+
+def _times(size: float) -> str:
+    """Power of ten that makes a signal one of ordinary size."""
+    return f"times 1e{-math.floor(math.log10(size)):+d}"
 
 
 def _trend(

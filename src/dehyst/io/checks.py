@@ -36,6 +36,14 @@ def is_constant(values: Array) -> bool:
     return span <= 1e-12 * float(np.max(np.abs(values), initial=0.0))
 
 
+def _still(values: Array) -> str:
+    """How still a signal is that does not move beyond rounding."""
+    span = float(np.ptp(values))
+    if span == 0.0:
+        return f"is {values[0]:.6g} in all {values.size} rows"
+    return f"moves by {span:.3g} only on an offset of {values[0]:.6g}, which is rounding, in {values.size} rows"
+
+
 def hold_length(values: Array) -> float:
     """Mean number of samples a sampled-and-held signal stays at each value; 1 if it is not held.
 
@@ -118,14 +126,14 @@ def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, finding
     x, y = samples.values
     if is_constant(x):
         raise ExcitationError(
-            f"input '{x_name}' of {table.name} is {x[0]:.6g} in all {x.size} rows: nothing can be learned about how "
-            f"the output depends on it. Name another input column, run or window.",
+            f"input '{x_name}' of {table.name} {_still(x)}: nothing can be learned about how the output depends on "
+            f"it. Name another input column, run or window.",
             column=x_name,
         )
     if is_constant(y):
         raise RecordingError(
-            f"output '{y_name}' of {table.name} is {y[0]:.6g} in all {y.size} rows although the input moves: the "
-            f"sensor is not connected, or it is the wrong column. Name another output column, run or window.",
+            f"output '{y_name}' of {table.name} {_still(y)} although the input moves: the sensor is not connected, or "
+            f"it is the wrong column. Name another output column, run or window.",
             column=y_name,
         )
     findings.extend(_held(table, x_name, y_name, samples))

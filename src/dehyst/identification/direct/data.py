@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
-from dehyst.identification.data import check_fraction, middle, prepare, range_over, split_of
+from dehyst.identification.data import check_fraction, middle, prepare, range_over, require_gain, split_of
 from dehyst.identification.memory import known_from
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
@@ -134,6 +134,7 @@ def prepare_direct(
     center, half = middle(
         records[0], range_over([r.output[:k] for r, k in zip(records, splits, strict=True)]), "output", train_fraction
     )
+    require_gain(records[0], amplitude, half)
     _refuse_falling(records, train_fraction)
     ranges = tuple(_given_range(name, parts, unit, splits) for name, (parts, unit) in given.items())
     pieces = []

@@ -13,6 +13,7 @@ from dehyst.identification.data import (
     check_fraction,
     clear_trend,
     middle,
+    require_gain,
     split_of,
     trend_of_increments,
 )
@@ -35,6 +36,7 @@ def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
     splits = [split_of(log.samples, train_fraction) for log in logs]
     center, half = middle(logs[0].recording, _range(logs, splits, INPUT), "input", train_fraction)
     level, amplitude = middle(logs[0].recording, _range(logs, splits, OUTPUT), "output", train_fraction)
+    require_gain(logs[0].recording, half, amplitude)
     trend = clear_trend(_moments(logs, splits)) or _trend(logs, splits, half)
     pieces = []
     for index, (log, split) in enumerate(zip(logs, splits, strict=True)):
