@@ -1,0 +1,48 @@
+"""What must not matter to an identification does not: units, zeros, signs, doubled and false samples, the past.
+
+`python benchmarks/metamorphic.py` asks the same of 200 logs and every family.
+"""
+
+import numpy as np
+import pytest
+from generated_logs import MECHANISMS, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
+
+import dehyst
+
+LOGS = range(6)  # one of each mechanism
+
+
+@pytest.fixture(scope="module", params=LOGS, ids=MECHANISMS)
+def logs(request):
+    """A generated log in one recording and in two, with what is found in each."""
+    made = {n: generated(request.param, recordings=n) for n in (1, 2)}
+    return {n: (log, found_in(log, dehyst.identify)) for n, log in made.items()}, request.param
+
+
+@pytest.mark.parametrize("relation", RELATIONS, ids=lambda relation: relation.name)
+def test_what_must_not_matter_does_not(logs, relation):
+    of, seed = logs
+    log, before = of[relation.recordings]
+    after = found_in(relation.changed(log, np.random.default_rng(seed)), dehyst.identify)
+    assert not broken(relation, before, after)
+
+
+@pytest.mark.parametrize("family", ["pi-cumulative", "modified-pi", "stop", "dahl"])
+@pytest.mark.parametrize("relation", UNITS, ids=lambda relation: relation.name)
+def test_units_do_not_matter_to_a_named_family(family, relation):
+    log, rng = generated(3 if family == "stop" else 0), np.random.default_rng(1)
+
+    identify = by_name(family)
+    assert not broken(relation, found_in(log, identify), found_in(relation.changed(log, rng), identify))
+
+
+def test_the_past_of_a_rig_costs_no_accuracy():
+    errors = [found_in(generated(1, start), dehyst.identify).error for start in STARTS]
+    assert max(errors) < 1.5 * min(errors)
+
+
+def test_a_relation_that_does_not_hold_is_noticed():
+    log = generated(1)
+    before = found_in(log, dehyst.identify)
+    other = found_in(generated(4), dehyst.identify)
+    assert broken(RELATIONS[-1], before, other)
