@@ -256,3 +256,9 @@ def test_what_cannot_be_exported_is_refused_with_what_to_type(words, cure, model
     status, text = told(capsys, "export", model_file, *words, "--out", tmp_path / "out")
     assert status == 2 and cure in " ".join(text.split()), text
     assert not (tmp_path / "out").exists()
+
+
+def test_the_help_says_what_takes_no_log(run):
+    _, out, _ = run("export", "--help")
+    words = " ".join(out.split())
+    assert "an excerpt becomes part of the check; of a model or its inverse, which take one column." in words

@@ -10,7 +10,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
     {"visible"},
     {"errors", "findings", "grades", "_native"},
-    {"files", "units"},
+    {"files", "shell", "units"},
     {"recording", "loops", "gaps", "outliers", "ranges"},
     {"models"},
     {"identification", "control", "evaluation"},

@@ -13,7 +13,6 @@ app = typer.Typer(
     help="From a logged hysteresis loop to a verified compensator.",
     epilog="Begin with `dehyst inspect LOG`, or with `dehyst example` if you have no log yet.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain help: starting rich would cost more than the command
 )
@@ -427,7 +426,11 @@ def export(
         int | None, typer.Option("--ramp", help="Samples over which switching on and off fades; 500 without it.")
     ] = None,
     log: Annotated[
-        Path | None, typer.Option("--log", help="Your log: an excerpt of it becomes part of the check.")
+        Path | None,
+        typer.Option(
+            "--log",
+            help="Your log: an excerpt becomes part of the check; of a model or its inverse, which take one column.",
+        ),
     ] = None,
     run: Run = None,
     start: Start = None,

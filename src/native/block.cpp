@@ -4,6 +4,7 @@
 #include "arrays.h"
 #include "dehyst.h"
 #include "model_parameters.h"
+#include "no_pickle.h"
 #include "sample_call.h"
 
 namespace {
@@ -145,7 +146,9 @@ void bind_block(nb::module_ &m)
           "after_u"_a, "after_v"_a, "state"_a, "limits"_a, "fingerprint"_a,
           "Parameters of a block as dehyst_block_dump writes them; limits: input, output and reach low and high, slope "
           "and offset of the line, fade.");
-    nb::class_<Block>(m, "Block", "A model as a function block, with its state.")
+    nb::class_<Block> bound(m, "Block", "A model as a function block, with its state.");
+    refuse_pickling(bound);
+    bound
         .def(nb::init<const Image &>(), "image"_a, "Of an image of parameters; ValueError with the answer if it is bad.")
         .def("reset", &Block::reset, "Back to the start state, flags cleared.")
         .def("step", &Block::step, "x"_a.none(), "on"_a, "Output for the next sample.")

@@ -1,5 +1,6 @@
 // Binding of the direct inverse and of learning: no formula but exp(-T/tau), which a machine is given as a number.
 #include "direct_parameters.h"
+#include "no_pickle.h"
 
 #include <cmath>
 #include <cstring>
@@ -206,7 +207,9 @@ void bind_direct(nb::module_ &m)
     m.def("decay", &dehyst_decay, "x"_a, "exp(-x) as the core takes it.");
     m.def("direct_bank", &bank, "y"_a, "time"_a, "restart"_a, "radius"_a, "length"_a, "time_constant"_a, "known"_a,
           "Values (T, stops + paths + creeps) of every term of a direct inverse along y.");
-    nb::class_<DirectStepper>(m, "DirectStepper", "A direct inverse with its memory, a sample at a time.")
+    nb::class_<DirectStepper> bound(m, "DirectStepper", "A direct inverse with its memory, a sample at a time.");
+    refuse_pickling(bound);
+    bound
         .def(nb::init<const nb::tuple &>(), "parameters"_a)
         .def("__call__", &DirectStepper::step, "y"_a, "rate"_a = 0.0, "first"_a = 0.0, "second"_a = 0.0,
              "u for the next sample of y, its rate and the scheduling variables from outside.")

@@ -1,5 +1,6 @@
 // Binding of the joint controller of the core: no formula.
 #include "joint_controller.h"
+#include "no_pickle.h"
 
 namespace {
 
@@ -103,7 +104,9 @@ void bind_joint(nb::module_ &m)
             return dehyst_chamber_flow(&p, volume, volume_rate, pressure, rate);
         },
         "pneumatics"_a, "volume"_a, "volume_rate"_a, "pressure"_a, "rate"_a, "Mass flow [kg/s] of the pressure law.");
-    nb::class_<JointController>(m, "JointController", "Controller of one joint with its state.")
+    nb::class_<JointController> bound(m, "JointController", "Controller of one joint with its state.");
+    refuse_pickling(bound);
+    bound
         .def(nb::init<const nb::dict &, const nb::object &, const nb::object &, const nb::dict &, const nb::object &>(),
              "parameters"_a, "compensator"_a.none(), "direct"_a.none(), "adaptation"_a, "law"_a.none() = nb::none())
         .def("reset", &JointController::reset, "angle"_a, "p_1"_a, "p_2"_a, "Start at these readings.")

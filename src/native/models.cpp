@@ -7,6 +7,7 @@
 #include "evaluator_handle.h"
 #include "long_signal.h"
 #include "model_parameters.h"
+#include "no_pickle.h"
 #include "sample_call.h"
 
 namespace {
@@ -202,5 +203,6 @@ void bind_models(nb::module_ &m)
         .def_prop_ro("output", &Stepper::output, "Last good output.")
         .def_prop_ro("rejected", &Stepper::rejected, "The last sample was rejected.")
         .def_prop_ro("rejected_ever", &Stepper::rejected_ever, "Some sample since the last reset was rejected.");
+    refuse_pickling(bound);
     SampleCall<Stepper>::bind(bound);
 }

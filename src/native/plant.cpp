@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "no_pickle.h"
 #include "plant_joint.h"
 
 using Pairs = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
@@ -299,8 +300,10 @@ void bind_plant(nb::module_ &m)
     m.def("everett", &everett, "start"_a, "end"_a, "Everett function (T,) of the Preisach mechanism, 0..2.");
     m.def("hysteresis_force", &hysteresis_force, "hysteresis"_a, "start"_a, "contraction"_a, "pressure"_a,
           "Force (T,) of a built-in mechanism that opposes contraction, from nothing remembered at `start`, [N].");
-    nb::class_<PneumaticJoint>(m, "PneumaticJoint", nb::type_slots(kSlots),
-                               "Two pneumatic muscles on one pulley, with valves and sensors.")
+    nb::class_<PneumaticJoint> bound(m, "PneumaticJoint", nb::type_slots(kSlots),
+                               "Two pneumatic muscles on one pulley, with valves and sensors.");
+    refuse_pickling(bound);
+    bound
         .def(nb::init<const nb::dict &, uint64_t>(), "parameters"_a, "seed"_a)
         .def("reset", &PneumaticJoint::reset, "angle"_a, "pressure_1"_a, "pressure_2"_a, "seed"_a,
              "At rest at an angle [rad] and two gauge pressures [Pa], nothing remembered.")

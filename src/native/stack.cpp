@@ -5,6 +5,7 @@
 #include "arrays.h"
 #include "dehyst.h"
 #include "model_parameters.h"
+#include "no_pickle.h"
 #include "sample_call.h"
 
 namespace {
@@ -158,5 +159,6 @@ void bind_stack(nb::module_ &m)
         .def_prop_ro("output", &StackStepper::output, "Last good output.")
         .def_prop_ro("rejected", &StackStepper::rejected, "The last sample was rejected.")
         .def_prop_ro("rejected_ever", &StackStepper::rejected_ever, "Some sample since the last reset was rejected.");
+    refuse_pickling(bound);
     SampleCall<StackStepper>::bind(bound);
 }

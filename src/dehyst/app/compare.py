@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +22,7 @@ from dehyst.families import Comparison, Entry, all_names, compare
 from dehyst.families.existing import TITLES
 from dehyst.io import read_log
 from dehyst.recording import Recording
+from dehyst.shell import quoted, typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -200,12 +200,12 @@ def _next(found: Comparison, request: CompareRequest) -> str:
         what = "compensate" if found.chosen.invertible else "simulate"
         column = request.output if found.chosen.invertible else request.input
         option = "--output" if found.chosen.invertible else "--input"
-        return f"dehyst {what} {shlex.quote(str(request.save))} SIGNAL.csv {option} {shlex.quote(column)}"
-    log = " ".join(shlex.quote(str(path)) for path in request.logs)
-    signals = f"--input {shlex.quote(request.input)} --output {shlex.quote(request.output)}"
+        return f"dehyst {what} {quoted(request.save)} SIGNAL.csv {option} {quoted(column)}"
+    log = typed(request.logs)
+    signals = f"--input {quoted(request.input)} --output {quoted(request.output)}"
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
-    same = "".join(f" {name} {shlex.quote(f'{value}')}" for name, value in window if value is not None)
+    same = "".join(f" {name} {quoted(value)}" for name, value in window if value is not None)
     if found.chosen.family in TITLES and found.chosen.family != "static":
         family = found.chosen.family
         return f"dehyst identify {log} {signals}{same} --family {family} --save model.json --report report.html"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from dehyst.errors import OutputError, ParameterError, UnitError
 from dehyst.evaluation import ExcitationPlan, design_excitation
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
+from dehyst.shell import quoted
 from dehyst.units import canonical, convert, dimension
 
 ANGLE = "deg"  # of a joint, if nothing else is said
@@ -237,7 +237,7 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
     first, test, last = plan.begins[1], plan.begins[parts.index("test")], plan.begins[-1]
     fraction = (test - first) / (last - first)
     return (
-        f"next: bring the rig to {plan.middle:.4g}, run {shlex.quote(str(request.out))}, log what it got and what it "
+        f"next: bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
         f"did; then, judged on the part test:\n"
         f"dehyst identify LOG --input COLUMN --output COLUMN --family direct-inverse --initial-state rest "
         f"--from {first:.1f} --to {last:.1f} --train-fraction {fraction:.3f}\n"

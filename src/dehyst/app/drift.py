@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,6 +28,7 @@ from dehyst.io import read_log
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.storage import load_any
 from dehyst.recording import Recording
+from dehyst.shell import quoted
 
 Read: TypeAlias = tuple[Path, str | None, Recording]
 
@@ -200,13 +200,13 @@ def _print(found: Drift, request: DriftRequest) -> None:
 def _print_accepted(found: Drift, path: Path) -> None:
     """Say what the new model is worth, and what to do with it; a compensator is offered only where that allows one."""
     verdict, output = found.model.card.provenance.get("verdict"), found.model.card.output.name
-    model, out = shlex.quote(str(path)), terminal()
+    model, out = quoted(path), terminal()
     if isinstance(verdict, str):
         out.print(Text(f"verdict on the new model: {verdict}"), soft_wrap=True)
     if grade_of(verdict) is Grade.BAD:
         told = "do not compensate with the new model; read its verdict, cure it and identify again"
     else:
-        told = f"dehyst compensate {model} REFERENCE.csv --output {shlex.quote(output)}"
+        told = f"dehyst compensate {model} REFERENCE.csv --output {quoted(output)}"
     out.print(Text(f"next: {told}"), soft_wrap=True)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 
 from dehyst.app.targets import refuse_existing
 from dehyst.experiments import example_csv
 from dehyst.files import write_atomically
+from dehyst.shell import quoted
 
 
 def run_example(out: Path, seed: int, overwrite: bool = False) -> None:
@@ -16,9 +16,8 @@ def run_example(out: Path, seed: int, overwrite: bool = False) -> None:
     text = example_csv(seed)
     refuse_existing(out, overwrite, content=text)
     write_atomically(out, text)
-    quoted = shlex.quote(str(out))
     sys.stdout.write(
         f"wrote {out}: a simulated joint, pressure difference [bar] -> angle [deg], 12 loops\n"
-        f"next: dehyst identify {quoted} --input pressure_difference_bar --output angle_deg "
+        f"next: dehyst identify {quoted(out)} --input pressure_difference_bar --output angle_deg "
         f"--save model.json --report report.html\n"
     )

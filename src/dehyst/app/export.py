@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -37,6 +36,7 @@ from dehyst.models import (
     StopOperatorModel,
     load_any,
 )
+from dehyst.shell import quoted
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
@@ -85,7 +85,7 @@ def _say(written: Written, subject: Subject, request: ExportRequest, findings: l
         return
     _print(written, subject, request)
     print_findings(findings)
-    terminal().print(Text(f"\nnext: dehyst verify {shlex.quote(str(request.out))}"), soft_wrap=True)
+    terminal().print(Text(f"\nnext: dehyst verify {quoted(request.out)}"), soft_wrap=True)
 
 
 def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[HysteresisModel, ExportRequest, list[Finding]]:

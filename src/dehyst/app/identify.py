@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.recording import Recording
+from dehyst.shell import quoted
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def _refuse_clashes(request: IdentifyRequest) -> None:
         if path.resolve() in logs:
             raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
         if not path.parent.is_dir():
-            raise OutputError(f"the folder of '{path}' does not exist. Make it first: mkdir -p {path.parent}")
+            raise OutputError(f"the folder of '{path}' does not exist. Make it first: mkdir -p {quoted(path.parent)}")
     if len({path.resolve() for path in targets}) < len(targets):
         raise OutputError(f"--save and --report both name '{targets[0]}'. Name two files.")
     if request.save is not None:
@@ -242,12 +242,12 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
 def _next(fit: Fit, saved: Path | None) -> str:
     """What to do now; a compensator is offered only where the verdict allows one."""
     rec = fit.recordings[0]
-    model = shlex.quote(str(saved))
+    model = quoted(saved)
     if grade_of(fit.verdict) is Grade.BAD:
         advice = "do not compensate with this model; cure what the warnings above name and identify again"
         if saved is None:
             return advice
-        return f"{advice}. To simulate only: dehyst simulate {model} LOG.csv --input {shlex.quote(rec.input_name)}"
+        return f"{advice}. To simulate only: dehyst simulate {model} LOG.csv --input {quoted(rec.input_name)}"
     if saved is None:
         return "repeat with --save model.json --report report.html"
-    return f"dehyst compensate {model} REFERENCE.csv --output {shlex.quote(rec.output_name)}"
+    return f"dehyst compensate {model} REFERENCE.csv --output {quoted(rec.output_name)}"

@@ -15,6 +15,7 @@ from dehyst.identification import DirectFit, Score, identify_direct
 from dehyst.io import Signal, read_signal
 from dehyst.models import Schedule
 from dehyst.recording import Recording
+from dehyst.shell import quoted
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
 if TYPE_CHECKING:
@@ -233,11 +234,9 @@ def _schedule_words(schedule: Schedule) -> str:
 
 
 def _next(fit: DirectFit, saved: Path | None) -> str:
-    import shlex
-
     if grade_of(fit.verdict) is Grade.BAD:
         return "do not compensate with this model; cure what the warnings above name and identify again"
     if saved is None:
         return "repeat with --save model.json --report report.html"
-    output = shlex.quote(fit.recordings[0].output_name)
-    return f"dehyst compensate {shlex.quote(str(saved))} REFERENCE.csv --output {output}"
+    output = quoted(fit.recordings[0].output_name)
+    return f"dehyst compensate {quoted(saved)} REFERENCE.csv --output {output}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shlex
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from dehyst.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.muscles.bench import Bench, default_contractions, run_bench
 from dehyst.muscles.fit import MuscleFit, fit_muscle
 from dehyst.muscles.storage import load_muscle, save_muscle
+from dehyst.shell import quoted, typed
 from dehyst.units import convert, dimension
 
 Array = npt.NDArray[np.float64]
@@ -236,13 +236,12 @@ def _next(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> str:
         return "the same line with --report muscle.html draws it; --pressures, --loads and --contractions say where"
     if fit is None:
         sets = [each for each in muscle_class(bench.model.name).SETS if each != request.which]
-        other = f", or another set: --set {shlex.quote(sets[-1])}" if len(sets) > 1 or request.which else ""
+        other = f", or another set: --set {quoted(sets[-1])}" if len(sets) > 1 or request.which else ""
         return (
             f"fit it to your muscle: dehyst muscle {bench.model.name} --log bench.csv --contraction COLUMN --pressure "
             f"COLUMN --force COLUMN{other}"
         )
     if request.save is None:
         return "repeat with --save muscle.json --report muscle.html, or with another model: dehyst muscle --list"
-    return (
-        f"dehyst muscle {shlex.quote(str(request.save))} --pressures 0.5,1,2 puts the fitted muscle on the bench again"
-    )
+    line = typed(["dehyst", "muscle", request.save, "--pressures", "0.5,1,2"])
+    return f"{line} puts the fitted muscle on the bench again"

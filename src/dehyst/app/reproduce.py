@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -28,6 +27,7 @@ from dehyst.files import write_atomically
 from dehyst.plant.parameters import Robot, load_robot
 from dehyst.plant.provenance import changes_from_packaged
 from dehyst.report import write_reproduction_report
+from dehyst.shell import typed
 
 LONG = 0.2  # share of a trial at a limit that is worth a warning
 QUICK: dict[str, object] = {
@@ -122,7 +122,7 @@ def _line(request: ReproduceRequest) -> str:
             value = value.name
         words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
     words += [] if request.controller == PAPER else ["--controller", request.controller]
-    return shlex.join(words)
+    return typed(words)
 
 
 def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -20,6 +19,7 @@ from dehyst.app.terminal import tell, terminal
 from dehyst.experiments.sweep import SweepResult, load_sweep, run_sweep
 from dehyst.experiments.sweep.table import Summary, ratios_of, summarise
 from dehyst.report.sweep import Curve, require_picture_name, write_sweep_figure
+from dehyst.shell import typed
 
 LINE_SECONDS = 10.0  # between two lines where there is no terminal to draw on
 MOST_ROWS = 100  # of the table at the end
@@ -76,7 +76,7 @@ def _line(request: SweepRequest, *more: str) -> str:
     for option in ("out", "figure", "workers", "dask"):
         value = getattr(request, option)
         words += [] if value is None else [f"--{option}", str(value)]
-    return shlex.join([*words, *more])
+    return typed([*words, *more])
 
 
 class _Bar:

@@ -22,6 +22,7 @@ from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
 from dehyst.export.targets import target as target_of
+from dehyst.shell import quoted
 
 FORMAT = "dehyst-export"
 SCHEMA = 1
@@ -192,7 +193,7 @@ def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) ->
         raise OutputError(f"cannot write '{folder}': it is a file. Name a folder.", path=str(folder))
     if not place.parent.is_dir():
         raise OutputError(
-            f"cannot write '{folder}': the folder above it does not exist. Make it first: mkdir -p {folder.parent}",
+            f"cannot write '{folder}': the folder above it does not exist. Make it first: mkdir -p {quoted(folder.parent)}",
             path=str(folder),
         )
     if not folder.exists() or not any(folder.iterdir()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from dehyst.io.logs import read_pair
 from dehyst.io.roles import Role, guess_roles
 from dehyst.io.table import Array, Table, finite
 from dehyst.loops import summarise_loops
+from dehyst.shell import typed
 from dehyst.units import parse_unit
 
 
@@ -261,4 +261,4 @@ def _command(path: PathLike, x: str | None, y: str | None, run: str | None, time
         parts += ["--run", run]
     if time_unit is not None:
         parts += ["--time-unit", time_unit]
-    return shlex.join(parts)
+    return typed(parts)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from dataclasses import dataclass
 
 from dehyst.grades import Grade
@@ -11,6 +10,7 @@ from dehyst.identification.fit import Fit
 from dehyst.recording import Recording
 from dehyst.report.judgement import overall
 from dehyst.report.text import clean
+from dehyst.shell import quoted
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,8 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
     """Return what to type next."""
     rec = fit.recordings[0]
     name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
-    file = shlex.quote(name)
-    x, y = (shlex.quote(_column(rec, role)) for role in ("input", "output"))
+    file = quoted(name)
+    x, y = (quoted(_column(rec, role)) for role in ("input", "output"))
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
     simulate = Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}")
     head = f"import dehyst\n\nmodel = dehyst.load_model({name!r})\n# input in {x_unit}, output in {y_unit}\n"

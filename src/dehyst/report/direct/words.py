@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
@@ -14,6 +13,7 @@ from dehyst.report.judgement import KKT, Light
 from dehyst.report.next_steps import Lines
 from dehyst.report.tables import Table, settings_rows, source_table
 from dehyst.report.text import clean, count, number, with_unit
+from dehyst.shell import quoted
 
 MAXIMUM_ROWS = 400
 
@@ -166,7 +166,7 @@ def _parameters(fit: DirectFit) -> tuple[Table, ...]:
 def direct_steps(fit: DirectFit, model_file: str | os.PathLike[str] | None) -> tuple[Lines, ...]:
     """Return what to type next."""
     name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
-    output = shlex.quote(" ".join(clean(fit.recordings[0].output_name).split()))
+    output = quoted(" ".join(clean(fit.recordings[0].output_name).split()))
     code = (
         f"import dehyst\n\nmodel = dehyst.load_direct({name!r})\nrun = model.simulate(reference, time)\n"
         "u = run.u            # input to apply\ndoubt = run.doubt    # half width while the past is unknown\n"
@@ -177,7 +177,7 @@ def direct_steps(fit: DirectFit, model_file: str | os.PathLike[str] | None) -> t
     steps = [
         Lines(
             "The input that makes the actuator follow a reference",
-            f"dehyst compensate {shlex.quote(name)} reference.csv --output {output}",
+            f"dehyst compensate {quoted(name)} reference.csv --output {output}",
         ),
         Lines("The same in Python", code),
     ]

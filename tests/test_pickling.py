@@ -1,0 +1,49 @@
+"""What holds the memory of something that runs is neither pickled nor copied, and says what to do instead."""
+
+import copy
+import pickle
+
+import pytest
+
+import dehyst
+from dehyst import _native
+from dehyst.control import Block, JointController, JointControllerParameters
+from dehyst.models import DirectInverse
+from export_samples import play_model
+
+RUNNING = {
+    "Stepper": lambda: play_model().stepper("dense"),
+    "StackStepper": lambda: play_model().stepper("logarithmic"),
+    "DirectStepper": lambda: DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).stepper(0.01),
+    "Block": lambda: Block(play_model())._native,
+    "JointController": lambda: JointController(JointControllerParameters())._native,
+}
+
+
+def test_every_class_with_an_image_refuses():
+    kept = [kind for kind in vars(_native).values() if hasattr(kind, "save") and hasattr(kind, "restore")]
+    assert {kind.__name__ for kind in kept} > RUNNING.keys()
+    assert all("__reduce__" in vars(kind) for kind in kept)
+
+
+@pytest.mark.parametrize("kind", RUNNING)
+@pytest.mark.parametrize("take", [pickle.dumps, copy.copy, copy.deepcopy])
+def test_the_refusal_names_save_and_restore(kind, take):
+    with pytest.raises(TypeError, match=rf"pickle or copy a {kind}: .*image = it.save\(\).*restore\(image\)"):
+        take(RUNNING[kind]())
+
+
+@pytest.mark.parametrize("wrap", [Block, lambda model: JointController(JointControllerParameters())])
+def test_blocks_and_controllers_say_the_same(wrap):
+    with pytest.raises(TypeError, match="save"):
+        pickle.dumps(wrap(play_model()))
+
+
+def test_what_the_refusal_offers_works():
+    model = play_model()
+    step, other = model.stepper(), pickle.loads(pickle.dumps(model)).stepper()
+    for x in (0.3, -0.2, 0.9):
+        step(x)
+    other.restore(pickle.loads(pickle.dumps(step.save())))
+    assert other(0.1) == step(0.1)
+    assert isinstance(model, dehyst.PrandtlIshlinskii)
