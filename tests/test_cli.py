@@ -569,7 +569,7 @@ def test_a_reader_that_leaves_early_is_no_fault(folder, lines):
         assert process.stdout.readline().startswith("time [s],")
     process.stdout.close()
     err = process.stderr.read()
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=600) == 0
     assert err == ""
 
 

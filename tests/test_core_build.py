@@ -26,7 +26,7 @@ def tool(*names):
 
 
 def run(*command, **options):
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=120, **options)
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=600, **options)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -109,7 +109,7 @@ def run_program(flags, tmp_path, model, x, sources=SOURCES):
     run(compiler, "-std=c11", *flags, f"-I{CORE}", main, *sources, "-o", binary)
     parts = ([float(model.weights.size)], model.thresholds, model.weights, model.state, x)
     data = b"".join(np.asarray(part, dtype="<f8").tobytes() for part in parts)
-    done = subprocess.run([binary], input=data, capture_output=True, timeout=60)
+    done = subprocess.run([binary], input=data, capture_output=True, timeout=600)
     assert done.returncode == 0
     rows = [line.split() for line in done.stdout.decode().splitlines()]
     y = np.array([struct.unpack("<d", int(bits, 16).to_bytes(8, "little"))[0] for bits, _ in rows])

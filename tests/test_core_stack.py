@@ -81,7 +81,7 @@ def differential(request, tmp_path_factory):
 
 def test_two_hundred_thousand_random_models_step_as_the_dense_step_does(differential):
     precision, program = differential
-    done = subprocess.run([program, "200000", "40", "1"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([program, "200000", "40", "1"], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, "the stack left its memory"
     error, play_error = map(float, done.stdout.split())
     unit = 2.0**-53 if precision == "double" else 2.0**-24

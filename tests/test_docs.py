@@ -306,7 +306,7 @@ def run_example(name: str, folder: Path) -> str:
         text=True,
         cwd=folder,
         env=os.environ,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

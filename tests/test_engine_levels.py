@@ -19,7 +19,7 @@ SIGNALS = 350_000  # a level: a million in all
 
 
 def run(*command):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=300)
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=600)
 
 
 def tool(*names):

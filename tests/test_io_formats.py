@@ -14,6 +14,7 @@ from dehyst.errors import DehystError, LogError, MissingExtraError, TimeError
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log, read_signal
 from dehyst.recording import Recording
+from effort import no_hang
 
 N = 300
 T = np.arange(N) * 0.01
@@ -304,15 +305,12 @@ def test_missing_empty_and_foreign_files_are_refused(tmp_path: Path) -> None:
         read_signal("a\0b.csv", "x")
 
 
-def test_a_gzip_bomb_is_refused_quickly(tmp_path: Path) -> None:
+def test_a_gzip_bomb_is_refused_unread(tmp_path: Path) -> None:
     import gzip
-    import time
 
     (tmp_path / "bomb.csv.gz").write_bytes(gzip.compress(b"0,0\n" * 20_000_000, 6))
-    start = time.perf_counter()
-    with pytest.raises(LogError, match="expands from"):
+    with no_hang(), pytest.raises(LogError, match="expands from"):
         read_table(tmp_path / "bomb.csv.gz")
-    assert time.perf_counter() - start < 2.0
 
 
 def test_a_packed_mat_bomb_is_refused(tmp_path: Path) -> None:

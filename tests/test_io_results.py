@@ -1,7 +1,5 @@
 """Results written for other tools: MCAP runs and tables."""
 
-import time
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +8,7 @@ from hypothesis import strategies as st
 from dehyst.errors import MissingExtraError, OutputError
 from dehyst.io.formats import read_table
 from dehyst.io.tables import write_table
+from effort import lines_run
 
 RNG = np.random.default_rng(7)
 T = np.arange(200) * 5e-4
@@ -81,14 +80,13 @@ def test_time_below_zero_moves_the_stamps_of_all_channels_alike(tmp_path):
     assert np.array_equal(table.columns["/b.time_s"], early)
 
 
-def test_ten_thousand_rows_of_thirty_columns_take_less_than_a_second_and_a_half(tmp_path):
+def test_a_row_of_thirty_columns_is_written_without_a_loop_over_them(tmp_path):
     from dehyst.io.mcap_log import write_mcap
 
     t = np.arange(10_000) * 5e-4
     columns = {f"column_{k}": RNG.normal(size=t.size) for k in range(30)}
-    begin = time.perf_counter()
-    write_mcap(tmp_path / "a.mcap", {"joint_1": (t, columns)})
-    assert time.perf_counter() - begin < 1.5
+    lines = lines_run(lambda: write_mcap(tmp_path / "a.mcap", {"joint_1": (t, columns)}))
+    assert lines < 85 * t.size  # 49, those of the package rosbags among them
 
 
 @pytest.mark.parametrize(

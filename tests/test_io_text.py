@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import gzip
 import io
-import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ from dehyst.errors import ColumnError, LogError, ModelFileError, RunError, TimeE
 from dehyst.io.logs import list_runs, read_log, read_signal
 from dehyst.io.write import write_csv
 from dehyst.models import load_model
+from effort import lines_run
 
 T = np.round(np.arange(80) * 0.05, 6)
 X = np.round(3.0 * np.sin(2 * np.pi * T / 2.0), 5)
@@ -270,19 +270,12 @@ def test_the_fingerprint_is_that_of_the_file(tmp_path: Path) -> None:
     assert provenance["rows"] == 80
 
 
-def test_a_hundred_thousand_rows_are_read_quickly(tmp_path: Path) -> None:
+def test_a_hundred_thousand_rows_are_read_without_a_loop_over_them(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     data = np.column_stack([np.arange(100_000) / 1000, rng.normal(size=(100_000, 5)).cumsum(axis=0)])
     file = tmp_path / "log.csv"
     np.savetxt(file, data, delimiter=",", fmt="%.6f", header="time_s,pressure_bar,angle_deg,a,b,c", comments="")
-    best = min(_seconds_to_read(file) for _ in range(3))
-    assert best < 0.8, "measured 0.15 s; the bound leaves room for a busy machine"
-
-
-def _seconds_to_read(file: Path) -> float:
-    start = time.perf_counter()
-    read_log(file, "pressure", "angle")
-    return time.perf_counter() - start
+    assert lines_run(lambda: read_log(file, "pressure", "angle")) < 80_000  # 38 000; 35 000 for a thousand rows
 
 
 def test_a_nameless_index_or_a_date_beside_the_clock_is_not_taken_for_time(tmp_path: Path) -> None:

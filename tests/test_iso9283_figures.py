@@ -2,7 +2,6 @@
 
 import json
 import math
-import time
 
 import numpy as np
 import pytest
@@ -26,6 +25,7 @@ from dehyst.evaluation import (
     tracking_error,
 )
 from dehyst.evaluation.curves import Chain, Circle, Straight
+from effort import lines_run
 
 MM = 1e-3
 PATH = test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03)
@@ -354,9 +354,7 @@ def test_other_wrong_inputs_are_refused():
         path_velocity(sections(LINE, *beside([(0, 0)])), 0.0)
 
 
-def test_a_run_of_100_s_at_100_hz_is_evaluated_within_a_fifth_of_a_second():
+def test_a_run_of_100_s_at_100_hz_is_evaluated_without_a_loop_over_samples_and_sections():
     t = np.arange(0.0, 100.0, 0.01)
     x = FAST.position(t - 0.1)
-    begin = time.perf_counter()
-    iso9283(FAST, t, x)
-    assert time.perf_counter() - begin < 0.2
+    assert lines_run(lambda: iso9283(FAST, t, x)) < 150_000  # 57 000

@@ -135,7 +135,7 @@ def compiled(flags, tmp_path, dirty=False):
     run(tool("gcc", "clang", "cc"), *flags, f"-I{CORE}", main, *SOURCES, "-o", binary)
     readings, reference, switches = signals(dirty)
     rows = np.column_stack([readings, reference, switches]).astype("<f8")
-    done = subprocess.run([binary], input=rows.tobytes(), capture_output=True, timeout=60)
+    done = subprocess.run([binary], input=rows.tobytes(), capture_output=True, timeout=600)
     assert done.returncode == 0
     lines = [line.split() for line in done.stdout.decode().splitlines()]
     values = [[struct.unpack("<d", int(x, 16).to_bytes(8, "little"))[0] for x in line[:-1]] for line in lines]

@@ -1,7 +1,6 @@
 """Files of direct inverses: bit for bit back, and refused when they are damaged, hostile, or of the other kind."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import dehyst
 from dehyst import DirectInverse
 from dehyst.errors import ModelFileError
 from dehyst.models import ModelCard, Schedule, SignalCard, load_any, model_from_dict, model_to_dict
+from effort import no_hang
 from test_model_files_hostile import signed
 
 CARD = ModelCard(SignalCard("pressure", "bar", 0.0, 4.0), SignalCard("angle", "deg", -10.0, 10.0), {"log": "a.csv"})
@@ -98,9 +98,9 @@ def test_a_signed_file_of_anything_is_a_model_or_refused_by_name(tmp_path, new):
     for path in PARTS:
         file = tmp_path / "m.json"
         file.write_text(signed(changed(content, ("parameters", *path), new)), encoding="utf-8")
-        start = time.perf_counter()
         try:
-            model = dehyst.load_direct(file)
+            with no_hang(f"{path}: {new!r:.40}"):
+                model = dehyst.load_direct(file)
         except ModelFileError as fault:
             assert str(file) in str(fault)
             assert len(str(fault)) < 1000 + len(str(file))
@@ -108,7 +108,6 @@ def test_a_signed_file_of_anything_is_a_model_or_refused_by_name(tmp_path, new):
             with np.errstate(all="ignore"):
                 run = model.simulate([0.0, 1.0], [0.0, 1.0], given={s.name: 1.0 for s in model.outside})
             assert np.all(np.isfinite(run.u))
-        assert time.perf_counter() - start < 1.0
 
 
 def test_a_missing_part_and_an_edited_number_are_refused(tmp_path):

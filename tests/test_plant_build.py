@@ -15,7 +15,7 @@ LIBRARY = {"cos", "cosh", "exp", "floor", "memset", "sin", "sinh", "sqrt", "_GLO
 
 
 def run(*command):
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -15,6 +15,7 @@ import sweep_evaluators
 from dehyst.errors import DehystError, MissingExtraError, OutputError, ParameterError
 from dehyst.experiments.sweep import expand, load_sweep, run_sweep
 from dehyst.experiments.sweep.table import summarise
+from effort import PATIENCE
 
 TEXT = """
 name = "test"
@@ -108,8 +109,8 @@ def start(folder, out, evaluator="slow"):
     )
 
 
-def wait_until(condition, seconds=20.0):
-    end = time.monotonic() + seconds
+def wait_until(condition):
+    end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)
@@ -136,7 +137,7 @@ def test_after_a_kill_the_sweep_goes_on_and_the_table_is_that_of_an_uninterrupte
     process.kill()
     process.communicate()
     assert process.returncode == -signal.SIGKILL and not out.exists()
-    wait_until(lambda: not members(process.pid), 10.0)  # its workers end with it
+    wait_until(lambda: not members(process.pid))  # its workers end with it
     done = journal.read_bytes().count(b"\n") - 1
     assert 5 <= done < RUNS
     result = run_sweep(spec, out, evaluate=sweep_evaluators.slow, workers=1)
@@ -149,12 +150,11 @@ def test_ctrl_c_stops_at_once_and_keeps_what_was_finished(tmp_path, spec):
     process = start(tmp_path, tmp_path / "a.csv", "very_slow")
     wait_until(lambda: (tmp_path / "a.csv.journal").exists() and len(members(process.pid)) >= 3)
     time.sleep(0.3)
-    begin = time.monotonic()
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
-    errors = process.communicate(timeout=20)[1]
-    assert time.monotonic() - begin < 8.0
+    errors = process.communicate(timeout=PATIENCE)[1]
+    assert (tmp_path / "a.csv.journal").read_bytes().count(b"\n") == 1  # no run was waited for
     assert errors.count("KeyboardInterrupt") == 1  # of the script; the workers say nothing
-    wait_until(lambda: not members(process.pid), 2.0)
+    wait_until(lambda: not members(process.pid))
     assert (tmp_path / "a.csv.journal").exists()
 
 
@@ -333,7 +333,7 @@ def test_a_script_without_its_guard_is_told_so(tmp_path, spec):
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])},
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=600,
     )
     assert told.returncode == 1 and "below the line `if __name__ == '__main__':`" in told.stderr
 

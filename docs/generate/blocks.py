@@ -166,7 +166,7 @@ def _console(step: Step) -> str:
         stderr=subprocess.STDOUT,
         text=True,
         env={**os.environ, "PATH": path, "COLUMNS": WIDTH, "NO_COLOR": "1", "TERM": "dumb"},
-        timeout=120,
+        timeout=600,
         check=False,
     )
     return done.stdout
