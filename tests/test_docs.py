@@ -75,11 +75,21 @@ def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
         ("error 1e-15", "error 1e-6"),
         ("True", "False"),
         ("", "Traceback"),
+        ("[ 0. 15.]", "[-2. 15.]"),
+        ("[1. 2.]", "1. 2."),
     ],
 )
 def test_the_comparison_of_outputs_can_fail(shown, printed):
     assert blocks.agree(shown, shown)
     assert not blocks.agree(shown, printed)
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed"), [("[-0. 15.]", "[ 0. 15.]"), ("-0.00 %", "0.00 %"), ("rms 0.164 %", "rms 0.1641 %")]
+)
+def test_what_another_processor_rounds_otherwise_is_no_other_output(shown, printed):
+    assert blocks.agree(shown, printed)
+    assert blocks.agree(printed, shown)
 
 
 def test_a_page_whose_code_fails_is_noticed(tmp_path):

@@ -8,9 +8,9 @@ Rules, for README.md and every page below docs/:
   temporary folder for each page; the lines below it show what it prints. Other commands (`$ pip ...`) are not run.
 - A line `...` in a shown output stands for any number of words.
 
-Compared are words, whatever the line breaks. Words must agree; numbers may differ by 1 % of their size or by one unit
-of the last digit shown, and rounding errors (both below 1e-9) by any factor: other processors and libraries round
-otherwise.
+Compared are words, whatever the line breaks, and the blanks within brackets, of which numpy's arrays have one more or
+less for the sign of a zero. Words must agree; numbers may differ by 1 % of their size or by one unit of the last digit
+shown, and rounding errors (both below 1e-9) by any factor: other processors and libraries round otherwise.
 """
 
 from __future__ import annotations
@@ -180,8 +180,8 @@ def agree(shown: str, printed: str) -> bool:
     >>> agree("rms 0.164 %", "rms  0.1641\\n%"), agree("rms 0.16 %", "rms 0.19 %"), agree("a\\n...\\nz", "a b c z")
     (True, False, True)
     """
-    parts = [part.split() for part in re.split(r"(?m)^[ \t]*\.\.\.[ \t]*$", shown)]
-    words = printed.split()
+    parts = [_words(part) for part in re.split(r"(?m)^[ \t]*\.\.\.[ \t]*$", shown)]
+    words = _words(printed)
     place = 0
     for index, part in enumerate(parts):
         if index == len(parts) - 1 and index > 0:
@@ -192,6 +192,10 @@ def agree(shown: str, printed: str) -> bool:
             return False
         place = fits + len(part)
     return place == len(words)
+
+
+def _words(text: str) -> list[str]:
+    return re.sub(r"(\[)\s+|\s+(\])", r"\1\2", text).split()
 
 
 def _same(shown: list[str], printed: list[str]) -> bool:

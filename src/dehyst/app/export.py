@@ -253,7 +253,7 @@ def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
         *_interface(subject),
         *written.budget.lines(),
         _check_line(subject),
-        f"wrote {len(written.files)} files, {written.size} bytes: {written.folder}",
+        f"wrote {len(written.files)} files, {written.size / 1e3:.0f} kB: {written.folder}",
     ]
     for line in lines:
         out.print(Text(line), soft_wrap=True)

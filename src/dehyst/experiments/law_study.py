@@ -16,6 +16,7 @@ from dehyst.experiments.reviewed import under_controller
 from dehyst.experiments.side_by_side import Joint, errors
 from dehyst.experiments.trials import Equipment
 from dehyst.plant.parameters import Robot
+from dehyst.ties import rank
 
 FACTORS = (1.0, 2.0, 4.0, 6.0, 8.0)
 OWN = {"paper": "paper", "vo-minh": "maxwell-slip", "sliding-mode": "", "one-valve": "", "pid": ""}
@@ -81,7 +82,7 @@ def best(rungs: Sequence[Rung]) -> float:
     >>> best([Rung(1.0, 0.3, 0.5), Rung(2.0, 0.2, 0.9)])
     2.0
     """
-    return min(rungs, key=lambda rung: rung.rms_deg).factor
+    return min(rungs, key=lambda rung: rank(rung.rms_deg)).factor
 
 
 def _rung(joint: Joint, controller: str, compensator: str, factor: float) -> Rung:

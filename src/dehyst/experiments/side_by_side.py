@@ -31,6 +31,7 @@ from dehyst.identification import identify
 from dehyst.plant.mechanisms import MechanismFactory
 from dehyst.plant.parameters import Robot, load_robot
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -195,7 +196,7 @@ def learned(found: JointIdentification, name: str, seed: int = 0, way: str = "")
     if not tried:
         return Learned(name, title, reason=" ".join(reasons))
     seconds = sum(one.seconds for _, one in tried)
-    return replace(min(tried, key=lambda pair: pair[0])[1], seconds=seconds)
+    return replace(min(tried, key=lambda pair: rank(pair[0]))[1], seconds=seconds)
 
 
 def _one_way(found: JointIdentification, name: str, title: str, seed: int, way: str) -> tuple[float, Learned]:

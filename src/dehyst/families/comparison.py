@@ -21,6 +21,7 @@ from dehyst.identification.scores import Part, parts
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -86,7 +87,7 @@ class Comparison:
         said = f"{best.family} has the smallest error, {best.error_percent:.2f} % of range rms {where}"
         if best.family == auto.family:
             said += "; it is what identify chooses, too"
-        elif auto.error_percent < best.error_percent:  # it was left out here
+        elif rank(auto.error_percent) < rank(best.error_percent):  # it was left out here
             said += f" among those compared; {auto.family}, which identify chooses, has {auto.error_percent:.2f} %"
         else:
             said += f", against {auto.error_percent:.2f} % of {auto.family}, which identify chooses"
@@ -225,7 +226,7 @@ def compare(
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
     masks = tuple(seen.mask(k, len(record)) for k, record in enumerate(records))
-    ranked = sorted(found, key=lambda entry: entry.error_percent)
+    ranked = sorted(found, key=lambda entry: rank(entry.error_percent))
     return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
 
 

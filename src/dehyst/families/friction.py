@@ -17,6 +17,7 @@ from dehyst.families.curve import FLOOR, rising_polynomials, slopes, values
 from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array, parameter_array
+from dehyst.ties import rank
 
 M = TypeVar("M", bound="Mixable")
 
@@ -208,7 +209,7 @@ def best_start(errors: dict[str, float]) -> str:
 
     A wrong start may fit a short log a little better, with elements so long that they never settle.
     """
-    least = min(errors, key=lambda start: errors[start])
+    least = min(errors, key=lambda start: rank(errors[start]))
     return least if errors[least] < CLEAR * errors["zero"] else "zero"
 
 

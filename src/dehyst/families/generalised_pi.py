@@ -51,6 +51,7 @@ from dehyst.families.training import Training
 from dehyst.models import ModelCard
 from dehyst.models.arrays import Array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
+from dehyst.ties import rank
 
 PLAYS = 20
 SMALLEST = 0.02  # weight of the envelope itself: the inverse's gain after a reversal is at most 50 times that of g
@@ -187,7 +188,7 @@ def fit(training: Training) -> GeneralisedPrandtlIshlinskii:
             "only lag. Take maxwell-slip, or swap input and output."
         )
     few = training.thinned(SEARCHED)
-    plain = min((_template(training, start) for start in ("zero", "rest")), key=lambda model: _error(few, model))
+    plain = min((_template(training, start) for start in ("zero", "rest")), key=lambda model: rank(_error(few, model)))
     tangent = _search_tangent(few, plain)
     candidates = [plain, tangent, *(_search_points(few, tangent, pieces) for pieces in PIECES)]
     short, best, chosen = training.thinned(), np.inf, plain
@@ -234,10 +235,10 @@ def _search_tangent(training: Training, plain: GeneralisedPrandtlIshlinskii) -> 
     random = training.random()
     grid = [np.array([np.log(steep), place]) for steep in (0.4, 1.0, 2.0) for place in (-1.0, 0.0, 1.0)]
     grid += [np.array([random.uniform(-1.5, 1.0), random.uniform(-2.0, 2.0)]) for _ in range(3)]
-    ranked = sorted(grid, key=lambda u: _error(training, bent(u)))[:STARTS]
+    ranked = sorted(grid, key=lambda u: rank(_error(training, bent(u))))[:STARTS]
     options = {"maxfev": EVALUATIONS // STARTS, "xatol": 1e-3, "fatol": 1e-9}
     found = [minimize(lambda u: _error(training, bent(u)), u, method="Nelder-Mead", options=options) for u in ranked]
-    return bent(min(found, key=lambda result: float(result.fun)).x)
+    return bent(min(found, key=lambda result: rank(float(result.fun))).x)
 
 
 def _search_points(

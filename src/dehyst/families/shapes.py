@@ -13,6 +13,7 @@ from dehyst.families.base import STARTS, Scaling
 from dehyst.families.friction import Mixable, Mixer, best_start
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array
+from dehyst.ties import rank
 
 F = TypeVar("F", bound=Mixable)
 Maker = Callable[[Sequence[Array], Scaling, str], F]  # shapes, scaling and start -> a model of these elements
@@ -52,8 +53,8 @@ def search(
     coarse, fine = (Mixer(training.thinned(samples), signs) for samples in (COARSE, FINE))
     start, shapes, error = first_element(coarse, fine, make, grid, limits)
     for _ in range(1, most):
-        tried = [coarse.error(make([*shapes, shape], training.scaling, start)) for shape in grid]
-        better, least = simplex(fine, make, [*shapes, grid[int(np.argmin(tried))]], limits, start)
+        tried = [rank(coarse.error(make([*shapes, shape], training.scaling, start))) for shape in grid]
+        better, least = simplex(fine, make, [*shapes, grid[tried.index(min(tried))]], limits, start)
         if not least < GAIN * error:
             break
         shapes, error = better, least
@@ -66,8 +67,10 @@ def first_element(
     """Return start state, shape and error of one element; the usual start and the best other one are both refined."""
     best: dict[str, tuple[float, int]] = {}
     for start in STARTS:
-        best[start] = min((coarse.error(make([s], coarse.training.scaling, start)), k) for k, s in enumerate(grid))
-    other = min((start for start in STARTS if start != "zero"), key=lambda start: best[start][0])
+        best[start] = min(
+            (rank(coarse.error(make([s], coarse.training.scaling, start))), k) for k, s in enumerate(grid)
+        )
+    other = min((start for start in STARTS if start != "zero"), key=lambda start: rank(best[start][0]))
     tried = ["zero", other] if best[other][0] < best["zero"][0] else ["zero"]
     refined = {start: simplex(fine, make, [grid[best[start][1]]], limits, start) for start in tried}
     start = best_start({start: error for start, (_, error) in refined.items()})

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dehyst.families.base import LoopModel, Scaling
 from dehyst.identification.data import DataSet
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -115,12 +116,12 @@ class Training:
 
     def best(self, models: Sequence[M]) -> M:
         """The model with the smallest residual."""
-        return min(models, key=self.rms)
+        return min(models, key=lambda model: rank(self.rms(model)))
 
     def best_start(self, model: M, starts: Sequence[str] = ("zero", "rest", "rising", "falling", "origin")) -> M:
         """The model with that start which leaves the smallest residual; the first one, if none is better by 2 %."""
         errors = [self.rms(model.with_start(start)) for start in starts]
-        k = int(np.argmin(errors))
+        k = min(range(len(errors)), key=lambda i: rank(errors[i]))
         return model.with_start(starts[k] if errors[k] < 0.98 * errors[0] else starts[0])
 
     def joined(self, columns: Callable[[Stretch], Array]) -> Array:

@@ -19,6 +19,7 @@ from dehyst import _native
 from dehyst.errors import IdentificationError
 from dehyst.families.training import Training
 from dehyst.families.triangle import neighbours, on_diagonal
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -122,9 +123,9 @@ def fit_triangle(training: Training, shapes: Sequence[C], last: Callable[[C], Se
             for share in ACROSS
             for smoothing in SMOOTHING
         ]
-    best = min(found, key=lambda one: one.error)
+    best = min(found, key=lambda one: rank(one.error))
     finer = [_judged(cells, thin, sign, best.smoothing, best.share) for cells in last(best.cells)]
-    best = min([best, *finer], key=lambda one: one.error)
+    best = min([best, *finer], key=lambda one: rank(one.error))
     u, _ = solve(best.blocks.whole, smooth(best.blocks.sign.size, best.smoothing, best.share), best.blocks.lower)
     model: C = best.cells
     return model.with_masses(u[1:] * best.blocks.sign, float(u[0]))
@@ -142,7 +143,7 @@ def _judged(cells: C, training: Training, sign: float, smoothing: float, share: 
 def _best(candidates: Iterable[Found]) -> Found:
     """The first, unless another is clearly better."""
     listed = list(candidates)
-    best = min(listed, key=lambda one: one.error)
+    best = min(listed, key=lambda one: rank(one.error))
     return best if best.error < CLEARLY * listed[0].error else listed[0]
 
 

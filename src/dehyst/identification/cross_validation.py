@@ -36,6 +36,7 @@ from dehyst.identification.threads import in_parallel, single_blas
 from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -116,7 +117,7 @@ class CrossValidation:
         """Return the row with the smallest "error", or "inverse_error" (the one to compare shears by)."""
         if by not in ("error", "inverse_error"):
             raise ParameterError(f"by = {by!r} is neither 'error' nor 'inverse_error'.", by=by)
-        return min(self.trials, key=lambda trial: float(getattr(trial, by)))
+        return min(self.trials, key=lambda trial: rank(float(getattr(trial, by))))
 
     def __str__(self) -> str:
         """Table, a row a trial."""
@@ -302,7 +303,8 @@ def _trial(
     choices = [Choice(family, start, regularisation, power) for regularisation in settings]
     found = [folds.estimates(choice, eps) for choice in choices]
     errors = [np.array([error for _, _, error in fold]) for fold in found]
-    best = int(np.argmin([np.mean(np.log(np.maximum(error, 1e-300))) for error in errors]))
+    scores = [rank(_mean(tuple(error))) for error in errors]
+    best = scores.index(min(scores))
     models = [_model(view, bank, folds, estimate) for estimate, _, _ in found[best]]
     inverse = [
         _inverse_error(view, bank, model, estimate, block)

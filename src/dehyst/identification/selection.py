@@ -22,6 +22,7 @@ from dehyst.identification.memory import largest_radius
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.threads import in_parallel
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -150,7 +151,7 @@ def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | Non
         bank = make_bank(data, grid, start)
         folds = Folds(short, bank, blocks=1, ramps=False)
         errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
-    best = min(errors, key=errors.__getitem__)
+    best = min(errors, key=lambda start: rank(errors[start]))
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
 
 
@@ -166,7 +167,7 @@ def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Ch
         n, setting = grid
         bank = make_bank(data, threshold_grid(data, n, setting, None), start)
         folds = Folds(short, bank, ramps=setting.family == "modified-pi")
-        return float(np.mean(np.log(folds.errors(setting, eps) + 1e-12)))
+        return _score(folds.errors(setting, eps))
 
     scores = in_parallel(score_of, grids)
     enough = min(scores) + np.log1p(WITHIN_NOISE)
@@ -178,7 +179,7 @@ def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Ch
 def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate, ...]]:
     """Return the best choice, a simpler family winning within noise, and the comparison for the report."""
     floor = FLOOR * min(float(np.sqrt(np.mean(errors**2))) for _, errors in results)
-    scores = [float(np.mean(np.log(np.hypot(errors, floor) + 1e-12))) for _, errors in results]
+    scores = [_score(np.hypot(errors, floor)) for _, errors in results]
     order = sorted(range(len(results)), key=scores.__getitem__)
     winner = order[0]
     families = list(dict.fromkeys(choice.family for choice, _ in results))
@@ -195,6 +196,11 @@ def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate
         _candidate(*results[index], chosen=index == winner) for index in [winner, *(k for k in order if k != winner)]
     ]
     return results[winner][0], tuple(candidates)
+
+
+def _score(errors: Array) -> float:
+    """Log of the geometric mean, of six digits: settings that differ by rounding alone are equal."""
+    return float(np.log(rank(float(np.exp(np.mean(np.log(errors + 1e-12)))))))
 
 
 def _candidate(choice: Choice, errors: Array, chosen: bool) -> Candidate:

@@ -18,6 +18,7 @@ from dehyst.identification.direct.times import holds_still, longest_hold, separa
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -141,7 +142,7 @@ def about_direct_fit(
             f"the model misses the applied input by {judged.rmse_percent:.1f} % of its range: too much for "
             f"compensation. See the other warnings for the reason.",
         )
-    best = min(rivals, key=lambda rival: rival.inverse_percent, default=None)
+    best = min(rivals, key=lambda rival: rank(rival.inverse_percent), default=None)
     margin = max(FORWARD_MARGIN * judged.rmse_percent, STANDARD_ERRORS * uncertainty_percent)
     if best is not None and best.inverse_percent < judged.rmse_percent - margin:
         yield Finding(
@@ -191,7 +192,7 @@ def direct_verdict(
     else:
         grade = "usable with care" + (f" ({reasons})" if (reasons := _reasons(judged, held_out, serious)) else "")
     where = "on held-out loops" if held_out else "on the fitted samples (none held out)"
-    best = min(rivals, key=lambda rival: rival.inverse_percent, default=None)
+    best = min(rivals, key=lambda rival: rank(rival.inverse_percent), default=None)
     against = f", {best.inverse_percent:.2f} % for the best forward family ({best.family})" if best else ""
     return (
         f"direct-inverse, {certificate.nonzero_weights} of {certificate.terms} terms: asks for the applied input to "

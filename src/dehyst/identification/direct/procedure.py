@@ -30,6 +30,7 @@ from dehyst.identification.threads import single_blas
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -322,7 +323,7 @@ def _evidence(data: DirectData, layout: Layout, trials: Trials, shape: Shape) ->
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:
     percent = 100.0 * data.amplitude / data.input_range
-    tried = sorted(trials.done.values(), key=lambda trial: trial.error)
+    tried = sorted(trials.done.values(), key=lambda trial: (rank(trial.error), trial.shape.words, trial.shape.start))
     return tuple(
         Candidate(
             trial.shape.words, trial.shape.start, None, percent * trial.error, percent * trial.uncertainty,

@@ -12,6 +12,7 @@ from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Fit, LoopFacts
 from dehyst.identification.procedure import identify
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 
 class Compared(NamedTuple):
@@ -36,7 +37,7 @@ def compare_forward(records: tuple[Recording, ...], train_fraction: float) -> Co
             fault = found
     if not fits:
         raise fault if fault is not None else AssertionError("no family was tried")
-    fits.sort(key=lambda fit: fit.certificate.inverse_miss_percent)
+    fits.sort(key=lambda fit: rank(fit.certificate.inverse_miss_percent))
     rivals = tuple(
         Rival(fit.family, fit.certificate.inverse_miss_percent, (fit.test or fit.train).rmse_percent) for fit in fits
     )

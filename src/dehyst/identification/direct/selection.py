@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dehyst.identification.direct.columns import DEGREES, Layout, Shape, fitted_rows
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.program import Block, blocks_of, held_out, merged
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 
@@ -118,7 +119,7 @@ def _grown(trials: Trials, shape: Shape, optional: tuple[str, ...], by_output: b
         additions.append(lambda now: replace(now, by_output=True))
     while True:
         tried = [trials(grown) for add in additions if (grown := add(best.shape)) != best.shape]
-        better = min(tried, key=lambda trial: trial.error, default=best)
+        better = min(tried, key=lambda trial: rank(trial.error), default=best)
         if better.error >= (1.0 - WORTH) * best.error:
             return best
         best = better

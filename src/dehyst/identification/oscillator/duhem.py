@@ -14,6 +14,7 @@ from dehyst.identification.oscillator.output_error import OutputErrorFit, Steady
 from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
 from dehyst.models.oscillator import HystereticOscillator
+from dehyst.ties import rank
 
 DEGREES = (2, 4, 6, 8)
 KNOTS = (5, 6, 7, 8, 9, 10)
@@ -76,7 +77,7 @@ def _tried(
 
 def best(choices: Sequence[Choice]) -> Choice:
     """Return the choice with the smallest error on the held-out record."""
-    return min(choices, key=lambda choice: choice.validation)
+    return min(choices, key=lambda choice: rank(choice.validation))
 
 
 def identify_duhem_polynomial(

@@ -26,6 +26,7 @@ from dehyst.report.figures.panel import (
 from dehyst.report.text import count, number, with_unit
 from dehyst.report.theme import CYCLE, GRID, INK, MODEL, MUTED, OTHER, STATIC, TEST, TRAIN, Token
 from dehyst.report.thin import Window
+from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -279,7 +280,7 @@ def _against(fit: DirectFit) -> Figure | None:
 def _draw_against(fit: DirectFit, inverse: bool, axes: Axes) -> None:
     own = fit.judged.rmse_percent if inverse else fit.judged_forward.rmse_percent
     others = [(r.family, r.inverse_percent if inverse else r.forward_percent) for r in fit.rivals]
-    rows = sorted([("direct-inverse", own), *others], key=lambda row: row[1])
+    rows = sorted([("direct-inverse", own), *others], key=lambda row: rank(row[1]))
     edge = 3.0 * max(own, rows[0][1]) or 1.0
     for k, (name, error) in enumerate(rows):
         colour = TRAIN.light if name == "direct-inverse" else OTHER.light

@@ -10,6 +10,7 @@ from dehyst.identification.fit import Candidate, Fit
 from dehyst.report.figures.panel import Array, Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
+from dehyst.ties import rank
 
 MAXIMUM_BARS = 7
 # Bars longer than this many times the error of the chosen one are cut.
@@ -44,18 +45,18 @@ def candidates_figure(fit: Fit) -> Figure | None:
 
 def _shown(fit: Fit) -> list[Candidate]:
     """The best of each family, the chosen one, the curve without hysteresis, then the best of the rest."""
-    ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: c.error_percent)
+    ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: rank(c.error_percent))
     leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]
     must = leaders + [c for c in ranked if c.chosen and c not in leaders]
     named = {_name(c): c for c in reversed(ranked)}  # of variants with the same name, the best
     rest = [c for c in named.values() if _name(c) not in {_name(m) for m in must}]
-    rest = sorted(rest, key=lambda c: c.error_percent)[: max(0, MAXIMUM_BARS - 1 - len(must))]
+    rest = sorted(rest, key=lambda c: rank(c.error_percent))[: max(0, MAXIMUM_BARS - 1 - len(must))]
     curve = (
         []
         if any(is_static(c) for c in must)
         else [Candidate("static", "", None, fit.static_train.rmse_percent, float("nan"))]
     )
-    return sorted(must + rest + curve, key=lambda c: c.error_percent)
+    return sorted(must + rest + curve, key=lambda c: rank(c.error_percent))
 
 
 def is_static(candidate: Candidate) -> bool:
