@@ -5,13 +5,17 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test check docs bench bench-quick proofs proofs-quick clean exports
+.PHONY: demo test machines check docs bench bench-quick proofs proofs-quick clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto
+
+# The numeric part of the tests as on other machines: kernels of BLAS, vector units, threads, time zone, locale, HOME.
+machines: $(VENV)/installed-test
+	$(BIN)/python tests/machines.py
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
