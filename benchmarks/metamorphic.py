@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from generated_logs import MECHANISMS, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
-
 import dehyst
 from dehyst.errors import DehystError
 from dehyst.families import names
+from generated_logs import MECHANISMS, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
 
 FAMILIES = ("pi", "pi-cumulative", "modified-pi", "stop", "direct-inverse", *names())
 PAST = "same rig from four pasts"

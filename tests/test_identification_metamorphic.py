@@ -5,9 +5,9 @@
 
 import numpy as np
 import pytest
-from generated_logs import MECHANISMS, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
 
 import dehyst
+from generated_logs import MECHANISMS, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
 
 LOGS = range(6)  # one of each mechanism
 
