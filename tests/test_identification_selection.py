@@ -156,7 +156,8 @@ def test_a_refit_is_what_identify_says(family):
     fit = dehyst.identify(rec, family, n=60)
     for change in [*SETTINGS, {"thresholds": [0.0, 0.4, 0.8]}]:
         refit = fit.refit(**change)
-        settings = {"family": family, "n": 60, "initial_state": fit.certificate.initial_state} | change
+        kept = {"family": family, "n": 60, "initial_state": fit.certificate.initial_state, "eps": refit.eps}
+        settings = kept | change
         whole = dehyst.identify(rec, **settings)
         if whole.family == "modified-pi" and whole.settings["smoothing"] != fit.settings["smoothing"]:
             continue

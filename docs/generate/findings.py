@@ -297,8 +297,14 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "high-inverse-gain": (
             "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
             "the ranges. Noise on the reference becomes steps of the input.",
-            "Raise `--eps`: the message names the largest one that costs less than 5 % of the accuracy of the fit, if "
-            "there is one. Or smooth the reference.",
+            "Where a firmer `--eps` costs less than 5 % of the accuracy of the fit, it is taken by itself, unless a "
+            "number or the paper's family was asked for: then the message names it. Otherwise it names the one that is "
+            "enough, and what that costs. Take it, or smooth the reference.",
+        ),
+        "paper-bound": (
+            "The bound of `--family pi` is the paper's, w_1 >= 0.001, which has the unit of output over input. In the "
+            "units of this log it is so large a part of the slope that it costs more than {AFFORDABLE:%} of the accuracy.",
+            "Identify with `--eps auto`, which is relative to the ranges, or with the number that the message names.",
         ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",
@@ -334,8 +340,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Align the zeros of the sensors, or identify each recording by itself.",
         ),
         "no-held-out": (
-            "Nothing was held out (`--train-fraction 1`). The errors are those of the fit itself and flatter it.",
-            "Log more loops, or fit a part only.",
+            "A part was to be held out, but none of it counts, because its memory is unknown after a gap. The errors are "
+            "those of the fit itself and flatter it.",
+            "Log without gaps, or fit another part (`--train-fraction`).",
         ),
     },
     "Drift: what limits the judgement": {

@@ -80,9 +80,14 @@ def identify(
     ] = "auto",
     n: Annotated[str, typer.Option("--n", help="Number of operators, or auto: by held-out error.")] = "100",
     eps: Annotated[
-        float,
-        typer.Option("--eps", help="Smallest slope after a reversal: w_1 >= eps for pi, else relative to the ranges."),
-    ] = 0.001,
+        str | None,
+        typer.Option(
+            "--eps",
+            metavar="auto|EPS",
+            help="Smallest slope after a reversal, relative to the ranges; auto, the default: the firmest that costs "
+            "less than 5 % of the accuracy. For pi w_1 >= EPS, 0.001 (the paper) by default.",
+        ),
+    ] = None,
     thresholds: Annotated[
         str | None, typer.Option("--thresholds", help="Thresholds instead of a grid, e.g. 0,0.5,1 [input].")
     ] = None,

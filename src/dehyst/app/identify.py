@@ -37,7 +37,7 @@ class IdentifyRequest:
     stop: float | None
     family: str
     n: str
-    eps: float
+    eps: str | None
     thresholds: str | None
     initial_state: str
     train_fraction: float
@@ -84,7 +84,7 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
     settings: dict[str, Any] = {
         "family": request.family,
         "n": _operators(request.n),
-        "eps": request.eps,
+        "eps": _eps(request.eps),
         "thresholds": _thresholds(request.thresholds),
         "initial_state": request.initial_state,
         "train_fraction": request.train_fraction,
@@ -145,6 +145,17 @@ def _operators(text: str) -> int | str:
     except ValueError:
         raise ParameterError(
             f"--n {text!r} is neither a whole number nor auto; write --n 100, or --n auto to choose by held-out error."
+        ) from None
+
+
+def _eps(text: str | None) -> float | str | None:
+    if text is None or text == "auto":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise ParameterError(
+            f"--eps {text!r} is neither a number nor auto; it is the smallest slope after a reversal, such as 0.1."
         ) from None
 
 

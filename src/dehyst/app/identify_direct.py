@@ -41,7 +41,7 @@ def refuse_options(request: IdentifyRequest) -> None:
     }
     forward = {
         "--n": request.n != "100",
-        "--eps": request.eps != 0.001,
+        "--eps": request.eps is not None,
         "--thresholds": request.thresholds is not None,
         "--stream": request.stream is True,
         "--spool-dir": request.spool_dir is not None,

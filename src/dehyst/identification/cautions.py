@@ -8,8 +8,11 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
+from dehyst.identification.families import HIGH_GAIN, is_high
 from dehyst.identification.fit import Certificate, LoopFacts
 from dehyst.identification.measures import Measured
+from dehyst.identification.selection import AFFORDABLE
+from dehyst.identification.settings import PAPER_EPS
 from dehyst.recording import Recording
 
 # A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
@@ -19,7 +22,6 @@ RATE_SIZE = 0.007
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02
-HIGH_GAIN = 20.0
 POOR_PERCENT = 10.0
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
@@ -114,6 +116,8 @@ def about_fit(
     data: DataSet,
     measured: Measured,
     certificate: Certificate,
+    paper: bool,
+    asked_test: bool,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
     first = records[0]
@@ -158,14 +162,19 @@ def about_fit(
             f"model by {100 * error / data.output_range:.2f} %. Either there is no hysteresis at this scale, or the "
             f"loop is of a kind this model cannot show. Use the curve, or look at the loop in the report.",
         )
-    gain = certificate.inverse_gain * data.amplitude / data.half_range
-    if gain > HIGH_GAIN:
+    slope = data.amplitude / data.half_range
+    if certificate.strain > AFFORDABLE:
+        yield _bound_of_paper(first, slope, certificate.strain)
+    gain = certificate.inverse_gain * slope
+    misses = certificate.inverse_miss_percent > INVERSE_MISSES  # then nobody should use the inverse at all
+    if is_high(gain) and not misses:
         yield Finding(
             "high-inverse-gain",
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
-            f"ratio of the ranges): noise on its input becomes steps of its output. {_cure_of_gain(certificate)}",
+            f"ratio of the ranges): noise on its input becomes steps of its output. {_of_units(slope) if paper else ''}"
+            f"{_cure_of_gain(certificate)}",
         )
-    if certificate.inverse_miss_percent > INVERSE_MISSES:
+    if misses:
         yield Finding(
             "inverse-misses",
             f"to reach the measured output the inverse asks for an input that is off by "
@@ -179,15 +188,50 @@ def about_fit(
             f"the model misses by {percent:.1f} % of the output's range: too much for compensation. See the other "
             f"warnings for the reason.",
         )
-    if measured.test is None:
-        yield Finding(
-            "no-held-out",
-            "nothing was held out, so the errors are those of the fit itself and flatter it. With enough loops in the "
-            "log, fit a part only (--train-fraction 0.5).",
-        )
+    if measured.test is None and asked_test:
+        yield no_held_out()
+
+
+def no_held_out() -> Finding:
+    """What to say where a part was to be held out, and none of it counts."""
+    return Finding(
+        "no-held-out",
+        "no sample of the part that was held out counts, since its memory is unknown, so the errors are those of the "
+        "fit itself and flatter it. Log without gaps, or fit another part (--train-fraction).",
+    )
+
+
+def _bound_of_paper(first: Recording, slope: float, strain: float) -> Finding:
+    """The paper's bound decides the model, which in other units would be another one."""
+    unit = f" {first.output_unit}/{first.input_unit}" if first.output_unit and first.input_unit else ""
+    return Finding(
+        "paper-bound",
+        f"the paper's bound w_1 >= 0.001{unit} is {of_range(100 * PAPER_EPS / slope)} the mean slope of this log, "
+        f"{slope:.3g}{unit}, and makes the error of the fit {1.0 + strain:.3g} times as large as a bound of a "
+        f"thousandth of that slope does: it is absolute, so the model depends on the units. Identify with --eps auto, "
+        f"which is relative, or with --eps {0.001 * slope:.1g}.",
+    )
+
+
+def _of_units(slope: float) -> str:
+    return (
+        f"The paper's bound w_1 >= 0.001 is absolute; in the units of this log it is "
+        f"{of_range(100 * PAPER_EPS / slope)} the mean slope. "
+    )
 
 
 def _cure_of_gain(certificate: Certificate) -> str:
-    if certificate.affordable_eps is None:
-        return "Raise --eps to the slope you can accept, at some cost in accuracy, or smooth the reference."
-    return f"Identify with --eps {certificate.affordable_eps:.2g}: it costs less than 5 % of the accuracy of the fit."
+    if certificate.affordable_eps is not None:
+        return (
+            f"Identify with --eps {certificate.affordable_eps:.3g}, or --eps auto: it costs less than 5 % of the "
+            f"accuracy of the fit."
+        )
+    if certificate.enough_eps is not None:
+        return (
+            f"--eps {certificate.enough_eps:.3g} would keep it below {HIGH_GAIN:g} times, but raises the error of the "
+            f"fit by {100 * certificate.enough_eps_cost:.0f} %: take it where you can accept that, or smooth the "
+            f"reference."
+        )
+    return (
+        "No eps lowers it, the loop is as flat as that somewhere: stay clear of its flat end, or smooth the reference."
+    )

@@ -15,7 +15,8 @@ from dehyst.identification.folds import output_knots
 from dehyst.identification.measures import Measure
 from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
-from dehyst.identification.selection import Choice
+from dehyst.identification.selection import Choice, Firmness
+from dehyst.identification.settings import PAPER_EPS
 from dehyst.identification.static_curve import fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
 from dehyst.recording import Recording
@@ -27,7 +28,7 @@ def certify(
     choice: Choice,
     bank: Bank,
     estimate: Estimate,
-    affordable_eps: float | None,
+    firm: Firmness,
     candidates: tuple[Candidate, ...],
     loop: facts.Orientation,
     counts: tuple[int, int],
@@ -56,7 +57,10 @@ def certify(
         round_trip_error=measured.round_trip,
         inverse_gain=model.inverse_gain,
         inverse_miss_percent=100.0 * measured.inverse_miss,
-        affordable_eps=affordable_eps,
+        affordable_eps=firm.affordable,
+        enough_eps=firm.enough,
+        enough_eps_cost=firm.cost,
+        strain=firm.strain if _is_papers(settings) else 0.0,
         nonzero_weights=model.nonzero_weights,
         operators=operators,
         undetermined=tuple(float(r) for r in bank.undetermined * data.half_range),
@@ -64,7 +68,10 @@ def certify(
         route=estimate.route,
         condition=estimate.condition,
     )
-    loop_facts, findings = judge.examine(measured.recordings, data, loop, counts, measured, certificate, choice.family)
+    loop_facts, findings = judge.examine(
+        measured.recordings, data, loop, counts, measured, certificate, choice.family,
+        paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
+    )  # fmt: skip
     verdict = judge.verdict(
         choice.family, train, test, measured.static_test or measured.static_train, certificate, findings
     )
@@ -90,6 +97,11 @@ def certify(
         verdict=verdict,
         refitter=refitter,
     )
+
+
+def _is_papers(settings: dict[str, Any]) -> bool:
+    """Whether the bound is the paper's, w_1 >= 0.001 in units of the log."""
+    return bool(settings["family"] == "pi" and settings["eps"] == PAPER_EPS)
 
 
 def _card(

@@ -27,9 +27,10 @@ __all__ = [
     "Estimate",
     "Regularisation",
     "fit_family",
+    "gain_of",
+    "is_high",
     "map_points",
     "mapped",
-    "residual_norm",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +39,9 @@ Marks = npt.NDArray[np.bool_]
 NORMAL, ORTHOGONAL = "normal equations", "orthogonal factors"
 # Condition number of the scaled cells beyond which normal equations lose the digits that are promised.
 LARGEST_CONDITION = 1e6
+# An inverse that amplifies by more than so many times the ratio of the ranges turns noise into steps.
+HIGH_GAIN = 20.0
+ROUNDING = 1e-9
 # Beyond the data the map continues at this slope at most: a saturated end must not explode when extrapolated.
 OUTSIDE_SLOPE = 0.5
 
@@ -154,16 +158,15 @@ def estimate_of(
     )
 
 
-def residual_norm(estimate: Estimate, sums: NormalEquations) -> float:
-    """Norm of what is left of the samples, in the coordinates of the program: |c + H w - y| or |c + H w - T(y)|."""
-    n = sums.operators
-    v = np.zeros(sums.matrix.shape[0])
-    v[0], v[1 : 1 + n] = estimate.offset, np.cumsum(estimate.weights)
-    if estimate.slopes is None:
-        v[-1] = -1.0
-    else:
-        v[1 + n : -1] = -estimate.slopes
-    return float(np.sqrt(max(float(v @ (sums.matrix @ v)), 0.0)))
+def gain_of(estimate: Estimate) -> float:
+    """Largest slope of the inverse, scaled: ratios of the ranges."""
+    steepest = 1.0 if estimate.slopes is None else max(float(np.max(estimate.slopes)), OUTSIDE_SLOPE)
+    return steepest / max(float(np.min(np.cumsum(estimate.weights))), 1e-300)
+
+
+def is_high(gain: float) -> bool:
+    """Whether an inverse amplifies too much, in ratios of the ranges."""
+    return gain > HIGH_GAIN * (1.0 + ROUNDING)
 
 
 def map_points(knots: Array, slopes: Array) -> tuple[Array, Array]:

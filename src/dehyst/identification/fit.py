@@ -65,8 +65,14 @@ class Certificate:
         RMS of the input that the inverse asks for to reach the measured output, less the input that was applied;
         over held-out samples (fitted ones if none were held out), percent of the input's range.
     affordable_eps
-        Where eps bounds the inverse's gain: the largest eps tried that raises the error of the fit by no more than
-        5 %, in the units of the call; otherwise None.
+        Where the inverse's gain is high: the firmer eps that lowers it, as far as the error of the fit grows by no more
+        than 5 %, in the units of the call. None if there is none, or it was chosen.
+    enough_eps, enough_eps_cost
+        Where the gain is high with the smallest eps: the eps that is enough for it not to be, and by which share that
+        one raises the error of the fit.
+    strain
+        By which share the paper's bound, w_1 >= 0.001, raises the error of the fit beside one of a thousandth of the
+        ratio of the ranges: where this is more than nothing, the unit decides the model. 0 for other bounds.
     nonzero_weights
         Number of operators with weight.
     operators
@@ -94,6 +100,9 @@ class Certificate:
     initial_state: str
     route: str = "orthogonal factors"
     condition: float = float("inf")
+    enough_eps: float | None = None
+    enough_eps_cost: float = 0.0
+    strain: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +310,8 @@ class Fit:
         n
             Number of operators, on the grid that `identify` would take.
         eps
-            Smallest slope right after a reversal, as `identify` takes it for the family.
+            Smallest slope right after a reversal, a number as `identify` takes it for the family; by default that of
+            the fit, relative to the ratio of the ranges.
         family
             Model family.
         thresholds

@@ -75,14 +75,15 @@ class Folds:
         self._warm[choice.family, left_out] = estimate.passive
         return estimate
 
-    def fitted_error(self, choice: Setting, eps: float) -> float:
-        """RMSE of the fit to all rows on these, scaled."""
+    def whole(self, choice: Setting, eps: float) -> tuple[Estimate, float]:
+        """Fit to all rows, and its RMSE on these, scaled."""
         whole = self._sums[0] if len(self._sums) == 1 else np.sum(self._sums, axis=0)
         estimate = fit_family(
             choice.family, NormalEquations(self._bank.thresholds, whole), eps, self.knots, choice.regularisation,
-            triangle=lambda: self._triangle(None),
+            warm=self._warm.get((choice.family, -1)), triangle=lambda: self._triangle(None),
         )  # fmt: skip
-        return self._rms(estimate, slice(0, self._y.size))
+        self._warm[choice.family, -1] = estimate.passive
+        return estimate, self._rms(estimate, slice(0, self._y.size))
 
     def _rms(self, estimate: Estimate, block: slice) -> float:
         bank = self._bank

@@ -18,7 +18,6 @@ from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.measures import Measure, Measured, measure_in_memory
 from dehyst.identification.procedure import Call, solve_in_memory
 from dehyst.identification.regressors import Bank
-from dehyst.identification.settings import PAPER_EPS
 from dehyst.identification.shear import LARGEST_EPS, ShearChoice, check_family, choose_shear, eps_of_gain, sheared
 from dehyst.models import (
     HysteresisModel,
@@ -44,7 +43,6 @@ BETTER = 0.9
 
 def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, gain: float) -> Fit:
     """Fit with the eps that keeps the inverse's gain within G, and check that it does. [input/output]"""
-    _refuse_both(call)
     data = prepare(records, call.train_fraction, weights)
     slope = data.amplitude / data.half_range
     eps = eps_of_gain(gain)
@@ -59,13 +57,13 @@ def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[A
         )
     exact = call.family == "pi"  # its eps is in units of the log, that of the others relative
     eps = eps if exact else eps / slope
-    fit = solve_in_memory(replace(call, eps=eps), records, weights)
+    fit = solve_in_memory(replace(call, eps=eps, choose_eps=False), records, weights)
     for _ in range(TRIES):
         excess = fit.certificate.inverse_gain / gain
         if excess <= 1.0 + ROUNDING or exact or eps * excess > 1.0:
             break
         eps *= excess
-        fit = solve_in_memory(replace(call, eps=eps), records, weights)
+        fit = solve_in_memory(replace(call, eps=eps, choose_eps=False), records, weights)
     return _checked(_with_settings(fit, {"max_inverse_gain": gain}), gain)
 
 
@@ -80,11 +78,10 @@ def identify_sheared(
     asked, call = call, replace(call, family="pi") if call.family == "auto" else call
     check_family(call.family)
     if gain is not None:
-        _refuse_both(call)
         eps_of_gain(gain)
     k, choice = _scale(call, records, weights, shear, gain)
     turned = sheared(records, k)
-    call = replace(call, eps=_eps(call, turned, weights, k, gain))
+    call = replace(call, eps=_eps(call, turned, weights, k, gain), choose_eps=False)
     fit = solve_in_memory(call, turned, weights, _against(records, turned))
     if not isinstance(fit.model, PrandtlIshlinskii):
         raise AssertionError(f"{fit.family} is no sum of plays")  # refused above
@@ -239,14 +236,6 @@ def _checked(fit: Fit, gain: float | None) -> Fit:
         f"(--shear), or allow more.",
     )
     return replace(fit, warnings=(*fit.warnings, finding))
-
-
-def _refuse_both(call: Call) -> None:
-    if call.eps != PAPER_EPS:
-        raise ParameterError(
-            f"eps = {call.eps:g} and max_inverse_gain were both given; both bound the slope after a reversal. Leave "
-            f"one of them out."
-        )
 
 
 def _unit_of_gain(record: Recording) -> str:

@@ -8,6 +8,7 @@ from dehyst.identification.cautions import about_data, about_fit, of_range
 from dehyst.identification.data import DataSet
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
+from dehyst.identification.selection import AFFORDABLE
 from dehyst.recording import Recording
 
 GOOD_PERCENT = 3.0
@@ -19,6 +20,7 @@ SERIOUS = {
     "few-loops",
     "small-test",
     "high-inverse-gain",
+    "paper-bound",
     "recordings-differ",
     "swapped-columns",
 }
@@ -32,9 +34,17 @@ def examine(
     measured: Measured,
     certificate: Certificate,
     family: str,
+    *,
+    paper: bool,
+    held_out: bool,
 ) -> tuple[LoopFacts, tuple[Finding, ...]]:
-    """Return what the data shows and every finding a user should know, those of reading the log first."""
+    """Return what the data shows and every finding a user should know, those of reading the log first.
+
+    `paper`: the bound is the paper's, in units of the log. `held_out`: something was to be held out.
+    """
     (share, size), (change, doubt) = measured.rate, measured.drift
+    if certificate.strain > AFFORDABLE:
+        share, size = 0.0, None  # what the bound spoils may follow the rate, and says nothing of the actuator
     loop_facts = LoopFacts(
         orientation=loop.name,
         trend=data.trend,
@@ -46,7 +56,7 @@ def examine(
     )
     found = [finding for record in records for finding in record.findings]
     found += about_data(records, data, loop_facts, share, size, abs(change), doubt, family)
-    found += about_fit(records, data, measured, certificate)
+    found += about_fit(records, data, measured, certificate, paper, held_out)
     unique = {(finding.code, finding.message): finding for finding in found}
     return loop_facts, tuple(unique.values())
 
@@ -69,9 +79,17 @@ def verdict(
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:
         grade = "good for compensation"
     else:
-        grade = "usable with care" + (f" ({', '.join(serious)})" if serious else "")
+        grade = "usable with care" + (
+            f" ({reasons})" if (reasons := reasons_of(judged, test is not None, serious)) else ""
+        )
     return (
         f"{family}, {certificate.nonzero_weights} of {certificate.operators} operators: {judged.rmse_percent:.2f} % of "
         f"range rms {where}, against {static.rmse_percent:.2f} % for the best curve without hysteresis; the inverse "
         f"gives the applied input back to {of_range(certificate.inverse_miss_percent)} its range: {grade}."
     )
+
+
+def reasons_of(judged: Score, held_out: bool, serious: list[str]) -> str:
+    """Why a model is to be used with care."""
+    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"more than {GOOD_PERCENT:g} % of range"]
+    return ", ".join([*serious, *error, *([] if held_out else ["nothing held out"])])

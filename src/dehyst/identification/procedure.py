@@ -13,7 +13,7 @@ from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import Estimate, fit_family, residual_norm
+from dehyst.identification.families import Estimate, fit_family
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.folds import output_knots
 from dehyst.identification.measures import Measure, measure_in_memory
@@ -29,6 +29,7 @@ from dehyst.identification.selection import (
     choose,
     choose_operators,
     compare,
+    firmness,
     possible_choices,
     start_of_paper,
     threshold_grid,
@@ -39,9 +40,11 @@ from dehyst.identification.settings import (
     check_recordings,
     check_settings,
     check_weights,
+    eps_of_call,
     paper_eps,
+    refuse_both,
 )
-from dehyst.identification.sums import NormalEquations, sums_of
+from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
@@ -51,10 +54,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 DIRECT = "direct-inverse"
-
-
-# A firmer eps may cost this factor in the error of the fit.
-AFFORDABLE = 1.05
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def identify(  # type: ignore[overload-overlap]
     family: Literal["direct-inverse"],
     *,
     n: int | str = ...,
-    eps: float = ...,
+    eps: float | str | None = ...,
     thresholds: npt.ArrayLike | None = ...,
     initial_state: str = ...,
     train_fraction: float = ...,
@@ -88,7 +87,7 @@ def identify(
     family: str = ...,
     *,
     n: int | str = ...,
-    eps: float = ...,
+    eps: float | str | None = ...,
     thresholds: npt.ArrayLike | None = ...,
     initial_state: str = ...,
     train_fraction: float = ...,
@@ -103,7 +102,7 @@ def identify(
     family: str = "auto",
     *,
     n: int | str = PAPER_OPERATORS,
-    eps: float = PAPER_EPS,
+    eps: float | str | None = None,
     thresholds: npt.ArrayLike | None = None,
     initial_state: str = "auto",
     train_fraction: float = 0.5,
@@ -135,8 +134,11 @@ def identify(
         "auto" takes the fewest operators, on a grid with exponent 1 or 2, that are within 2 % of the least error on
         held-out loops.
     eps
-        Smallest slope right after a reversal. For the family "pi" the paper's bound w_1 >= eps. [output/input]
-        Otherwise, and for "auto", relative to output range over input range.
+        Smallest slope right after a reversal, whose inverse bounds that of the compensator. For the family "pi" the
+        paper's bound w_1 >= eps, by default its 0.001 [output/input]; for all others, and for family "auto", relative
+        to output range over input range. "auto", the default of these, begins with 0.001 and, where the inverse would
+        amplify by more than 20 times the ratio of the ranges, raises it (relative, for "pi" too) until it does not, or
+        as far as the error of the fit grows by no more than 5 %.
     thresholds
         Thresholds to use instead of the grid, (n,), increasing from 0. [input]
     initial_state
@@ -190,16 +192,19 @@ def identify(
     """
     if family == DIRECT:
         given_here = {
-            "n": n != PAPER_OPERATORS, "eps": eps != PAPER_EPS, "thresholds": thresholds is not None,
+            "n": n != PAPER_OPERATORS, "eps": eps is not None, "thresholds": thresholds is not None,
             "weights": weights is not None, "shear": shear is not None,
             "max_inverse_gain": max_inverse_gain is not None,
         }  # fmt: skip
         return _identify_direct(recordings, initial_state, train_fraction, given_here)
     records = check_recordings(recordings)
-    given = check_settings(family, n, eps, thresholds, initial_state)
+    begun, chosen = eps_of_call(family, eps)
+    given = check_settings(family, n, begun, thresholds, initial_state)
     fraction = parameter_number(train_fraction, "train_fraction")
     sample_weights = check_weights(weights, records)
-    call = call_of(family, n, float(eps), given, initial_state, fraction, sample_weights is not None)
+    call = call_of(family, n, (begun, chosen), given, initial_state, fraction, sample_weights is not None)
+    if eps is not None:
+        refuse_both(eps, shear, max_inverse_gain)
     if shear is None and max_inverse_gain is None:
         return solve_in_memory(call, records, sample_weights)
     from dehyst.identification.gain import identify_sheared, identify_within  # they call what is below
@@ -238,24 +243,31 @@ def _identify_direct(
 def call_of(
     family: str,
     n: int | str,
-    eps: float,
+    eps: tuple[float, bool],
     given: Array | None,
     initial_state: str,
     train_fraction: float,
     weighted: bool = False,
 ) -> Call:
-    """Settings of a call that were checked; "auto" for n stands for the paper's number until it is chosen."""
+    """Settings of a call that were checked; "auto" for n stands for the paper's number until it is chosen.
+
+    `eps` is what `eps_of_call` says.
+    """
     operators = given.size if given is not None else PAPER_OPERATORS if isinstance(n, str) else int(n)
-    return Call(family, operators, eps, given, initial_state, train_fraction, isinstance(n, str), weighted)
+    return Call(family, operators, *eps, given, initial_state, train_fraction, isinstance(n, str), weighted)
 
 
 @dataclass(frozen=True)
 class Call:
-    """Settings of an identification, checked: those of `identify`, the thresholds as an array or None for a grid."""
+    """Settings of an identification, checked: those of `identify`, the thresholds as an array or None for a grid.
+
+    Where eps is chosen, `eps` is what the choice begins with.
+    """
 
     family: str
     operators: int
     eps: float
+    choose_eps: bool
     given: Array | None
     initial_state: str
     train_fraction: float
@@ -299,7 +311,8 @@ def solve(
         Told which stage begins.
     """
     # The paper's program bounds w_1 itself; everywhere else eps is relative to the ratio of the ranges.
-    scaled = paper_eps(call.eps, first, data) if call.family == "pi" else call.eps
+    slope = data.amplitude / data.half_range if call.family == "pi" else 1.0
+    scaled = call.eps if call.choose_eps or call.family != "pi" else paper_eps(call.eps, first, data)
     problem = _Problem(data, call.operators, scaled, call.given, entering)
     entering("choosing")
     loop = facts.orientation(found)
@@ -313,10 +326,13 @@ def solve(
         operators, choice = choose_operators(data, choice, scaled)
         problem = replace(problem, operators=operators)
         settings |= {"n": operators, "n_by": "cross-validation", "power": choice.power}
-    refitter = Refitter(records, data, choice, problem.operators, call.eps, call.given) if records else None
-    bank, estimate, affordable = _fit(problem, choice, refitter)
-    if affordable is not None and call.family == "pi":
-        affordable *= data.amplitude / data.half_range  # back to the units of w_1
+    firm = firmness(data, choice, problem.operators, scaled, call.given)
+    if call.choose_eps:
+        problem = replace(problem, eps=firm.affordable or scaled)
+        firm = firm._replace(affordable=None)  # it is taken
+        settings |= {"eps": problem.eps * slope, "eps_by": "error of the fit"}
+    refitter = Refitter(records, data, choice, problem.operators, problem.eps, call.given) if records else None
+    bank, estimate = _fit(problem, choice, refitter)
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
@@ -328,7 +344,7 @@ def solve(
         choice,
         bank,
         estimate,
-        affordable,
+        firm.times(slope),
         candidates,
         loop,
         counts,
@@ -374,7 +390,7 @@ def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -
     return choose(results)
 
 
-def _fit(problem: _Problem, choice: Choice, refitter: Refitter | None) -> tuple[Bank, Estimate, float | None]:
+def _fit(problem: _Problem, choice: Choice, refitter: Refitter | None) -> tuple[Bank, Estimate]:
     data = problem.data
     usable = fitted_samples(data, choice.initial_state)
     if usable < 4:
@@ -396,33 +412,11 @@ def _fit(problem: _Problem, choice: Choice, refitter: Refitter | None) -> tuple[
     )
     problem.entering("refining")
     if knots is None or choice.regularisation is None:
-        estimate = refine(data, bank, sums, problem.eps, estimate)
-    else:
-        estimate = polish(sums, problem.eps, knots, choice.regularisation, estimate)
-    return bank, estimate, _affordable_eps(problem, choice, bank, sums, estimate)
+        return bank, refine(data, bank, sums, problem.eps, estimate)
+    return bank, polish(sums, problem.eps, knots, choice.regularisation, estimate)
 
 
 def _triangle(data: DataSet, bank: Bank, knots: Array | None) -> Array:
     from dehyst.identification.orthogonal import reduce  # only where normal equations will not do
 
     return reduce(data, bank, knots)
-
-
-def _affordable_eps(
-    problem: _Problem, choice: Choice, bank: Bank, sums: NormalEquations, estimate: Estimate
-) -> float | None:
-    """Largest eps, scaled, that raises the error of the fit by no more than 5 %; None if eps does not bind."""
-    if float(np.min(np.cumsum(estimate.weights))) > 1.01 * problem.eps:
-        return None
-    limit = AFFORDABLE * residual_norm(estimate, sums)
-    knots = output_knots() if choice.family == "modified-pi" else None
-    for eps in (0.3, 0.1, 0.03, 0.01):
-        if eps <= problem.eps:
-            break
-        firmer = fit_family(
-            choice.family, sums, eps, knots, choice.regularisation,
-            warm=estimate.passive, triangle=lambda: _triangle(problem.data, bank, knots),
-        )  # fmt: skip
-        if residual_norm(firmer, sums) <= limit:
-            return eps
-    return None

@@ -42,7 +42,7 @@ class Refitter:
     records, data, choice
         What was fitted, and the settings that won.
     operators, eps, given
-        Settings of the fit: n, eps as the call gave it, thresholds or None. [input]
+        Settings of the fit: n, eps relative to the ratio of the ranges, thresholds or None. [input]
     """
 
     records: tuple[Recording, ...]
@@ -66,12 +66,16 @@ class Refitter:
         if setting in self._done:
             return self._done[setting]
         chosen = self.choice.family if family is None else family
-        asked = self.eps if eps is None else eps
+        slope = self.data.amplitude / self.data.half_range if chosen == "pi" else 1.0
+        asked = self.eps * slope if eps is None else eps
         given = check_settings(chosen, self.operators if n is None else n, asked, thresholds, self.choice.initial_state)
         if n is None and given is None:
             given = self.given
         operators = given.size if given is not None else int(self.operators if n is None else n)
-        scaled = paper_eps(float(asked), self.records[0], self.data) if chosen == "pi" else float(asked)
+        if eps is None:
+            scaled = self.eps
+        else:
+            scaled = paper_eps(float(asked), self.records[0], self.data) if chosen == "pi" else float(asked)
         with single_blas():
             found = self._fit(chosen, operators, float(asked), scaled, given, begin)
         if setting is not None:

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.data import DataSet, extremes
-from dehyst.identification.families import FAMILIES, Regularisation
+from dehyst.identification.families import FAMILIES, Regularisation, gain_of, is_high
 from dehyst.identification.fit import Candidate
 from dehyst.identification.folds import Folds
 from dehyst.identification.memory import largest_radius
@@ -44,6 +45,14 @@ STOP_POWER = 2
 # What "auto" compares for the number of operators and the exponent of their grid.
 OPERATORS = (5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)
 POWERS = (1.0, 2.0)
+# The loosest bound that is begun with, relative to the ratio of the ranges.
+LOOSE = 0.001
+# A firmer eps may raise the error of the fit by this share, where that is more than rounding.
+AFFORDABLE, EXACT = 0.05, 1e-6
+# It has to leave the gain this share of what is high: with all rows the output map may be a little steeper.
+ROOM = 0.9
+# What is tried, relative to the ratio of the ranges: ten preferred numbers to a decade.
+FIRMER = (0.01, 0.0125, 0.016, 0.02, 0.025, 0.0315, 0.04, 0.05, 0.063, 0.08, 0.1, 0.125, 0.16, 0.2, 0.25, 0.315)
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
 BY_ORIENTATION = {
@@ -150,7 +159,7 @@ def start_of_paper(data: DataSet, operators: int, eps: float, given: Array | Non
         grid = threshold_grid(data, min(operators, STARTING_OPERATORS), Choice("pi", start, None), given)
         bank = make_bank(data, grid, start)
         folds = Folds(short, bank, blocks=1, ramps=False)
-        errors[start] = folds.fitted_error(Choice("pi", start, None), eps)
+        errors[start] = folds.whole(Choice("pi", start, None), eps)[1]
     best = min(errors, key=lambda start: rank(errors[start]))
     return best if errors[best] < 0.5 * errors["zero"] else "zero"
 
@@ -174,6 +183,58 @@ def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Ch
     own = grid_power(choice.family)
     good = [grid for grid, score in zip(grids, scores, strict=True) if score <= enough]
     return min(good, key=lambda grid: (grid[0], grid[1].power != own))
+
+
+class Firmness(NamedTuple):
+    """What a firmer bound of the slope after a reversal does.
+
+    Attributes
+    ----------
+    affordable
+        Smallest eps, scaled, with which the inverse's gain is not high, or the largest one that costs no more than 5 %
+        of the fit where that is less; None if the gain is not high anyway, or nothing firmer can be afforded.
+    enough, cost
+        Smallest eps with which the gain is not high, or None, and by which share it raises the error of the fit.
+    strain
+        By which share the error of the fit is larger than with the loosest bound, 0.001.
+    """
+
+    affordable: float | None = None
+    enough: float | None = None
+    cost: float = 0.0
+    strain: float = 0.0
+
+    def times(self, slope: float) -> Firmness:
+        """The same in the units of a call."""
+        affordable, enough = (None if eps is None else eps * slope for eps in self[:2])
+        return self._replace(affordable=affordable, enough=enough)
+
+
+def firmness(data: DataSet, choice: Choice, operators: int, eps: float, given: Array | None) -> Firmness:
+    """Compare firmer bounds with an eps by the error of the fit and the gain of the inverse."""
+    start = choice.initial_state
+    short = shorten(data, start, COMPARED_ROWS)
+    if short.rows < FEWEST_ROWS:
+        return Firmness()
+    bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), choice, given), start)
+    folds = Folds(short, bank, blocks=1, ramps=choice.family == "modified-pi")
+    estimate, error = folds.whole(choice, eps)
+    found = Firmness(strain=_raised(error, folds.whole(choice, LOOSE)[1]) if eps > LOOSE else 0.0)
+    for firmer in FIRMER if is_high(gain_of(estimate)) else ():
+        if firmer <= eps:
+            continue
+        estimate, raised = folds.whole(choice, firmer)
+        cost = _raised(raised, error)
+        if cost <= AFFORDABLE:
+            found = found._replace(affordable=firmer)
+        if not is_high(gain_of(estimate) / ROOM):
+            return found._replace(enough=firmer, cost=cost)
+    return found
+
+
+def _raised(error: float, beside: float) -> float:
+    """By which share an error is larger than another one."""
+    return float(np.hypot(error, EXACT) / np.hypot(beside, EXACT)) - 1.0
 
 
 def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate, ...]]:

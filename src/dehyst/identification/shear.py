@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.identification.cautions import HIGH_GAIN
 from dehyst.identification.cross_validation import Trial, cross_validate
 from dehyst.identification.data import prepare
+from dehyst.identification.families import HIGH_GAIN
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings
 from dehyst.models.arrays import parameter_number
 from dehyst.ranges import robust_range

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD, no_held_out
 from dehyst.identification.direct.columns import Shape
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.evidence import Evidence
@@ -16,7 +16,7 @@ from dehyst.identification.direct.fit import DirectCertificate, Rival
 from dehyst.identification.direct.selection import FOLDS, WORTH, Trials
 from dehyst.identification.direct.times import holds_still, longest_hold, separable, words
 from dehyst.identification.fit import Score
-from dehyst.identification.judge import GOOD_PERCENT
+from dehyst.identification.judge import GOOD_PERCENT, reasons_of
 from dehyst.recording import Recording
 from dehyst.ties import rank
 
@@ -160,11 +160,7 @@ def about_direct_fit(
             "identify with --no-position-schedule.",
         )
     if nothing_held_out:
-        yield Finding(
-            "no-held-out",
-            "nothing was held out, so the errors are those of the fit itself and flatter it. With enough loops in the "
-            "log, fit a part only (--train-fraction 0.5).",
-        )
+        yield no_held_out()
 
 
 def _beyond(data: DirectData) -> float:
@@ -190,7 +186,7 @@ def direct_verdict(
     elif judged.rmse_percent <= GOOD_PERCENT and held_out and not serious:
         grade = "good for compensation"
     else:
-        grade = "usable with care" + (f" ({reasons})" if (reasons := _reasons(judged, held_out, serious)) else "")
+        grade = "usable with care" + (f" ({reasons})" if (reasons := reasons_of(judged, held_out, serious)) else "")
     where = "on held-out loops" if held_out else "on the fitted samples (none held out)"
     best = min(rivals, key=lambda rival: rank(rival.inverse_percent), default=None)
     against = f", {best.inverse_percent:.2f} % for the best forward family ({best.family})" if best else ""
@@ -199,12 +195,6 @@ def direct_verdict(
         f"{judged.rmse_percent:.2f} % of its range rms {where}, against {static.rmse_percent:.2f} % for the best curve "
         f"without memory{against}; read forward, {forward.rmse_percent:.2f} % of the output's range: {grade}."
     )
-
-
-def _reasons(judged: Score, held_out: bool, serious: list[str]) -> str:
-    """Why a model is to be used with care."""
-    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"more than {GOOD_PERCENT:g} % of range"]
-    return ", ".join([*serious, *error, *([] if held_out else ["no-held-out"])])
 
 
 def findings_of_data(findings: tuple[Finding, ...]) -> list[Finding]:

@@ -238,7 +238,8 @@ def _fitted(
     findings += compared.findings
     findings += about_terms(data, shape, layout.bank.time_constants, asked, trials, found)
     findings += about_direct_fit(
-        records, data, judged, static, compared.rivals, certificate, test is None,
+        records, data, judged, static, compared.rivals, certificate,
+        test is None and settings["train_fraction"] < 1.0,
         100.0 * data.amplitude / data.input_range * chosen.uncertainty,
         all(finding.code != "never-turns" for finding in findings),
     )  # fmt: skip

@@ -21,6 +21,7 @@ from dehyst.identification.drift.result import Acceptance
 from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import identify
+from dehyst.identification.settings import AUTO
 from dehyst.models import DirectInverse, ModelCard, ShearedPrandtlIshlinskii
 from dehyst.models.storage import model_to_dict
 
@@ -74,6 +75,8 @@ def _identified(model: Model, logs: Sequence[Log]) -> Fit | DirectFit:
     known = family if isinstance(family, str) and family in kinds else kinds[0]
     shear = model.shear if isinstance(model, ShearedPrandtlIshlinskii) else None
     n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
+    if settings.get("eps_by") or (known == "pi" and settings.get("family", known) != "pi"):
+        eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
     return identify(records, known, n=n, eps=eps, train_fraction=FITTED, shear=shear)
 
 

@@ -13,7 +13,7 @@ from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import Call, call_of, solve
-from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings, check_settings
+from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, check_settings, eps_of_call
 from dehyst.identification.stream.data import branches, prepare
 from dehyst.identification.stream.log import Log, read
 from dehyst.identification.stream.measure import measure_streamed
@@ -29,7 +29,7 @@ def identify_stream(
     family: str = "auto",
     *,
     n: int | str = PAPER_OPERATORS,
-    eps: float = PAPER_EPS,
+    eps: float | str | None = None,
     thresholds: npt.ArrayLike | None = None,
     initial_state: str = "auto",
     train_fraction: float = 0.5,
@@ -85,9 +85,10 @@ def identify_stream(
     (10000, 2.0)
     """
     listed = _sources(sources)
-    given = check_settings(family, n, eps, thresholds, initial_state)
+    begun, chosen = eps_of_call(family, eps)
+    given = check_settings(family, n, begun, thresholds, initial_state)
     fraction = parameter_number(train_fraction, "train_fraction")
-    call = call_of(family, n, float(eps), given, initial_state, fraction)
+    call = call_of(family, n, (begun, chosen), given, initial_state, fraction)
     watch = Watch(progress)
     folder = None if spool_dir is None else os.fspath(spool_dir)
     tapes = [
