@@ -108,7 +108,8 @@ FIRING = {
     "undetermined-operators": (lambda: clean(), {"thresholds": [0.0, 0.5, 1.0, 2.5, 3.0]}, "fewer thresholds"),
     "extrapolation": (growing, {}, "--train-fraction"),
     "small-test": (lambda: clean(), {"train_fraction": 0.998}, "--train-fraction"),
-    "static-as-good": (memoryless, {}, "Use the curve"),
+    "static-as-good": (memoryless, {"family": "pi"}, "Use the curve (--family static)"),
+    "no-hysteresis": (memoryless, {}, "insist with --family"),
     "high-inverse-gain": (backlash, {}, "--eps"),
     "poor-fit": (erratic, {}, "other"),
     "never-turns": (lambda: clean(), {"train_fraction": 0.02, "n": 10}, "--train-fraction 1"),
@@ -151,7 +152,8 @@ def test_a_test_of_a_few_samples_makes_no_model_good():
 
 
 def test_the_verdict_follows_the_warnings():
-    verdicts = [dehyst.identify(make(), n=25).verdict for make in (memoryless, erratic, drifting, backlash)]
+    made = ((memoryless, "modified-pi"), (erratic, "auto"), (drifting, "auto"), (backlash, "auto"))
+    verdicts = [dehyst.identify(make(), family, n=25).verdict for make, family in made]
     assert "do not compensate with it" in verdicts[0]
     assert "do not compensate with it" in verdicts[1]
     assert "usable with care (drift" in verdicts[2]
@@ -191,7 +193,7 @@ def test_auto_takes_the_simplest_family_within_noise():
     chosen = [candidate for candidate in fit.candidates if candidate.chosen]
     assert len(chosen) == 1 and chosen[0].family == "pi"
     assert chosen[0].error_percent <= 1.02 * best * (1 + 1e-9)
-    assert {candidate.family for candidate in fit.candidates} == {"pi", "modified-pi"}
+    assert {candidate.family for candidate in fit.candidates} == {"static", "pi", "modified-pi"}
 
 
 def test_auto_takes_the_output_map_where_the_loop_saturates():

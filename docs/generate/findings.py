@@ -292,7 +292,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "static-as-good": (
             "A monotone curve without hysteresis is as good: the model's error is more than "
             "{STATIC_AS_GOOD:%} of the curve's.",
-            "Use the curve, or look at the loop in the report: it may be of a kind this model cannot show.",
+            "Use the curve (`--family static`), or look at the loop in the report: it may be of a kind this model "
+            "cannot show.",
+        ),
+        "no-hysteresis": (
+            "`--family auto` compared its families with a curve without memory on loops held out within the fitted "
+            "part, and none was better by more than a twentieth: hysteresis was not found at this scale, or does not "
+            "repeat. The model is the curve, which is saved, inverted, exported and compensated with like any other.",
+            "Nothing, if the loop in the report is closed. If it is open, log more of it, warmed up and under one load, "
+            "or name a family.",
         ),
         "high-inverse-gain": (
             "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
@@ -303,7 +311,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "paper-bound": (
             "The bound of `--family pi` is the paper's, w_1 >= 0.001, which has the unit of output over input. In the "
-            "units of this log it is so large a part of the slope that it costs more than {AFFORDABLE:%} of the accuracy.",
+            "units of this log it is so large a part of the slope that it costs more than {AFFORDABLE:%} of the "
+            "accuracy.",
             "Identify with `--eps auto`, which is relative to the ranges, or with the number that the message names.",
         ),
         "poor-fit": (
@@ -340,8 +349,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Align the zeros of the sensors, or identify each recording by itself.",
         ),
         "no-held-out": (
-            "A part was to be held out, but none of it counts, because its memory is unknown after a gap. The errors are "
-            "those of the fit itself and flatter it.",
+            "A part was to be held out, but none of it counts, because its memory is unknown after a gap. The errors "
+            "are those of the fit itself and flatter it.",
             "Log without gaps, or fit another part (`--train-fraction`).",
         ),
     },

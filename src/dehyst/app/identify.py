@@ -221,23 +221,28 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("", "rms" + (f" [{unit}]" if unit else ""), "rms [% of range]", "NRMSE", "max"):
         table.add_column(Text(name), justify="left" if not name else "right")
+    certificate = fit.certificate
     name = "sheared loop" if isinstance(fit.model, ShearedPrandtlIshlinskii) else fit.family
-    rows: list[tuple[str, Score | None]] = [
-        (f"{name}, fitted", fit.train),
-        (f"{name}, held out", fit.test),
-        ("no hysteresis, held out" if fit.test else "no hysteresis, fitted", fit.static_test or fit.static_train),
-    ]
+    rows: list[tuple[str, Score | None]] = [(f"{name}, fitted", fit.train), (f"{name}, held out", fit.test)]
+    if certificate.operators:
+        rows.append(
+            ("no hysteresis, held out" if fit.test else "no hysteresis, fitted", fit.static_test or fit.static_train)
+        )
     for label, score in rows:
         if score is not None:
             table.add_row(
                 Text(label), f"{score.rmse:.4g}", f"{score.rmse_percent:.2f}", f"{score.nrmse:.3f}", f"{score.max:.4g}"
             )
     out.print(table)
-    certificate = fit.certificate
+    memory = (
+        f"{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
+        f"'{certificate.initial_state}'"
+        if certificate.operators
+        else "no operators"
+    )
     out.print(
         Text(
-            f"\n{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
-            f"'{certificate.initial_state}'; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
+            f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
             f"optimality {certificate.kkt_residual:.0e}, inverse round trip {certificate.round_trip_error:.0e}, "
             f"inverse gain at most {certificate.inverse_gain:.4g}"
         )

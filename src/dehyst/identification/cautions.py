@@ -8,10 +8,10 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
-from dehyst.identification.families import HIGH_GAIN, is_high
-from dehyst.identification.fit import Certificate, LoopFacts
+from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
+from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.measures import Measured
-from dehyst.identification.selection import AFFORDABLE
+from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
 from dehyst.recording import Recording
 
@@ -27,7 +27,6 @@ POOR_PERCENT = 10.0
 INVERSE_MISSES = 25.0
 # Recordings fitted together whose mean residuals differ by more than this share of the output's range.
 LEVELS_APART = 0.05
-STATIC_AS_GOOD = 0.95
 # Held-out samples whose input covers less than this share of the fitted range hold no loops.
 SMALL_TEST = 0.1
 
@@ -155,12 +154,13 @@ def about_fit(
         )
     error = (measured.test or measured.train).rmse
     bar = (measured.static_test or measured.static_train).rmse
-    if error > STATIC_AS_GOOD * bar:
+    if certificate.operators and error > STATIC_AS_GOOD * bar:
         yield Finding(
             "static-as-good",
             f"a curve without hysteresis is as good: it misses by {100 * bar / data.output_range:.2f} % of range, the "
             f"model by {100 * error / data.output_range:.2f} %. Either there is no hysteresis at this scale, or the "
-            f"loop is of a kind this model cannot show. Use the curve, or look at the loop in the report.",
+            f"loop is of a kind this model cannot show. Use the curve (--family static), or look at the loop in the "
+            f"report.",
         )
     slope = data.amplitude / data.half_range
     if certificate.strain > AFFORDABLE:
@@ -190,6 +190,19 @@ def about_fit(
         )
     if measured.test is None and asked_test:
         yield no_held_out()
+
+
+def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:
+    """What to say where a curve is the answer."""
+    curve = next(each for each in candidates if each.family == STATIC)
+    best = min((each for each in candidates if each.family != STATIC), key=lambda each: each.error_percent)
+    return Finding(
+        "no-hysteresis",
+        f"on loops held out within the fitted part a curve without memory misses by {curve.error_percent:.2f} % of "
+        f"range, the best model with memory ({best.family}) by {best.error_percent:.2f} %: hysteresis was not found at "
+        f"this scale, or does not repeat, so the model is the curve. If the loop in the report is open, log more of "
+        f"it, warmed up and under one load (`dehyst design` plans the motion), or insist with --family {best.family}.",
+    )
 
 
 def no_held_out() -> Finding:

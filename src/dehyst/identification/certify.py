@@ -8,8 +8,9 @@ from typing import Any
 from dehyst import __version__
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
+from dehyst.identification.cautions import no_hysteresis
 from dehyst.identification.data import DataSet, range_over
-from dehyst.identification.families import Estimate
+from dehyst.identification.families import STATIC, Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
 from dehyst.identification.measures import Measure
@@ -17,7 +18,7 @@ from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
 from dehyst.identification.selection import Choice, Firmness
 from dehyst.identification.settings import PAPER_EPS
-from dehyst.identification.static_curve import fit_static
+from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
 from dehyst.recording import Recording
 
@@ -47,9 +48,11 @@ def certify(
     refitter
         Holds the sums, if refits are possible.
     """
+    static = curve_of(fit_static(data, choice.initial_state)[0], data)
     knots = output_knots() if choice.family == "modified-pi" else None
-    model = build_model(estimate, data, bank, knots, ModelCard())
-    static = fit_static(data, choice.initial_state, ModelCard())
+    model = (
+        curve_of(estimate, data) if choice.family == STATIC else build_model(estimate, data, bank, knots, ModelCard())
+    )
     measured = measure(data, bank, model, static, counts[1])
     train, test = measured.train, measured.test
     certificate = Certificate(
@@ -72,6 +75,8 @@ def certify(
         measured.recordings, data, loop, counts, measured, certificate, choice.family,
         paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
     )  # fmt: skip
+    if choice.family == STATIC and candidates:
+        findings = (*findings, no_hysteresis(candidates))
     verdict = judge.verdict(
         choice.family, train, test, measured.static_test or measured.static_train, certificate, findings
     )

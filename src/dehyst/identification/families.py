@@ -24,6 +24,7 @@ __all__ = [
     "MAP_PIECES",
     "NORMAL",
     "ORTHOGONAL",
+    "STATIC",
     "Estimate",
     "Regularisation",
     "fit_family",
@@ -36,6 +37,8 @@ __all__ = [
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
 
+# The family without memory.
+STATIC = "static"
 NORMAL, ORTHOGONAL = "normal equations", "orthogonal factors"
 # Condition number of the scaled cells beyond which normal equations lose the digits that are promised.
 LARGEST_CONDITION = 1e6
@@ -160,6 +163,8 @@ def estimate_of(
 
 def gain_of(estimate: Estimate) -> float:
     """Largest slope of the inverse, scaled: ratios of the ranges."""
+    if estimate.family == STATIC:
+        return 1.0 / float(np.min(estimate.parameters[1:]))
     steepest = 1.0 if estimate.slopes is None else max(float(np.max(estimate.slopes)), OUTSIDE_SLOPE)
     return steepest / max(float(np.min(np.cumsum(estimate.weights))), 1e-300)
 

@@ -223,7 +223,7 @@ class Fit:
     Attributes
     ----------
     family
-        Family of the model: "pi", "pi-cumulative", "modified-pi", "stop".
+        Family of the model: "pi", "pi-cumulative", "modified-pi", "stop", "static".
     model
         The model; ``model.inverse()`` is the compensator.
     recordings
@@ -333,8 +333,8 @@ class Fit:
         """
         if self.refitter is None:
             raise ParameterError(
-                "this fit holds no sums over its data: fits by dehyst.identify do, those by identify_stream do not. "
-                "Identify again with the other settings."
+                "this fit holds no sums over its data: fits of plays by dehyst.identify do, curves without memory and "
+                "those by identify_stream do not. Identify again with the other settings."
             )
         if isinstance(n, str):
             raise ParameterError(

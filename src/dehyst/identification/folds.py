@@ -26,6 +26,12 @@ def output_knots() -> Array:
     return np.linspace(-1.0, 1.0, MAP_PIECES + 1)
 
 
+def blocks_of(rows: int, blocks: int = BLOCKS) -> list[slice]:
+    """Consecutive blocks of some rows."""
+    parts = np.array_split(np.arange(rows), blocks)
+    return [slice(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
 class Setting(Protocol):
     """What a choice says about the program."""
 
@@ -44,8 +50,7 @@ class Folds:
     def __init__(self, short: ShortSignal, bank: Bank, blocks: int = BLOCKS, ramps: bool = True) -> None:
         self._short, self._bank = short, bank
         self._y, self._weight = short.y, short.weight
-        rows = np.array_split(np.arange(short.rows), blocks)
-        self._blocks = [slice(int(part[0]), int(part[-1]) + 1) for part in rows]
+        self._blocks = blocks_of(short.rows, blocks)
         self.knots = output_knots()
         self._samples = float(self._y.size if self._weight is None else np.sum(self._weight))
         self._targets = self._y[None, :]

@@ -6,6 +6,7 @@ from dehyst.findings import Finding
 from dehyst.identification import facts
 from dehyst.identification.cautions import about_data, about_fit, of_range
 from dehyst.identification.data import DataSet
+from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
 from dehyst.identification.selection import AFFORDABLE
@@ -81,6 +82,13 @@ def verdict(
     else:
         grade = "usable with care" + (
             f" ({reasons})" if (reasons := reasons_of(judged, test is not None, serious)) else ""
+        )
+    if family == STATIC:
+        return (
+            f"static, a curve without memory: {judged.rmse_percent:.2f} % of range rms {where}; its inverse gives the "
+            f"applied input back to {of_range(certificate.inverse_miss_percent)} its range"
+            + ("; hysteresis was not found, or does not repeat" if "no-hysteresis" in codes else "")
+            + f": {grade}."
         )
     return (
         f"{family}, {certificate.nonzero_weights} of {certificate.operators} operators: {judged.rmse_percent:.2f} % of "

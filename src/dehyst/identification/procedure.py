@@ -13,7 +13,7 @@ from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.certify import certify
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import Estimate, fit_family
+from dehyst.identification.families import STATIC, Estimate, fit_family
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.folds import output_knots
 from dehyst.identification.measures import Measure, measure_in_memory
@@ -44,6 +44,7 @@ from dehyst.identification.settings import (
     paper_eps,
     refuse_both,
 )
+from dehyst.identification.static_curve import NO_MEMORY, fit_static
 from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import parameter_number
@@ -126,8 +127,9 @@ def identify(
     family
         "pi" (Prandtl-Ishlinskii, the paper's), "pi-cumulative" (positive partial sums instead of weights),
         "modified-pi" (with an output map, for loops that saturate or are asymmetric), "stop" (for clockwise loops),
-        or "auto": the one with the least error on loops held out within the training part, the simpler one
-        within 2 %. "direct-inverse" is `identify_direct` with its usual settings and returns its `DirectFit`.
+        "static" (a curve without memory), or "auto": the one with the least error on loops held out within the
+        training part, the simpler one within 2 %, and the curve where none is 5 % better. "direct-inverse" is
+        `identify_direct` with its usual settings and returns its `DirectFit`.
     n
         Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop", whose
         loops are steep right after a reversal. Memory grows with n^2: 10 000 operators take several gigabytes.
@@ -322,7 +324,7 @@ def solve(
         starts = (start_of_paper(data, problem.operators, scaled, call.given),)
     choice, candidates = _choose(problem, families, starts)
     settings = call.settings
-    if call.choose_operators:
+    if call.choose_operators and choice.family != STATIC:
         operators, choice = choose_operators(data, choice, scaled)
         problem = replace(problem, operators=operators)
         settings |= {"n": operators, "n_by": "cross-validation", "power": choice.power}
@@ -331,8 +333,14 @@ def solve(
         problem = replace(problem, eps=firm.affordable or scaled)
         firm = firm._replace(affordable=None)  # it is taken
         settings |= {"eps": problem.eps * slope, "eps_by": "error of the fit"}
-    refitter = Refitter(records, data, choice, problem.operators, problem.eps, call.given) if records else None
-    bank, estimate = _fit(problem, choice, refitter)
+    refitter = None
+    if choice.family == STATIC:
+        problem = replace(problem, operators=0)
+        bank = make_bank(data, NO_MEMORY, choice.initial_state)
+        estimate, _ = fit_static(data, choice.initial_state, problem.eps)
+    else:
+        refitter = Refitter(records, data, choice, problem.operators, problem.eps, call.given) if records else None
+        bank, estimate = _fit(problem, choice, refitter)
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
@@ -385,7 +393,7 @@ def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -
         return choices[0], ()
     results = compare(problem.data, choices, problem.operators, problem.eps, problem.given)
     if not results:  # too few samples to hold any out
-        family = families[0]
+        family = next(name for name in families if name != STATIC)
         return Choice(family, starts[0], REGULARISATIONS[-1] if family == "modified-pi" else None), ()
     return choose(results)
 

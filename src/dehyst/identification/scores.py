@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
-from dehyst.models import HysteresisModel, ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StopOperatorModel
+from dehyst.models import HysteresisModel
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
@@ -143,22 +143,13 @@ def simulated(records: tuple[Recording, ...], data: DataSet, bank: Bank, model: 
 
 def _started(data: DataSet, bank: Bank, model: HysteresisModel) -> Iterator[tuple[Piece, HysteresisModel]]:
     """Each piece with the model in its state before it."""
-    kept = np.searchsorted(bank.thresholds * data.half_range, thresholds_of(model))
+    kept = np.searchsorted(bank.thresholds * data.half_range, model.radii)
     for piece, state in zip(data.pieces, bank.states, strict=True):
         yield piece, model.with_state(state[kept] * data.half_range)
 
 
 def _joined(pieces: list[Array]) -> Array:
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-
-
-def thresholds_of(model: HysteresisModel) -> Array:
-    """Thresholds of the play operators of a model of any family."""
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        return model.hysteresis.thresholds
-    if isinstance(model, (PrandtlIshlinskii, StopOperatorModel)):
-        return model.thresholds
-    raise AssertionError(f"no thresholds in {type(model).__name__}")
 
 
 def score(records: tuple[Recording, ...], outputs: Sequence[Readable], part: Part, output_range: float) -> Score | None:

@@ -8,20 +8,22 @@ difficulty, and one that holds the only virgin curve must not decide alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.data import DataSet, extremes
-from dehyst.identification.families import FAMILIES, Regularisation, gain_of, is_high
+from dehyst.identification.families import FAMILIES, STATIC, Estimate, Regularisation, gain_of, is_high
 from dehyst.identification.fit import Candidate
-from dehyst.identification.folds import Folds
+from dehyst.identification.folds import Folds, blocks_of
 from dehyst.identification.memory import largest_radius
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
+from dehyst.identification.static_curve import fit_static, held_out_errors
 from dehyst.identification.threads import in_parallel
 from dehyst.ties import rank
 
@@ -39,6 +41,8 @@ WITHIN_NOISE = 0.02
 # Cumulative slopes are bounded by nothing outside the fitted amplitudes: they must be clearly better than stops.
 CLEARLY_BETTER = 0.15
 NO_DIFFERENCE = 0.002
+# A curve without memory is as good as a model whose error is more than this share of the curve's.
+STATIC_AS_GOOD = 0.95
 REGULARISATIONS = tuple(Regularisation(s, r) for s in (0.003, 0.01, 0.03) for r in (0.05, 0.1))
 # Exponent of the threshold grid of the stop form.
 STOP_POWER = 2
@@ -56,10 +60,10 @@ FIRMER = (0.01, 0.0125, 0.016, 0.02, 0.025, 0.0315, 0.04, 0.05, 0.063, 0.08, 0.1
 STARTS = ("zero", "rest", "rising", "falling")
 # Families in the order of preference at like error, by the orientation of the loop.
 BY_ORIENTATION = {
-    "counter-clockwise": ("pi", "modified-pi"),
-    "clockwise": ("stop", "pi-cumulative"),
-    "mixed": FAMILIES,
-    "none": ("pi", "modified-pi"),
+    "counter-clockwise": (STATIC, "pi", "modified-pi"),
+    "clockwise": (STATIC, "stop", "pi-cumulative"),
+    "mixed": (STATIC, *FAMILIES),
+    "none": (STATIC, "pi", "modified-pi"),
 }
 
 
@@ -104,9 +108,9 @@ def grid_power(family: str) -> int:
 
 
 def possible_choices(families: Sequence[str], starts: Sequence[str]) -> Iterator[Choice]:
-    """Every setting to compare, simpler families first."""
+    """Every setting to compare, simpler families first; a curve without memory has no start."""
     for family in families:
-        for start in starts:
+        for start in starts if family != STATIC else starts[:1]:
             if family == "modified-pi":
                 yield from (Choice(family, start, regularisation) for regularisation in REGULARISATIONS)
             else:
@@ -125,6 +129,8 @@ def compare(
         short = shorts[start == "unknown"]
         if short.rows < FEWEST_ROWS:
             return []
+        if group[0].family == STATIC:
+            return [(group[0], held_out_errors(short, blocks_of(short.rows)))]
         bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), group[0], given), start)
         folds = Folds(short, bank, ramps=any(choice.family == "modified-pi" for choice in group))
         return [(choice, folds.errors(choice, eps)) for choice in group]
@@ -140,9 +146,10 @@ def _memories(choices: list[Choice]) -> dict[bool, str]:
 
 def _by_bank(choices: list[Choice]) -> list[list[Choice]]:
     """Choices that share one bank of operators, together."""
-    groups: dict[tuple[str, int], list[Choice]] = {}
+    groups: dict[tuple[str, int, bool], list[Choice]] = {}
     for choice in choices:
-        groups.setdefault((choice.initial_state, grid_power(choice.family)), []).append(choice)
+        bank = (choice.initial_state, grid_power(choice.family), choice.family == STATIC)
+        groups.setdefault(bank, []).append(choice)
     return list(groups.values())
 
 
@@ -213,17 +220,23 @@ class Firmness(NamedTuple):
 def firmness(data: DataSet, choice: Choice, operators: int, eps: float, given: Array | None) -> Firmness:
     """Compare firmer bounds with an eps by the error of the fit and the gain of the inverse."""
     start = choice.initial_state
+    if choice.family == STATIC:
+        return _firmness(partial(fit_static, data, start), eps)
     short = shorten(data, start, COMPARED_ROWS)
     if short.rows < FEWEST_ROWS:
         return Firmness()
     bank = make_bank(data, threshold_grid(data, min(operators, COMPARED_OPERATORS), choice, given), start)
-    folds = Folds(short, bank, blocks=1, ramps=choice.family == "modified-pi")
-    estimate, error = folds.whole(choice, eps)
-    found = Firmness(strain=_raised(error, folds.whole(choice, LOOSE)[1]) if eps > LOOSE else 0.0)
+    return _firmness(partial(Folds(short, bank, 1, choice.family == "modified-pi").whole, choice), eps)
+
+
+def _firmness(fitted: Callable[[float], tuple[Estimate, float]], eps: float) -> Firmness:
+    """From what is fitted with an eps, and its error."""
+    estimate, error = fitted(eps)
+    found = Firmness(strain=_raised(error, fitted(LOOSE)[1]) if eps > LOOSE else 0.0)
     for firmer in FIRMER if is_high(gain_of(estimate)) else ():
         if firmer <= eps:
             continue
-        estimate, raised = folds.whole(choice, firmer)
+        estimate, raised = fitted(firmer)
         cost = _raised(raised, error)
         if cost <= AFFORDABLE:
             found = found._replace(affordable=firmer)
@@ -247,6 +260,8 @@ def choose(results: list[tuple[Choice, Array]]) -> tuple[Choice, tuple[Candidate
     for index in order:
         simpler = families.index(results[index][0].family) < families.index(results[winner][0].family)
         margin = CLEARLY_BETTER if results[order[0]][0].family == "pi-cumulative" else WITHIN_NOISE
+        if results[index][0].family == STATIC:
+            margin = 1.0 / STATIC_AS_GOOD - 1.0
         if simpler and scores[index] - scores[order[0]] <= np.log1p(margin):
             winner = index
     for index in range(len(results)):  # the start state that assumes least, where it makes no difference

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet
-from dehyst.identification.families import FAMILIES
+from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.identification.mending import mended
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
@@ -84,11 +84,11 @@ def check_settings(
     family: str, n: int | str, eps: float, thresholds: npt.ArrayLike | None, initial_state: str
 ) -> Array | None:
     """Return the given thresholds as an array, or None for a grid; refuse settings outside what formulas allow."""
-    if family != "auto" and family not in FAMILIES:
+    if family not in ("auto", STATIC, *FAMILIES):
         raise ParameterError(
-            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, direct-inverse, which can be exported. "
-            f"Families of the literature (bouc-wen, preisach, dahl, ...) are identified by dehyst.identify_family, or "
-            f"`dehyst compare LOG ... --families NAME --save model.json`.",
+            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, {STATIC}, direct-inverse, which can be "
+            f"exported. Families of the literature (bouc-wen, preisach, dahl, ...) are identified by "
+            f"dehyst.identify_family, or `dehyst compare LOG ... --families NAME --save model.json`.",
             family=family,
         )
     if initial_state != "auto" and initial_state not in INITIAL_STATES:

@@ -97,6 +97,11 @@ class HysteresisModel(ABC):
     def nonzero_weights(self) -> int:
         """Number of operators that carry weight."""
 
+    @property
+    def radii(self) -> Array:
+        """Thresholds of the play operators inside, (n,); a curve without memory has one, 0. [input of the operator]"""
+        return self._plays()[0].thresholds
+
     def __repr__(self) -> str:
         """One line: family, operators, signals and their identified ranges; parameters are attributes."""
         operators = (

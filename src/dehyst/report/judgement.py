@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.grades import Grade, grade_of
-from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, STATIC_AS_GOOD, of_range
+from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
+from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
 from dehyst.report.parts import inverse_miss
@@ -106,6 +107,8 @@ def improvement(fit: Fit) -> float:
 
 
 def _against_curve(fit: Fit) -> Light:
+    if not fit.certificate.operators:
+        return Light("Against a curve", Grade.GOOD, "the model is the curve: none with memory did better")
     times = improvement(fit)
     grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
     if "static-as-good" in codes(fit):
@@ -169,6 +172,8 @@ def _inverse(fit: Fit) -> Light:
 
 def _determined(fit: Fit) -> Light:
     missing = len(fit.certificate.undetermined)
+    if not fit.certificate.operators:
+        return Light("Determined", Grade.GOOD, "a curve has no operators; do not go beyond the logged range")
     if missing == 0:
         return Light("Determined", Grade.GOOD, f"all {fit.certificate.operators} operators moved in the fitted samples")
     grade = min(_grade(missing / max(1, fit.certificate.operators), UNDETERMINED_SHARE), Grade.CARE)
@@ -212,7 +217,9 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
         f"{with_unit(score.max, rec.output_unit)} at worst.",
     ]
     times = improvement(fit)
-    if grades["Against a curve"] is Grade.BAD:
+    if not fit.certificate.operators:
+        says.append("It is a curve without memory: hysteresis was not found on loops held out, or does not repeat.")
+    elif grades["Against a curve"] is Grade.BAD:
         says.append("A simple curve without hysteresis does as well: use that, or look for what else moves the output.")
     elif math.isfinite(times):
         says.append(f"The best curve without hysteresis is {number(times, 2)} times worse.")

@@ -55,7 +55,7 @@ def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
         ("Without hysteresis", number(static.rmse_percent), "%", "RMSE of the best curve"),
         ("Inverse gain", number(fit.certificate.inverse_gain), slope, "largest slope"),
         ("Round trip error", number(fit.certificate.round_trip_error, 2), "", "of the range"),
-        ("Weights", str(fit.certificate.nonzero_weights), "", f"of {fit.certificate.operators} operators"),
+        ("Weights", str(fit.certificate.nonzero_weights), "", _of_operators(fit)),
         ("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
     ]
     test = ("Test RMSE", "–", "", "nothing was held out")
@@ -63,6 +63,10 @@ def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
         test = ("Test RMSE", number(fit.test.rmse_percent), "%", f"{with_unit(fit.test.rmse, out)}, held out")
     tiles.insert(0, test)
     return tuple(tiles)
+
+
+def _of_operators(fit: Fit) -> str:
+    return f"of {fit.certificate.operators} operators" if fit.certificate.operators else "a curve without memory"
 
 
 def tables(fit: Fit) -> tuple[Table, ...]:

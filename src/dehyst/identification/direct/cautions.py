@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD, no_held_out
+from dehyst.identification.cautions import POOR_PERCENT, no_held_out
 from dehyst.identification.direct.columns import Shape
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.evidence import Evidence
@@ -17,6 +17,7 @@ from dehyst.identification.direct.selection import FOLDS, WORTH, Trials
 from dehyst.identification.direct.times import holds_still, longest_hold, separable, words
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT, reasons_of
+from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.recording import Recording
 from dehyst.ties import rank
 

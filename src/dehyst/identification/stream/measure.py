@@ -14,7 +14,7 @@ from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
 from dehyst.identification.measures import Measure, Measured
 from dehyst.identification.regressors import Bank
-from dehyst.identification.scores import Moments, score_of, thresholds_of
+from dehyst.identification.scores import Moments, score_of
 from dehyst.identification.stream.column import INPUT, OUTPUT, TIME
 from dehyst.identification.stream.cycles import Cycles
 from dehyst.identification.stream.log import Log
@@ -170,7 +170,7 @@ class _Comparison:
         return self._result()
 
     def _piece(self, log: Log, piece: Piece, state: Array) -> None:
-        kept = np.searchsorted(self.bank.thresholds * self.data.half_range, thresholds_of(self.model))
+        kept = np.searchsorted(self.bank.thresholds * self.data.half_range, self.model.radii)
         started = self.model.with_state(state[kept] * self.data.half_range)
         simulate, ask = started.stepper("dense"), started.inverse().stepper("dense")
         for kind, part in _parts(piece, self.bank.initial_state):

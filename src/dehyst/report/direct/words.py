@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 
 from dehyst.grades import Grade, grade_of
-from dehyst.identification.cautions import POOR_PERCENT, STATIC_AS_GOOD
+from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
+from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.report.judgement import KKT, Light
 from dehyst.report.next_steps import Lines
 from dehyst.report.tables import Table, settings_rows, source_table
