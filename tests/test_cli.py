@@ -73,7 +73,7 @@ def test_json_has_null_where_there_is_no_test_and_never_infinity(run, folder):
     result = json.loads(out, parse_constant=pytest.fail)
     assert status == 0
     assert result["test"] is None and result["static_test"] is None
-    assert "no-held-out" in {warning["code"] for warning in result["warnings"]}
+    assert "(nothing held out)" in result["verdict"]
 
 
 def test_identify_saves_a_model_that_remembers_where_it_came_from(run, folder, tmp_path):
