@@ -299,8 +299,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "`--family auto` compared its families with a curve without memory on loops held out within the fitted "
             "part, and none was better by more than a twentieth: hysteresis was not found at this scale, or does not "
             "repeat. The model is the curve, which is saved, inverted, exported and compensated with like any other.",
-            "Nothing, if the loop in the report is closed. If it is open, log more of it, warmed up and under one load, "
-            "or name a family.",
+            "Nothing, if the loop in the report is closed. If it is open, log more of it, warmed up and under one "
+            "load, or name a family.",
         ),
         "high-inverse-gain": (
             "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
