@@ -67,6 +67,20 @@ def cycling_log(
     """
     random = np.random.default_rng(seed)
     x, t = _drive(random, cycles, rate, uneven, minor, amplitude)
+    return logged(random, x, t, wear, noise=noise, name=name or f"log {seed}")
+
+
+def logged(
+    random: np.random.Generator,
+    x: Array,
+    t: Array,
+    wear: Mapping[str, Course | float] | None = None,
+    *,
+    noise: float = 1.0,
+    name: str = "",
+) -> dehyst.Recording:
+    """Return the log of a drive of one's own, (T,) at even times; `wear` as in `cycling_log`."""
+    rate = (t.size - 1) / (t[-1] - t[0])
     progress = np.linspace(0.0, 1.0, x.size)
     worn = Wear(wear or {})
     y = SLOPE * x + worn.at("bend", progress, 1.0) * BEND * x**3
@@ -77,7 +91,7 @@ def cycling_log(
         input=x + noise * INPUT_NOISE * random.standard_normal(x.size),
         output=y + noise * OUTPUT_NOISE * _coloured(random, x.size),
         time=t,
-        name=name or f"log {seed}",
+        name=name,
         input_name="pressure",
         output_name="angle",
         input_unit="bar",

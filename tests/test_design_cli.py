@@ -98,6 +98,8 @@ def test_a_csv_that_is_not_ones_own_is_not_overwritten(tmp_path, capsys):
     ("change", "error", "words"),
     [
         ({"range": None}, ParameterError, "--range LO HI"),
+        ({"purpose": "fun"}, ParameterError, "--for drift"),
+        ({"purpose": "drift", "time_limit": 60.0}, ParameterError, "36 cycles at 40 deg/s take .* Allow"),
         ({"robot": Path("arm.toml")}, ParameterError, "Add --joint"),
         ({"time_limit": 60.0}, ParameterError, r"shortest plan takes \d+ s"),
         ({"rate": -1.0}, ParameterError, "positive number"),

@@ -8,9 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
-from dehyst.evaluation import UNSEEN_TIPS, Limits, design_excitation, separability
+from dehyst.evaluation import UNSEEN_TIPS, Limits, design_drift_motion, design_excitation, separability
+from dehyst.evaluation.drift_motion import CYCLES
 from dehyst.evaluation.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
 from dehyst.evaluation.separability import OCTAVES, columns, lags
+from dehyst.identification.drift.cycles import cycles_of, groups_of
+from dehyst.identification.drift.opening import MOST_GROUPS
 
 PLAN = design_excitation(-30.0, 50.0, rate=40.0, time_limit=500.0, unit="deg")
 RADII = 40.0 * np.geomspace(0.004, 0.95, 30)  # those of a direct inverse over this range
@@ -209,3 +212,30 @@ def test_a_slow_acceleration_lowers_the_rate_that_the_decade_is_counted_from():
     plan = design_excitation(-1.0, 1.0, rate=100.0, acceleration=0.5, time_limit=1200.0)
     assert plan.limits.rate == pytest.approx(plan.peak_rate)
     assert plan.limits.stroke_time(1.88) == pytest.approx(Limits(100.0, 0.5).stroke_time(1.88))
+
+
+# --- motion for drift ---------------------------------------------------------------------------------------
+
+
+@given(low=st.floats(-100.0, 100.0), width=st.floats(0.01, 200.0), stroke=st.floats(0.5, 6.0), time=st.floats(1.0, 3.0))
+@settings(deadline=None, max_examples=10)
+def test_a_motion_for_drift_keeps_its_limits_and_has_cycles_for_all_groups(low, width, stroke, time):
+    """Oracle: the cycles and groups that drift itself makes."""
+    limits = {"rate": 35 / 16 * width / stroke, "period": 0.001}
+    with pytest.raises(ParameterError) as refused:
+        design_drift_motion(low, low + width, time_limit=1.0, **limits)
+    plan = design_drift_motion(low, low + width, time_limit=time * refused.value.facts["needed"], **limits)
+    assert plan.duration <= time * refused.value.facts["needed"] + 1e-9
+    assert plan.peak_rate <= limits["rate"] * (1 + 1e-12)
+    _, value, _ = plan.signal(plan.duration / 2e4)
+    slack = 1e-9 * (abs(low) + width)
+    assert low - slack <= value.min() and value.max() <= low + width + slack
+    assert value[0] == value[-1] == plan.middle
+    found = cycles_of(value, [slice(0, value.size)], low, low + width)
+    assert len(found) == CYCLES
+    assert [len(group) for group in groups_of(found, MOST_GROUPS)] == [CYCLES // MOST_GROUPS] * MOST_GROUPS
+
+
+def test_more_time_makes_the_slow_cycle_slower_and_creep_easier_to_tell():
+    shares = [design_drift_motion(-1.0, 1.0, time_limit=limit).separable.creep for limit in (300.0, 600.0)]
+    assert shares[1] > 2.0 * shares[0]

@@ -2,9 +2,11 @@
 
 import json
 import re
+import shlex
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import dehyst
@@ -12,9 +14,14 @@ from dehyst.io import write_csv
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
-from drift_rig import cycling_log
+from drift_rig import cycling_log, logged
 
 PURE = {"creep": 0.0}
+
+
+def counted(entry):
+    """Parts that count as changed; the error, which is their sum, left out."""
+    return {change["part"] for change in entry["changes"] if change["drifted"]} - {"error"}
 
 
 def write(path, record, **names):
@@ -53,6 +60,25 @@ def test_a_worn_actuator_ends_with_status_1_and_the_next_line_to_type(run, folde
     assert flat.startswith("drifted") and "first seen in worn.csv" in flat and "--refit new.json" in flat
 
 
+def test_cannot_tell_ends_with_status_4_and_the_motion_that_it_asks_for_tells(run, folder):
+    """Closed loop: what is printed is typed, the rig moved so, and the log is accepted."""
+    status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", folder / "not.json")
+    flat = " ".join(out.split())
+    assert status == 4 and flat.startswith("cannot tell (against the model)")
+    assert "accepted" not in flat and not (folder / "not.json").exists()
+    line = shlex.split(re.search(r"next: (dehyst design .*) --out drift.csv", out).group(1))
+    status, out, _ = run(*line[1:], "--out", folder / "drift.csv")
+    assert status == 0 and re.search(r"36 complete cycles", out) and "dehyst drift MODEL.json LATER.csv" in out
+    t, x = np.loadtxt(folder / "drift.csv", delimiter=",", skiprows=1, usecols=(0, 1)).T
+    for seed, (name, wear) in enumerate({"first": {}, "second": {}, "third": {"gain": 1.05}}.items()):
+        write(folder / f"{name}.csv", logged(np.random.default_rng(seed), x, t, {**PURE, **wear}))
+    for name, wanted in (("second", 0), ("third", 1)):
+        reference = ("--reference", folder / "first.csv", "--json")
+        status, out, _ = run("drift", folder / "model.json", folder / f"{name}.csv", *reference)
+        result = json.loads(out)
+        assert status == wanted and result["logs"][0]["tested"] == 36
+
+
 def test_the_reference_may_be_named(run, folder):
     status, out, _ = run(
         "drift", folder / "model.json", folder / "later.csv", "--reference", folder / "new.csv", "--json"
@@ -69,7 +95,8 @@ def test_another_motion_ends_with_status_3(run, folder):
 def test_a_log_of_other_columns_is_an_error_alone_and_one_line_among_others(run, folder):
     status, _, err = run("drift", folder / "model.json", folder / "other.csv")
     assert status == 2 and err.startswith("ColumnError")
-    status, out, _ = run("drift", folder / "model.json", folder / "other.csv", folder / "later.csv", "--json")
+    reference = ("--reference", folder / "new.csv", "--json")
+    status, out, _ = run("drift", folder / "model.json", folder / "other.csv", folder / "later.csv", *reference)
     logs = {log["log"]: log["status"] for log in json.loads(out)["logs"]}
     assert status == 0 and logs == {"later.csv": "unchanged", "other.csv": "not comparable"}
 
@@ -101,7 +128,7 @@ def test_after_a_new_model_its_verdict_and_the_next_command_are_printed(run, fol
 
 def test_a_model_that_is_no_better_is_not_written(run, folder):
     target = folder / "no_better.json"
-    status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", target)
+    status, out, _ = run("drift", folder / "model.json", folder / "new.csv", folder / "later.csv", "--refit", target)
     assert status == 0 and not target.exists()
     assert "the old model stays" in " ".join(out.split()) and "nothing was written" in " ".join(out.split())
 
@@ -166,7 +193,7 @@ def test_a_measured_piezo_drifts_in_its_offset_alone_within_one_log(run, tmp_pat
     status, out, _ = run("drift", tmp_path / "model.json", log, *columns, "--json")
     result = json.loads(out)
     assert status == 1 and result["logs"][0]["cycles"] > 30
-    assert {change["part"] for change in result["logs"][0]["changes"] if change["drifted"]} == {"offset"}
+    assert counted(result["logs"][0]) == {"offset"}
 
 
 @pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs beside the project")
@@ -179,4 +206,4 @@ def test_a_measured_arm_is_the_same_in_three_runs_but_for_zero_and_gain(run, tmp
     result = json.loads(out)
     assert status == 1 and result["reference"].endswith("oct28_exp1")
     for entry in result["logs"][1:]:
-        assert {change["part"] for change in entry["changes"] if change["drifted"]} <= {"offset", "gain"}
+        assert counted(entry) <= {"offset", "gain"}

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from dehyst.evaluation import ExcitationPlan as ExcitationPlan
     from dehyst.evaluation import Homing as Homing
     from dehyst.evaluation import Limits as Limits
+    from dehyst.evaluation import design_drift_motion as design_drift_motion
     from dehyst.evaluation import design_excitation as design_excitation
     from dehyst.evaluation import home_model as home_model
     from dehyst.evaluation import shortest_homing as shortest_homing
@@ -136,6 +137,7 @@ _HOME = {
     "choose_shear": "dehyst.identification",
     "cross_validate": "dehyst.identification",
     "calibrate": "dehyst.experiments.calibration",
+    "design_drift_motion": "dehyst.evaluation",
     "design_excitation": "dehyst.evaluation",
     "home_model": "dehyst.evaluation",
     "shortest_homing": "dehyst.evaluation",

@@ -268,6 +268,9 @@ def design(
     period: Annotated[float, typer.Option("--period", help="Time between two samples of --out [s].")] = 0.02,
     out: Annotated[Path | None, typer.Option("--out", help="CSV file to write: time, command, part.")] = None,
     figure: Annotated[Path | None, typer.Option("--figure", help="Picture to write, .svg or .png.")] = None,
+    purpose: Annotated[
+        str, typer.Option("--for", metavar="PURPOSE", help="identification, or drift: cycles alike.")
+    ] = "identification",
     overwrite: Overwrite = False,
     json: Json = False,
 ) -> None:
@@ -275,7 +278,9 @@ def design(
     from dehyst.app.design import DesignRequest, run_design
 
     run_design(
-        DesignRequest(joint, robot, range, unit, rate, acceleration, time_limit, period, out, figure, overwrite, json)
+        DesignRequest(
+            joint, robot, range, unit, rate, acceleration, time_limit, period, out, figure, overwrite, json, purpose
+        )
     )
 
 

@@ -16,7 +16,8 @@ from rich.text import Text
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import tell, terminal
 from dehyst.errors import OutputError, ParameterError, UnitError
-from dehyst.evaluation import ExcitationPlan, design_excitation
+from dehyst.evaluation import ExcitationPlan, design_drift_motion, design_excitation
+from dehyst.evaluation.drift_motion import CYCLES
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
 from dehyst.shell import quoted
@@ -25,11 +26,13 @@ from dehyst.units import canonical, convert, dimension
 ANGLE = "deg"  # of a joint, if nothing else is said
 WHY = 34  # letters left for the last column of the table at least
 BAR = 1e5
+IDENTIFICATION, DRIFT = "identification", "drift"
+MOTIONS = {IDENTIFICATION: design_excitation, DRIFT: design_drift_motion}
 
 
 @dataclass(frozen=True)
 class DesignRequest:
-    """The command line of ``dehyst design``."""
+    """The command line of ``dehyst design``; `purpose` is its option ``--for``."""
 
     joint: int | None = None
     robot: Path | None = None
@@ -43,6 +46,7 @@ class DesignRequest:
     figure: Path | None = None
     overwrite: bool = False
     json: bool = False
+    purpose: str = IDENTIFICATION
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ def run_design(request: DesignRequest) -> None:
 
         write_excitation_figure(request.figure, designed.plan, designed.name)
     if request.json:
-        sys.stdout.write(json.dumps(_facts(designed), indent=1, allow_nan=False) + "\n")
+        sys.stdout.write(json.dumps(_facts(designed, request), indent=1, allow_nan=False) + "\n")
     else:
         _print(designed, request)
     for path in filter(None, (request.out, request.figure)):
@@ -76,6 +80,10 @@ def run_design(request: DesignRequest) -> None:
 
 
 def _refuse_bad_request(request: DesignRequest) -> None:
+    if request.purpose not in MOTIONS:
+        raise ParameterError(
+            f"--for {request.purpose} names no purpose. Type --for identification (as without it), or --for drift."
+        )
     if request.joint is None and request.range is None:
         raise ParameterError(
             "nothing says what is moved. Type --range LO HI --unit UNIT for a rig of your own, e.g. "
@@ -96,7 +104,7 @@ def _refuse_bad_request(request: DesignRequest) -> None:
 def _designed_range(request: DesignRequest) -> _Designed:
     assert request.range is not None
     unit = request.unit or ""
-    plan = design_excitation(
+    plan = MOTIONS[request.purpose](
         *request.range, rate=request.rate, acceleration=request.acceleration, time_limit=request.time_limit,
         period=request.period, unit=canonical(unit) or unit,
     )  # fmt: skip
@@ -122,6 +130,7 @@ def _designed_joint(request: DesignRequest) -> _Designed:
     found = design_joint(
         load_robot(request.robot), request.joint, low=si(low), high=si(high), rate=si(request.rate),
         acceleration=si(request.acceleration), time_limit=request.time_limit, period=request.period, unit=unit,
+        motion=MOTIONS[request.purpose],
     )  # fmt: skip
     needs = {
         "pressure_share": found.pressure_share,
@@ -140,7 +149,7 @@ def _csv(designed: _Designed, path: Path) -> str:
     return format_csv(columns, path)
 
 
-def _facts(designed: _Designed) -> dict[str, Any]:
+def _facts(designed: _Designed, request: DesignRequest) -> dict[str, Any]:
     """Everything that is printed, as numbers."""
     plan = designed.plan
     sections = [
@@ -164,6 +173,7 @@ def _facts(designed: _Designed) -> dict[str, Any]:
         "duration_s": plan.duration,
         "peak_rate": plan.peak_rate,
         "peak_acceleration": plan.peak_acceleration,
+        **({"cycles": CYCLES} if request.purpose == DRIFT else {}),
         "separable": asdict(plan.separable),
         "one_loop": asdict(plan.one_loop),
         **designed.needs,
@@ -189,6 +199,11 @@ def _print(designed: _Designed, request: DesignRequest) -> None:
     out.print()
     _print_figures(designed)
     out.print()
+    if request.purpose == DRIFT:
+        out.print(
+            Text(f"{CYCLES} complete cycles whose memory is known, in as many blocks alike as drift makes groups")
+        )
+        out.print()
     out.print(Text(_next(designed, request)), soft_wrap=True)
 
 
@@ -203,7 +218,7 @@ def _table(plan: ExcitationPlan) -> Table:
     for each, begin in zip(plan.sections, plan.begins, strict=True):
         ways = np.abs(np.diff([before, *each.tips]))
         peak = float((35.0 / 16.0 * ways / np.array(each.stroke_s)).max())
-        holds = ", ".join(f"{time:.3g}" for time in each.hold_s if time > 0)
+        holds = ", ".join(dict.fromkeys(f"{time:.3g}" for time in each.hold_s if time > 0))
         cells = (
             f"{begin:.1f}", f"{each.duration:.1f}", f"{len(each.tips)}", f"{peak:.3g}", each.part, holds, each.why
         )  # fmt: skip
@@ -233,6 +248,12 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
     plan = designed.plan
     if request.out is None:
         return "next: the same line with --out FILE.csv writes it as samples"
+    if request.purpose == DRIFT:
+        return (
+            f"next: bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what "
+            f"it did: now, as the reference, and again whenever you ask whether the actuator has changed:\n"
+            f"dehyst drift MODEL.json LATER.csv --reference NOW.csv"
+        )
     parts = [each.part for each in plan.sections]
     first, test, last = plan.begins[1], plan.begins[parts.index("test")], plan.begins[-1]
     fraction = (test - first) / (last - first)

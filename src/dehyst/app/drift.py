@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from typing import Any, TypeAlias, cast
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.design import DesignRequest
 from dehyst.app.identify import _finite
 from dehyst.app.identify_direct import schedule_of
 from dehyst.app.status import Status
@@ -19,6 +21,7 @@ from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, DehystError, ExcitationError, OutputError, RecordingError
+from dehyst.evaluation import design_drift_motion
 from dehyst.files import write_atomically
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.drift import Change, Drift, drift
@@ -32,8 +35,19 @@ from dehyst.shell import quoted
 
 Read: TypeAlias = tuple[Path, str | None, Recording]
 
-STATUS = {"unchanged": Status.DONE, "drifted": Status.NO, "not comparable": Status.NOT_COMPARABLE}
-STYLES = {"unchanged": "bold green", "drifted": "bold red", "not comparable": "bold yellow"}
+STATUS = {
+    "unchanged": Status.DONE,
+    "drifted": Status.NO,
+    "not comparable": Status.NOT_COMPARABLE,
+    "cannot tell": Status.CANNOT_TELL,
+}
+SAMPLES = 200  # of a designed cycle
+STYLES = {
+    "unchanged": "bold green",
+    "drifted": "bold red",
+    "not comparable": "bold yellow",
+    "cannot tell": "bold yellow",
+}
 
 
 @dataclass(frozen=True)
@@ -195,6 +209,27 @@ def _print(found: Drift, request: DriftRequest) -> None:
         out.print(Text(f"report: {request.report}"))
     if found.status == "drifted" and found.acceptance is None:
         out.print(Text("next: repeat with --refit new.json; it is written only if it is better"), soft_wrap=True)
+    if found.status == "cannot tell":
+        out.print(Text(f"next: {_motion(found)}"), soft_wrap=True)
+
+
+def _motion(found: Drift) -> str:
+    """The command that makes a motion that tells."""
+    motion = found.motion
+    words = [f"dehyst design --for drift --range {motion['low']:.4g} {motion['high']:.4g}"]
+    if motion["unit"]:
+        words.append(f"--unit {quoted(motion['unit'])}")
+    if motion["rate"]:
+        usual = DesignRequest()
+        plan = design_drift_motion(
+            motion["low"], motion["high"], rate=motion["rate"], time_limit=math.inf, period=motion["period_s"] / SAMPLES
+        )
+        words.append(f"--rate {motion['rate']:.3g}")
+        if plan.duration > usual.time_limit:
+            words.append(f"--time-limit {1.01 * plan.duration:.0f}")
+        if plan.period < usual.period:
+            words.append(f"--period {plan.period:.2g}")
+    return " ".join((*words, "--out drift.csv"))
 
 
 def _print_accepted(found: Drift, path: Path) -> None:

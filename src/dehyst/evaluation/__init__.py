@@ -3,6 +3,7 @@
 from dehyst.evaluation.cornering import CorneringFigures, cornering_deviation
 from dehyst.evaluation.cube import TestCube, circle, line, rectangle, test_path
 from dehyst.evaluation.design import design_excitation
+from dehyst.evaluation.drift_motion import design_drift_motion
 from dehyst.evaluation.excitation import UNSEEN_TIPS, Excitation, decaying_cycles, loops, triangle_sweep
 from dehyst.evaluation.homing import Homing, shortest_homing
 from dehyst.evaluation.homing_model import home_model
@@ -48,6 +49,7 @@ __all__ = [
     "circle",
     "cornering_deviation",
     "decaying_cycles",
+    "design_drift_motion",
     "design_excitation",
     "error_summary",
     "home_model",

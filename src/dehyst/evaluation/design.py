@@ -105,20 +105,32 @@ def design_excitation(
     """
     limits = limits_of(low, high, rate, acceleration)
     taus = _time_constants(time_constants)
-    if not (math.isfinite(period) and period > 0):
-        raise ParameterError(f"period = {period:g} s: no sampling. Pass the time between two samples, such as 0.02.")
+    check_period(period)
     scale = 0.5 * (high - low)
     share = Limits(limits.rate / scale, limits.acceleration / scale)
     home = home_section(share)
     found = list(candidates(home, share, time_limit, max(taus)))
     if not found:
         _refuse_time(home, share, time_limit, limits, unit)
-    looked = [(plan, _separable(_between(plan), taus)) for plan in found]
+    looked = [(plan, separable_by(_between(plan), taus)) for plan in found]
     best = max(figure.smallest for _, figure in looked)
     sections, figure = min(
         ((plan, figure) for plan, figure in looked if figure.smallest >= AS_GOOD * best),
         key=lambda each: sum(section.duration for section in each[0]),
     )
+    return planned((low, high, unit), period, limits, sections, figure, taus)
+
+
+def planned(
+    span: tuple[float, float, str],
+    period: float,
+    limits: Limits,
+    sections: tuple[Section, ...],
+    figure: Separability,
+    taus: Sequence[float],
+) -> ExcitationPlan:
+    """Return a plan from its sections in shares of half the range; refuse a period at which it would not be smooth."""
+    low, high, unit = span
     shortest = min(min(section.stroke_s) for section in sections)
     if period * STROKE_SAMPLES > shortest:
         raise ParameterError(
@@ -135,10 +147,10 @@ def design_excitation(
             f"should hold. Pass a period of {duration / MOST_SAMPLES:.2g} s or more, or a higher rate or acceleration.",
             period=period,
         )
-    middle = 0.5 * (low + high)
+    middle, scale = 0.5 * (low + high), 0.5 * (high - low)
     scaled = tuple(replace(each, tips=tuple(middle + scale * tip for tip in each.tips)) for each in sections)
-    loop = _one_loop(share, duration)
-    return ExcitationPlan(low, high, unit, period, limits, scaled, figure, _separable((loop,), taus))
+    loop = _one_loop(Limits(limits.rate / scale, limits.acceleration / scale), duration)
+    return ExcitationPlan(low, high, unit, period, limits, scaled, figure, separable_by((loop,), taus))
 
 
 def limits_of(low: float, high: float, rate: float | None, acceleration: float | None) -> Limits:
@@ -161,6 +173,12 @@ def limits_of(low: float, high: float, rate: float | None, acceleration: float |
     limits = Limits(rate, acceleration)
     reached = PEAK_RATE * longest / float(limits.stroke_time(longest))  # a tenth of it is a decade
     return replace(limits, rate=min(rate, reached))
+
+
+def check_period(period: float) -> None:
+    """Refuse what is no time between two samples."""
+    if not (math.isfinite(period) and period > 0):
+        raise ParameterError(f"period = {period:g} s: no sampling. Pass the time between two samples, such as 0.02.")
 
 
 def _time_constants(values: Sequence[float]) -> tuple[float, ...]:
@@ -191,7 +209,8 @@ def _between(sections: Sequence[Section]) -> tuple[Section, ...]:
     return tuple(section for section in sections if section.part in ("loops", "holds"))
 
 
-def _separable(sections: Sequence[Section], taus: Sequence[float]) -> Separability:
+def separable_by(sections: Sequence[Section], taus: Sequence[float]) -> Separability:
+    """What sections tell apart."""
     points = np.array([0.0, *itertools.chain(*(section.tips for section in sections))])
     stroke, hold = (
         np.array([*itertools.chain(*times)])

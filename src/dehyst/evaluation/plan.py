@@ -21,7 +21,7 @@ class Section:
     Attributes
     ----------
     part
-        ``home``, ``loops``, ``holds`` or ``test``.
+        ``home``, ``loops``, ``holds`` or ``test``; ``cycles`` of a motion for `drift`.
     why
         What it is for.
     tips
@@ -44,7 +44,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class ExcitationPlan:
-    """What to run on the rig for an identification of hysteresis, creep and rate.
+    """What to run on the rig for an identification of hysteresis, creep and rate, or for `drift`.
 
     Attributes
     ----------

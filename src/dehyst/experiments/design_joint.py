@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,7 @@ def design_joint(
     time_limit: float = 600.0,
     period: float = 0.02,
     unit: str = "rad",
+    motion: Callable[..., ExcitationPlan] = design_excitation,
 ) -> JointExcitation:
     """Return the excitation to run on a joint of the robot for an identification.
 
@@ -93,6 +95,8 @@ def design_joint(
         Of the samples. [s]
     unit
         Of the angles of the plan, rad or deg; what is passed is in rad.
+    motion
+        Designs it: `design_excitation`, or `design_drift_motion`.
 
     Raises
     ------
@@ -123,7 +127,7 @@ def design_joint(
     shown = float(convert(1.0, "rad", unit))
     wanted = rate
     for attempt in range(TRIES):
-        plan = design_excitation(
+        plan = motion(
             shown * low,
             shown * high,
             rate=None if wanted is None else shown * wanted,

@@ -24,7 +24,7 @@ from dehyst.report.thin import Window
 
 Array = npt.NDArray[np.float64]
 
-GRADES = {"unchanged": Grade.GOOD, "drifted": Grade.BAD, "not comparable": Grade.CARE}
+GRADES = {"unchanged": Grade.GOOD, "drifted": Grade.BAD, "not comparable": Grade.CARE, "cannot tell": Grade.CARE}
 # Parts drawn over the cycles, by their unit.
 PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
     ("hysteresis", TEST),

@@ -20,7 +20,7 @@ from dehyst.report.theme import FIFTH, INK, MUTED, OTHER, PAPER, TEST, TRAIN, se
 
 TITLE = "dehyst design: "  # by which a picture is known that may be drawn anew
 SIZE = (9.6, 4.6)  # [inch]
-COLOURS = {"home": OTHER, "loops": TRAIN, "holds": FIFTH, "test": TEST}
+COLOURS = {"home": OTHER, "loops": TRAIN, "cycles": TRAIN, "holds": FIFTH, "test": TEST}
 POINTS = 6000  # drawn at most
 BARS = (("smallest", "hardest mix\nof weights"), ("creep", "creep"), ("rate", "rate"), ("congruency", "place"))
 
@@ -57,14 +57,15 @@ def write_excitation_figure(path: str | PathLike[str], plan: ExcitationPlan, tit
 def _draw_motion(axes: Any, plan: ExcitationPlan) -> None:
     period = max(plan.period, plan.duration / POINTS)
     time, value, part = plan.signal(period)
-    for name, colour in COLOURS.items():
+    drawn = {name: colour for name, colour in COLOURS.items() if name in part}
+    for name, colour in drawn.items():
         mine = part == name
         mine[1:] |= mine[:-1]  # no gap where the next one begins
         axes.plot(time, np.where(mine, value, np.nan), color=colour.light, lw=1.3, label=name)
     axes.set_xlim(0.0, plan.duration)
     axes.set_xlabel("time [s]", color=MUTED.light)
     axes.set_ylabel(f"command [{clean(plan.unit)}]" if plan.unit else "command")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=len(COLOURS))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=len(drawn))
 
 
 def _draw_figures(axes: Any, plan: ExcitationPlan) -> None:

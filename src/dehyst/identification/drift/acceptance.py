@@ -39,13 +39,15 @@ CUMULATIVE = ("pi", "pi-cumulative")
 def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
     """Identify the family of a model anew on the first half of each log and compare both on the other half.
 
+    What is accepted is identified once more, from the whole of each log; what it is worth was told by the half.
+
     Both models run over the logs in the same way, from a past of their whole range. Their errors are squared, averaged
     over groups of held-out cycles and compared group by group.
     """
     if not logs:
         return Acceptance(False, "no log is comparable, so nothing was identified; the old model stays")
     try:
-        fit = _identified(subject.model, logs)
+        fit = _identified(subject.model, logs, FITTED)
         renewed = Subject.of(fit.model)
         pairs = _pairs(renewed, logs) if renewed.backward == subject.backward else []
     except DehystError as fault:
@@ -58,18 +60,25 @@ def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
             fit.model,
             groups=len(pairs),
         )
-    return _decide(subject.model, fit.model, np.array(pairs), scale)
+    decision = _decide(fit.model, np.array(pairs), scale)
+    if not decision.accepted:
+        return decision
+    try:
+        whole = _identified(subject.model, logs, 1.0).model
+    except DehystError as fault:
+        return replace(decision, accepted=False, reason=f"{decision.reason}, but not by all of the log ({fault})")
+    return replace(decision, model=_signed(whole, fit.model, subject.model, decision.reason))
 
 
-def _identified(model: Model, logs: Sequence[Log]) -> Fit | DirectFit:
-    """Fit the first half of each log with the settings of a model; hostile ones are refused by the identification."""
+def _identified(model: Model, logs: Sequence[Log], share: float) -> Fit | DirectFit:
+    """Fit the first part of each log with the settings of a model; hostile ones are refused by the identification."""
     records = [log.record for log in logs]
     listed = model.card.provenance.get("settings")
     settings: dict[str, Any] = listed if isinstance(listed, dict) else {}
     if isinstance(model, DirectInverse):
         signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in _scheduled(model)}
         times = settings.get("creep_times") or None
-        return identify_direct(records, creep_times=times, train_fraction=FITTED, **signals)
+        return identify_direct(records, creep_times=times, train_fraction=share, **signals)
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]
@@ -77,7 +86,7 @@ def _identified(model: Model, logs: Sequence[Log]) -> Fit | DirectFit:
     n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
     if settings.get("eps_by") or (known == "pi" and settings.get("family", known) != "pi"):
         eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
-    return identify(records, known, n=n, eps=eps, train_fraction=FITTED, shear=shear)
+    return identify(records, known, n=n, eps=eps, train_fraction=share, shear=shear)
 
 
 def _scheduled(model: DirectInverse) -> list[str]:
@@ -100,7 +109,7 @@ def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
     return found
 
 
-def _decide(old_model: Model, new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
+def _decide(new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
     tested = contrast((pairs[:, 0] - pairs[:, 1]) / max(float(np.max(pairs)), 1e-300))  # of any size
     old, new = (100.0 * float(np.sqrt(np.mean(pairs[:, k]))) / scale.span for k in (0, 1))
     p_value = tested.p_value(0.0, sided=1)
@@ -111,12 +120,13 @@ def _decide(old_model: Model, new_model: Model, pairs: Array, scale: Scale) -> A
     )
     rule = f"accepted are gains of more than {100 * WORTH:g} % with p < {LEVEL:g}"
     reason = f"{numbers}: the new model is accepted" if better else f"{numbers}: the old model stays; {rule}"
-    return Acceptance(better, reason, _signed(new_model, old_model, reason), old, new, p_value, len(pairs))
+    return Acceptance(better, reason, new_model, old, new, p_value, len(pairs))
 
 
-def _signed(new: Model, old: Model, reason: str) -> Model:
-    """The new model, with what it replaces and why in its provenance."""
+def _signed(new: Model, judged: Model, old: Model, reason: str) -> Model:
+    """The new model, with what its family was judged by, what it replaces and why in its provenance."""
     provenance = dict(new.card.provenance)
+    provenance |= {key: judged.card.provenance[key] for key in ("test", "verdict")}
     provenance["replaces"] = {"sha256": model_to_dict(old)["sha256"], "reason": reason}
     card: ModelCard = replace(new.card, provenance=provenance)
     return new.with_card(card)

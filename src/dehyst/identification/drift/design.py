@@ -12,7 +12,7 @@ shift, a_1 the relative change of the whole, a_2 that of the loop beyond it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 OFFSET, GAIN, HYSTERESIS, BEND, S_BEND, CREEP = "offset", "gain", "hysteresis", "bend", "s-bend", "creep"
 # Scales of what a direct inverse has of its own; the creep above is one that the model lacks.
-OWN_CREEP, VISCOUS, REST = "own-creep", "viscous", "rest"
+OWN_CREEP, VISCOUS, REST, ERROR = "own-creep", "viscous", "rest", "error"
 FITTED = (OFFSET, GAIN, HYSTERESIS, OWN_CREEP, VISCOUS)  # zero on the log that a model was identified from
 LACKED = (BEND, S_BEND, CREEP)
 PARTS = (*FITTED, *LACKED)
@@ -120,6 +120,8 @@ class Estimates:
     error, inverse
         RMS of the error of the prediction [response], and of the drive that the inverse asks for less the one that was
         applied [drive], (q,); the latter None where there is no inverse.
+    counted
+        RMS of the error less what parts that are ignored do, (q,). [response]
     sizes
         RMS of each regressor, its mean taken out, over all groups, (p,): a change times its size is what it does.
         [response]
@@ -132,6 +134,7 @@ class Estimates:
     rest: Array
     error: Array
     inverse: Array | None
+    counted: Array
     sizes: Array
     motion: Array
 
@@ -201,29 +204,36 @@ def _inflation(measured: Measured, places: Sequence[npt.NDArray[np.int64]], part
     return np.asarray(np.median(factors, axis=0))
 
 
-def estimate(measured: Measured, groups: Sequence[Sequence[Cycle]], steps: Sequence[Sequence[str]]) -> Estimates:
+def estimate(
+    measured: Measured,
+    groups: Sequence[Sequence[Cycle]],
+    steps: Sequence[Sequence[str]],
+    ignored: Collection[str] = (),
+) -> Estimates:
     """Fit the parts to every group by itself, step after step to what the one before left."""
     parts = [part for step in steps for part in step]
     values = np.zeros((len(groups), len(parts)))
-    rest, error = np.zeros(len(groups)), np.zeros(len(groups))
+    rest, error, counted = np.zeros((3, len(groups)))
     inverse = None if measured.inverse_error is None else np.zeros(len(groups))
     for k, group in enumerate(groups):
         place = measured.places(group)
         left, first = measured.error[place], 0
+        counting = left
         for step in filter(None, steps):
             matrix = np.column_stack([measured.columns[part][place] for part in step])
             scale = np.linalg.norm(matrix, axis=0)
             scale[scale == 0.0] = 1.0
             found = np.linalg.lstsq(matrix / scale, left, rcond=1e-10)[0] / scale
             values[k, first : first + len(step)] = found
+            counting = counting - matrix @ np.where([part in ignored for part in step], found, 0.0)
             left, first = left - matrix @ found, first + len(step)
-        rest[k], error[k] = _rms(left), _rms(measured.error[place])
+        rest[k], error[k], counted[k] = _rms(left), _rms(measured.error[place]), _rms(counting)
         if inverse is not None and measured.inverse_error is not None:
             inverse[k] = _rms(measured.inverse_error[place])
     everything = np.concatenate([measured.places(group) for group in groups])
     sizes = [1.0 if part == OFFSET else float(np.std(measured.columns[part][everything])) for part in parts]
     motion = np.array([np.std(measured.drive[measured.places(group)]) for group in groups])
-    return Estimates(tuple(parts), values, rest, error, inverse, np.array(sizes), motion)
+    return Estimates(tuple(parts), values, rest, error, inverse, counted, np.array(sizes), motion)
 
 
 def _rms(values: Array) -> float:

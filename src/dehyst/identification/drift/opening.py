@@ -22,6 +22,8 @@ MOST_GROUPS = 12
 # A log of so many cycles is long: what counts as now is its last quarter.
 LONG, NOW = 48, 0.25
 
+PEAK_RATE = 35.0 / 16.0  # of a designed stroke of length and time one
+
 
 @dataclass(frozen=True)
 class Log:
@@ -106,6 +108,14 @@ def scale_of(subject: Subject, logs: Sequence[Log], known: Log | None) -> Scale:
             low, high = (float(f([f(pair[k]) for pair in pairs])) for f in (np.min, np.max))
         found.append((0.5 * (low + high), max(0.5 * (high - low), 1e-300)))
     return Scale(found[0], found[1], next((p for p in map(period_of, good) if p is not None), None))
+
+
+def motion_of(subject: Subject, scale: Scale) -> dict[str, Any]:
+    """What a motion like that of the logs is made of, for `dehyst design --for drift`."""
+    middle, half = scale.drive
+    rate = None if not scale.period else PEAK_RATE * 2.0 * half / (0.5 * scale.period)
+    ends = {"low": middle - half, "high": middle + half, "unit": subject.drive.unit or ""}
+    return ends | {"rate": rate, "period_s": scale.period}
 
 
 def period_of(log: Log) -> float | None:

@@ -17,11 +17,21 @@ from dehyst.identification.drift.acceptance import accept
 from dehyst.identification.drift.cycles import groups_of
 from dehyst.identification.drift.design import Estimates, Scale
 from dehyst.identification.drift.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
-from dehyst.identification.drift.opening import MOST_GROUPS, Log, now_of, opened, reference_log, scale_of, with_model
+from dehyst.identification.drift.opening import (
+    MOST_GROUPS,
+    Log,
+    motion_of,
+    now_of,
+    opened,
+    reference_log,
+    scale_of,
+    with_model,
+)
 from dehyst.identification.drift.parts import Model, Subject
-from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, Drift, LogDrift
+from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
 from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
 from dehyst.identification.mending import mended
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 
@@ -52,6 +62,10 @@ def drift(
     the curve and of creep, separately in groups of cycles, and the scatter between groups decides what is a change and
     what is noise. In a log of 48 cycles or more the last quarter counts as now.
 
+    An actuator is called unchanged only if every change that does 1 % of range (rms) would have been found nine times
+    in ten, and if the error has not doubled, nor may have within its 95 % interval. Otherwise a log that shows no
+    change gets the answer "cannot tell".
+
     Parameters
     ----------
     model
@@ -67,12 +81,13 @@ def drift(
     least
         Smallest change worth a word: RMS of what it does, percent of the response's range. By default 0.1 with a
         reference that was moved alike; without one at least the error that the card names (half of it for the offset),
-        because a model's own error may look like a change.
+        because a model's own error may look like a change. "Unchanged" asks that twice as much would have been found,
+        if that is more than 1.
     ignore
         Parts whose change does not count, "offset" for a sensor that is zeroed at every start.
     refit
-        Whether to identify the family anew on the first half of each log, and to accept that model if it is better on
-        the other half.
+        Whether to identify the family anew where the actuator has drifted: on the first half of each log since, to be
+        accepted if it is better on the other half, and then on all of them.
     load, mean_pressure
         Signals that the weights of a direct inverse may depend on: an array (T,) for each recording, and one more for
         the reference if there is one.
@@ -85,7 +100,7 @@ def drift(
     Raises
     ------
     ParameterError
-        If a setting lies outside what its formula allows, or there is no recording.
+        If a setting lies outside what its formula allows, there is no recording, or the model is of another kind.
 
     Examples
     --------
@@ -96,6 +111,11 @@ def drift(
     >>> dehyst.drift(model, later).verdict[:32]
     'drifted (against the model): off'
     """
+    if not isinstance(model, HysteresisModel | DirectInverse):
+        raise ParameterError(
+            f"model is a {type(model).__name__}. drift() takes a model of dehyst.identify, identify_direct or "
+            f"load_model; those of other families cannot be taken apart into loop, curve and creep."
+        )
     records = _checked(recordings)
     rate = parameter_number(false_alarm, "false_alarm")
     if not 0.0 < rate <= HIGHEST_FALSE_ALARM:
@@ -175,10 +195,12 @@ def _judge(
     told = tuple(part for step in steps for part in step)
     before = None
     if known is not None and known.measured is not None:
-        before = design.estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps)
+        before = design.estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps, ignore)
     tested = [log for log in logs if not log.why_not and log.cycles]
     own = own_error(subject.model) if before is None else 100.0 * rms(before.error) / scale.span
-    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 1)), least, own, ignore)
+    # A rest that may grow makes the error grow.
+    ignored = (*ignore, design.ERROR) if design.REST in ignore else ignore
+    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 2)), least, own, ignored)
     entries, first = [], 0
     for log in logs:
         entries.append(_entry(subject, log, known, before, steps, scale, rule, first, findings))
@@ -197,10 +219,13 @@ def _judge(
         trends=trends_of(entries, rate),
         findings=tuple(findings),
         settings={"false_alarm": rate, "least": least, "ignore": list(ignore), "level": rule.level, "refit": refit},
+        motion=motion_of(subject, scale) if tested else {},
     )
     if not refit:
         return result
-    since = next((k for k, entry in enumerate(entries) if entry.status == DRIFTED), 0)
+    if status != DRIFTED:
+        return replace(result, acceptance=Acceptance(False, words.no_refit(status)))
+    since = next(k for k, entry in enumerate(entries) if entry.status == DRIFTED)
     chosen = [log for log in logs[since:] if not log.why_not and log.cycles]
     decision = accept(subject, chosen, scale)
     replaced = decision.model if decision.accepted else None
@@ -256,11 +281,11 @@ def _entry(
             log.measured.prediction.response, where,
         )  # fmt: skip
     say_what_is_beyond(subject, log, tested, findings)
-    now = design.estimate(log.measured, groups_of(tested, MOST_GROUPS), steps)
+    now = design.estimate(log.measured, groups_of(tested, MOST_GROUPS), steps, rule.ignored)
     alike = known is not None and moved_alike(log, known, findings)
     unit = subject.response.unit or ""
     changes: list[Change] = testing.changes_of(now, before, alike, scale, rule, unit)
-    status = DRIFTED if any(change.drifted for change in changes) else UNCHANGED
+    status = testing.status_of(changes, 100.0 * rms(now.counted) / scale.span, rule)
     return LogDrift(
         log.record, status, "", log.record.name, len(everything), len(tested), *percents(now, scale), tuple(changes),
         blocks, log.measured.prediction.response, where,

@@ -16,7 +16,7 @@ from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
-UNCHANGED, DRIFTED, NOT_COMPARABLE = "unchanged", "drifted", "not comparable"
+UNCHANGED, DRIFTED, NOT_COMPARABLE, CANNOT_TELL = "unchanged", "drifted", "not comparable", "cannot tell"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,20 +28,27 @@ class Change:
     part
         "offset", "gain" (of the whole), "hysteresis" (size of the loop beyond the gain), "bend" and "s-bend" (quadratic
         and cubic change of the curve), "creep" (that the model lacks), "own-creep" and "viscous" (sizes of what a
-        direct inverse has), or "rest" (what none of them explains: noise, wear, another shape).
+        direct inverse has), "rest" (what none of them explains: noise, wear, another shape), or "error" (the whole
+        error of the model, less what ignored parts do).
     estimate, low, high
         Change with its 95 % interval. [unit]
     unit
         Unit of the response for the offset; "%" otherwise: of the part itself for gain, hysteresis, own-creep and
-        viscous, of the range of the response (rms) for bend, s-bend and creep; for the rest, growth of its rms.
+        viscous, of the range of the response (rms) for bend, s-bend and creep; for rest and error, growth of their
+        rms.
     effect_percent
-        RMS of what the change does to the response, percent of range.
+        RMS of what the change does to the response, percent of range; of rest and error, their own size.
     detectable
         Size of a change that this log would have shown nine times in ten. [unit]
+    detectable_percent
+        RMS of what such a change does to the response, percent of range; None for rest and error.
     p_value
         Probability of such an estimate if nothing worth a word had changed.
     drifted
         Whether that is less than the part's share of the false alarms allowed.
+    resolved
+        Whether the log can say that the part has not changed: `detectable_percent` is no more than 1, or the error has
+        not doubled, nor may have within its interval. Ignored parts and the rest, which the error holds, always.
     """
 
     part: str
@@ -51,8 +58,10 @@ class Change:
     unit: str
     effect_percent: float
     detectable: float
+    detectable_percent: float | None
     p_value: float
     drifted: bool
+    resolved: bool
 
     def as_dict(self) -> dict[str, Any]:
         """Return the change as plain values."""
@@ -99,7 +108,8 @@ class LogDrift:
     recording
         The log, in the units of the model; None if it could not be read.
     status
-        "unchanged", "drifted" or "not comparable"; "reference" for the log that the others are compared with.
+        "unchanged", "drifted", "cannot tell" or "not comparable"; "reference" for the log that the others are compared
+        with.
     reason
         Why it is not comparable, or "".
     name
@@ -224,7 +234,7 @@ class Drift:
     Attributes
     ----------
     status
-        "unchanged", "drifted" or "not comparable".
+        "unchanged", "drifted", "cannot tell" (the log could hide a change worth a word) or "not comparable".
     verdict
         The judgement in words, with its numbers.
     model
@@ -242,6 +252,10 @@ class Drift:
         What limits the judgement.
     settings
         Settings of the call.
+    motion
+        What a motion that tells is made of: `low`, `high`, `unit` of the driving signal, and `rate`, the peak of the
+        whole range in the time of the logs' cycles, `period_s`, both None without time stamps; empty if no log was
+        tested.
     acceptance
         The decision about a new model, or None if none was asked for.
 
@@ -268,6 +282,7 @@ class Drift:
     trends: tuple[Trend, ...]
     findings: tuple[Finding, ...]
     settings: Mapping[str, Any]
+    motion: Mapping[str, Any] = field(default_factory=dict)
     acceptance: Acceptance | None = None
 
     def change(self, part: str, log: int = -1) -> Change:
@@ -304,6 +319,7 @@ class Drift:
             "trends": [trend.as_dict() for trend in self.trends],
             "refit": None if self.acceptance is None else self.acceptance.as_dict(),
             "settings": dict(self.settings),
+            "motion": dict(self.motion),
             "warnings": [finding.as_dict() for finding in self.findings],
         }
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.drift.design import (
+    ERROR,
     GAIN,
     HYSTERESIS,
     OFFSET,
@@ -17,19 +19,25 @@ from dehyst.identification.drift.design import (
     Estimates,
     Scale,
 )
-from dehyst.identification.drift.result import Change
+from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, UNCHANGED, Change
 from dehyst.identification.drift.statistics import Contrast, contrast
 
 Array = npt.NDArray[np.float64]
 
 # Smallest change worth a word: RMS of what it does, percent of the response's range.
 LEAST = 0.1
+# "Unchanged" is said only where every part would have shown a change that does this: RMS, percent of range. A change
+# that is not worth a word cannot be asked for: where `least` is given, twice that, if it is more.
+BOUND = 1.0
+# And only where the error has not doubled, nor may have for all that the scatter tells. [% more]
+DOUBLED = 100.0
 # Without a reference a model's own error may look like a change: by this share of it, and of it for the offset, which
 # every fit brings to zero.
 OWN_SHARE = 1.0
 OFFSET_SHARE = 0.5
 SCALED = (GAIN, HYSTERESIS, OWN_CREEP, VISCOUS)
-# The rest may grow by this factor: against a reference, and against the error that the card names.
+# Rest and error may grow by this factor: against a reference that was moved alike, and against another motion or the
+# error that the card names.
 REST_GROWTH, REST_GROWTH_CARD = 1.25, 1.5
 CONFIDENCE = 0.95
 # Groups of cycles whose drives scatter within this share of each other were moved alike, and are compared in pairs.
@@ -63,6 +71,11 @@ class Rule:
         """Whether a change of that probability is one."""
         return p_value < self.level and part not in self.ignored
 
+    @property
+    def bound(self) -> float:
+        """Effect of a change that a log must be able to show to be called unchanged, percent of range."""
+        return BOUND if self.least is None else max(BOUND, 2.0 * self.least)
+
     def tolerance(self, part: str, referred: bool) -> float:
         """Change of a part that does not count, percent of range."""
         if self.least is not None:
@@ -82,8 +95,19 @@ def changes_of(
         tested = _compare(now, before, now.values[:, k], None if before is None else before.values[:, k])
         tolerance = rule.tolerance(part, before is not None and alike) / percent[k]
         found.append(_change(part, tested, tolerance, rule, percent[k], unit))
-    rest = _rest(now, before, scale, rule)
-    return [*found, rest] if rest is not None else found
+    return [*found, *_growths(now, before, alike, scale, rule)]
+
+
+def status_of(changes: Sequence[Change], error_percent: float, rule: Rule) -> str:
+    """Return what a log says: unchanged only if every change worth a word would have shown, and the error stayed.
+
+    Where nobody knows what the error was, it must be less than what a change worth a word does.
+    """
+    if any(change.drifted for change in changes):
+        return DRIFTED
+    known = any(change.part == ERROR for change in changes) or ERROR in rule.ignored
+    told = all(change.resolved for change in changes) and (known or error_percent <= rule.bound)
+    return UNCHANGED if told else CANNOT_TELL
 
 
 def _compare(now: Estimates, before: Estimates | None, values: Array, then: Array | None) -> Contrast:
@@ -104,6 +128,7 @@ def _change(part: str, tested: Contrast, tolerance: float, rule: Rule, percent: 
     factor = factor_of(part, percent)
     low, high = tested.interval(CONFIDENCE)
     p_value = tested.p_value(tolerance)
+    detectable = tested.detectable(tolerance, rule.level)
     return Change(
         part=part,
         estimate=factor * tested.estimate,
@@ -111,29 +136,53 @@ def _change(part: str, tested: Contrast, tolerance: float, rule: Rule, percent: 
         high=factor * high,
         unit=unit if part == OFFSET else "%",
         effect_percent=percent * abs(tested.estimate),
-        detectable=factor * tested.detectable(tolerance, rule.level),
+        detectable=factor * detectable,
+        detectable_percent=percent * detectable,
         p_value=p_value,
         drifted=rule.counts(part, p_value),
+        resolved=part in rule.ignored or percent * detectable <= rule.bound,
     )
 
 
-def _rest(now: Estimates, before: Estimates | None, scale: Scale, rule: Rule) -> Change | None:
-    """Growth of what no part explains, on a logarithmic scale."""
-    floor = ROUNDING * scale.span
-    logs = np.log(np.maximum(now.rest, floor))
-    if before is not None:
-        tested, allowed = _compare(now, before, logs, np.log(np.maximum(before.rest, floor))), REST_GROWTH
-    elif rule.own_error is not None:
-        own = max(0.01 * rule.own_error * scale.span, floor)
-        tested, allowed = contrast(logs, float(np.log(own))), REST_GROWTH_CARD
-    else:
-        return None
+def _growth(part: str, now: Array, tested: Contrast, allowed: float, known: float, scale: Scale, rule: Rule) -> Change:
+    """Growth of an RMS, on a logarithmic scale: of the whole error, or of what no part explains.
+
+    `now` is that of the groups, `known` the RMS of all groups that it is compared with. [response]
+    """
     ends = np.array([tested.estimate, *tested.interval(CONFIDENCE)])
     growth, low, high = (100.0 * np.expm1(ends.clip(-20.0, 20.0))).tolist()
-    # A rest that hardly shows on the range is no news, by whatever factor it grew.
-    size = 100.0 * float(np.exp(np.mean(logs))) / scale.span
-    p_value = tested.p_value(float(np.log(allowed)), sided=1)
-    if size < rule.tolerance(OFFSET, True):
-        p_value = 1.0
+    # An error that hardly shows on the range is no news, by whatever factor it grew.
+    size = 100.0 * float(np.exp(np.mean(np.log(now)))) / scale.span
+    small = size < rule.tolerance(OFFSET, True)
+    p_value = 1.0 if small else tested.p_value(float(np.log(allowed)), sided=1)
     detectable = float(np.expm1(min(20.0, tested.detectable(float(np.log(allowed)), rule.level))))
-    return Change(REST, growth, low, high, "%", size, 100.0 * detectable, p_value, rule.counts(REST, p_value))
+    grown = max(high, 100.0 * (_rms(now) / known - 1.0))
+    resolved = part == REST or small or part in rule.ignored or grown < DOUBLED
+    return Change(
+        part, growth, low, high, "%", size, 100.0 * detectable, None, p_value, rule.counts(part, p_value), resolved
+    )  # fmt: skip
+
+
+def _growths(now: Estimates, before: Estimates | None, alike: bool, scale: Scale, rule: Rule) -> list[Change]:
+    """Growth of the rest and of the error; none where nothing is known to compare them with."""
+    floor = ROUNDING * scale.span
+    found = []
+    for part, later, then, allowed in (
+        (REST, now.rest, None if before is None else before.rest, REST_GROWTH),
+        (ERROR, now.counted, None if before is None else before.counted, REST_GROWTH if alike else REST_GROWTH_CARD),
+    ):
+        later = np.maximum(later, floor)
+        if then is not None:
+            then = np.maximum(then, floor)
+            tested, known = _compare(now, before, np.log(later), np.log(then)), _rms(then)
+        elif rule.own_error is not None:
+            known = max(0.01 * rule.own_error * scale.span, floor)
+            tested, allowed = contrast(np.log(later), float(np.log(known))), REST_GROWTH_CARD
+        else:
+            continue
+        found.append(_growth(part, later, tested, allowed, known, scale, rule))
+    return found
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

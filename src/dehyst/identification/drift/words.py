@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dehyst.identification.drift.design import (
     BEND,
     CREEP,
+    ERROR,
     GAIN,
     HYSTERESIS,
     OFFSET,
@@ -15,7 +16,7 @@ from dehyst.identification.drift.design import (
     S_BEND,
     VISCOUS,
 )
-from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, LogDrift
+from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, LogDrift
 
 NAMES = {
     OFFSET: "offset",
@@ -27,7 +28,14 @@ NAMES = {
     S_BEND: "S of the curve",
     CREEP: "creep",
     REST: "unexplained rest",
+    ERROR: "error of the model",
 }
+
+WHAT_TELLS = (
+    "A log of a dozen cycles alike tells, against one of the same motion from the new actuator (--reference): "
+    "`dehyst design --for drift`."
+)
+LISTED = 2  # parts of a log that could hide changes
 
 
 def in_words(change: Change) -> str:
@@ -35,7 +43,7 @@ def in_words(change: Change) -> str:
 
     Examples
     --------
-    >>> in_words(Change("hysteresis", -10.2, -11.0, -9.4, "%", 0.8, 1.5, 1e-6, True))
+    >>> in_words(Change("hysteresis", -10.2, -11.0, -9.4, "%", 0.8, 1.5, 0.1, 1e-6, True, True))
     'hysteresis size -10.2 % (-11 to -9.4)'
     """
     unit = f" {change.unit}" if change.unit else ""
@@ -46,11 +54,9 @@ def in_words(change: Change) -> str:
 
 
 def status_of(logs: Sequence[LogDrift]) -> str:
-    """Return the status of all logs together: drifted if any is; the last one counts as now."""
-    tested = [entry.status for entry in logs if entry.status in (UNCHANGED, DRIFTED)]
-    if not tested:
-        return NOT_COMPARABLE
-    return DRIFTED if DRIFTED in tested else UNCHANGED
+    """Return the status of all logs together: the worst of those that were tested."""
+    found = {entry.status for entry in logs}
+    return next((status for status in (DRIFTED, CANNOT_TELL, UNCHANGED) if status in found), NOT_COMPARABLE)
 
 
 def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, against: str, backward: bool) -> str:
@@ -61,6 +67,10 @@ def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, agai
             return "not comparable: there is no log but the one that the model was identified from."
         return "not comparable: " + "; ".join(f"{entry.name}: {entry.reason}" for entry in failed) + "."
     tested = [entry for entry in logs if entry.changes]
+    if status == CANNOT_TELL:
+        last = [entry for entry in tested if entry.status == CANNOT_TELL][-1]
+        where = f" by {last.name}" if len(tested) > 1 else ""
+        return f"cannot tell{where} ({against}): {_hidden(last)}; {_error(last, before, backward)}. {WHAT_TELLS}"
     if status == UNCHANGED:
         last = tested[-1]
         bounds = ", ".join(_bound(change) for change in last.changes if change.part in (OFFSET, GAIN, HYSTERESIS))
@@ -68,11 +78,39 @@ def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, agai
         return f"unchanged since it was identified ({against}); {_error(last, before, backward)}.{limits}"
     changed = [entry for entry in tested if entry.status == DRIFTED]
     last = changed[-1]
-    parts = sorted((c for c in last.changes if c.drifted), key=lambda c: -c.effect_percent)
+    found = sorted((c for c in last.changes if c.drifted), key=lambda c: -c.effect_percent)
+    parts = [change for change in found if change.part != ERROR] or found  # the error is the sum of the others
     since = f", first seen in {changed[0].name}" if len(tested) > 1 else ""
     if last is not tested[-1]:
         since += f"; {tested[-1].name}, the last log, does not show it"
     return f"drifted ({against}): {', '.join(map(in_words, parts))}{since}; {_error(last, before, backward)}."
+
+
+def no_refit(status: str) -> str:
+    """Return why nothing is identified anew where no log has drifted."""
+    why = {
+        UNCHANGED: "the actuator has not changed",
+        CANNOT_TELL: "whether the actuator has changed cannot be told",
+        NOT_COMPARABLE: "no log is comparable",
+    }[status]
+    return f"{why}, so nothing was identified anew; the old model stays"
+
+
+def _hidden(entry: LogDrift) -> str:
+    """What a log in which nothing was found could hide."""
+    grown = [change for change in entry.changes if change.part == ERROR and not change.resolved]
+    found = [
+        f"the error is larger by {change.estimate:.3g} % ({change.low:.3g} to {change.high:.3g}), it may have doubled"
+        for change in grown
+    ]
+    parts = [(change.detectable_percent or 0.0, change) for change in entry.changes if not change.resolved]
+    parts = sorted((pair for pair in parts if pair[1].part != ERROR), key=lambda pair: -pair[0])
+    if parts:
+        listed = " or ".join(f"{_bound(change)} ({percent:.2g} % of range)" for percent, change in parts[:LISTED])
+        found.append(f"a change of {listed} may have stayed hidden")
+    if not found:
+        found.append("nobody knows what the error was when it was identified")
+    return "; ".join(found)
 
 
 def other_way(backward: bool) -> str:
