@@ -63,7 +63,7 @@ def demo(runs: int) -> list[float]:
     for _ in range(runs):
         with tempfile.TemporaryDirectory() as folder:
             begin = time.perf_counter()
-            command = [sys.executable, "-m", "dehyst.cli", "reproduce", "--quick", "--out", folder]
+            command = [sys.executable, "-m", "dehyst", "reproduce", "--quick", "--out", folder]
             subprocess.run(command, check=True, capture_output=True)
             times.append(time.perf_counter() - begin)
     return times

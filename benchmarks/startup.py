@@ -51,7 +51,7 @@ def measure(arguments: list[str], runs: int) -> list[float]:
     times = []
     for _ in range(runs + 1):
         begin = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "dehyst.cli", *arguments], check=True, capture_output=True)
+        subprocess.run([sys.executable, "-m", "dehyst", *arguments], check=True, capture_output=True)
         times.append(time.perf_counter() - begin)
     return times[1:]
 

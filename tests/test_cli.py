@@ -559,17 +559,14 @@ def test_help_and_version_load_no_numerics():
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes of a POSIX shell")
-@pytest.mark.parametrize("lines", [0, 1])
-def test_a_reader_that_leaves_early_is_no_fault(folder, lines):
+def test_a_reader_that_leaves_early_is_told_by_the_status_alone(folder):
     arguments = ["simulate", str(folder / "model.json"), str(folder / "log.csv"), "--input", PRESSURE]
     process = subprocess.Popen(
         [sys.executable, "-m", "dehyst", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    for _ in range(lines):
-        assert process.stdout.readline().startswith("time [s],")
     process.stdout.close()
     err = process.stderr.read()
-    assert process.wait(timeout=600) == 0
+    assert process.wait(timeout=600) == 141
     assert err == ""
 
 

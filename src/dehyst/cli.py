@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from dehyst.app.ending import end
 
 app = typer.Typer(
     name="dehyst",
@@ -585,23 +586,5 @@ def muscle(
 
 
 def main() -> None:
-    """Run the command line; faults a user can cure end with their message and exit status 2."""
-    from dehyst.errors import DehystError
-
-    try:
-        app()
-    except DehystError as fault:
-        sys.stderr.write(f"{type(fault).__name__}: {fault}\n")
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.stderr.write("stopped; files that were complete are kept, none is half written\n")
-        sys.exit(130)
-    except SystemExit as end:
-        # typer ends with status 1 when the reader of a pipe left early, but `dehyst simulate ... | head` is no fault.
-        if isinstance(end.__context__, BrokenPipeError):
-            sys.exit(0)
-        raise
-
-
-if __name__ == "__main__":
-    main()
+    """Run the command line; a fault that a user can cure ends with its message and no traceback."""
+    end(app)

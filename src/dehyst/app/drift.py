@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.design import DesignRequest
+from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
 from dehyst.app.identify_direct import schedule_of
 from dehyst.app.status import Status
@@ -99,12 +100,12 @@ def run_drift(request: DriftRequest) -> None:
     if request.report is not None:
         with ask_progress("drawing", request.json):
             _report(found, request)
-    if request.json:
-        sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
-    else:
-        _print(found, request)
-        print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
-    sys.exit(STATUS[found.status])
+    with concluding(STATUS[found.status]):
+        if request.json:
+            sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+        else:
+            _print(found, request)
+            print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
 
 
 def _read_all(

@@ -33,8 +33,6 @@ class Status(IntEnum):
     STOPPED = 130, "stopped with Ctrl-C; every file is as it was before or complete"
     UNREAD = (
         141,
-        (
-            "the reader of a pipe left before everything was printed, as `head` does; `verify` and `drift` keep the status"
-            " of their verdict then"
-        ),
+        "the reader of a pipe left before everything was printed, as `head` does; with `verify` and `drift` the status"
+        " of the verdict stays",
     )

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.status import Status
 from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import tell, terminal
 from dehyst.experiments.sweep import SweepResult, load_sweep, run_sweep
@@ -59,7 +60,7 @@ def run_sweep_command(request: SweepRequest) -> None:
             )
     except KeyboardInterrupt:
         tell(f"stopped; finished runs are kept in {out}.journal. To go on: {_line(request)}")
-        raise SystemExit(130) from None
+        raise SystemExit(Status.STOPPED) from None
     write_sweep_figure(figure, spec.name, _curves(result))
     _print(result)
     tell(f"wrote {result.out} ({len(result.points)} rows) and {figure}")

@@ -13,6 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst import __version__
+from dehyst.app.ending import concluding
+from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, terminal
 from dehyst.errors import OutputError
 from dehyst.export import Check, compilers
@@ -32,14 +34,17 @@ def run_verify(folder: Path, as_json: bool) -> None:
         found = verify_folder(folder)
     if found.good:
         write_atomically(folder / VERIFIED, signed(found))
+    with concluding(Status.DONE if found.good else Status.NO):
+        _tell(folder, found, as_json)
+
+
+def _tell(folder: Path, found: Verification, as_json: bool) -> None:
     if as_json:
         checks = [check.as_dict() for check in found.checks]
         content = {"folder": str(folder), "verified": found.good, "why_not": found.why_not, "checks": checks}
         sys.stdout.write(json.dumps({**content, "doubt": _doubt(found)}, indent=1) + "\n")
     else:
         _print(folder, found)
-    if not found.good:
-        sys.exit(1)
 
 
 def withdraw(folder: Path) -> None:
