@@ -44,6 +44,18 @@ def drifting():
     return clean(output=rec.output + 0.3 * np.linspace(0.0, 1.0, len(rec)))
 
 
+def weakened():
+    rec = clean()
+    half = np.arange(len(rec)) < len(rec) // 2
+    return clean(output=np.where(half, rec.output, 0.3 * rec.output + 0.5 * np.ptp(rec.output)))
+
+
+def dead():
+    """Right after a reversal its output stands still."""
+    x = clean().input
+    return dehyst.Recording(input=x, output=dehyst.PrandtlIshlinskii([0.0, 0.8], [1e-9, 3.0]).simulate(x))
+
+
 def figure_of_eight():
     angle = np.linspace(0.0, 20 * np.pi, 2001)
     return dehyst.Recording(input=np.sin(angle), output=np.sin(angle) + 0.15 * np.sin(2 * angle + 1e-3))
@@ -111,6 +123,8 @@ FIRING = {
     "static-as-good": (memoryless, {"family": "pi"}, "Use the curve (--family static)"),
     "no-hysteresis": (memoryless, {}, "insist with --family"),
     "high-inverse-gain": (backlash, {}, "--eps"),
+    "inverse-useless": (dead, {"family": "pi", "eps": 1e-8}, "raise --eps"),
+    "two-actuators": (weakened, {}, "--from, --to"),
     "poor-fit": (erratic, {}, "other"),
     "never-turns": (lambda: clean(), {"train_fraction": 0.02, "n": 10}, "--train-fraction 1"),
     "inverse-misses": (erratic, {}, "simulation only"),

@@ -183,8 +183,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "clock-jump": (
             "The clock jumps, forward or back, while all signals go on in their direction and at their speed: it was "
             "set while the log was written (a correction, a change to summer time, an overflow of its counter). The "
-            "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} samples or 1 % "
-            "of the log it is enough that no signal jumps.",
+            "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} "
+            "samples or 1 % of the log it is enough that no signal jumps.",
             "Nothing to do. A clock that only counts up (monotonic) does not jump.",
         ),
         "clock-restart": (
@@ -314,6 +314,24 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "units of this log it is so large a part of the slope that it costs more than {AFFORDABLE:%} of the "
             "accuracy.",
             "Identify with `--eps auto`, which is relative to the ranges, or with the number that the message names.",
+        ),
+        "output-stopped": (
+            "From some swing on the output stays within {STAYS:%} of its range to the end of the log while the input "
+            "goes on to and fro over more than {DRIVEN:%} of its range, over which the output went before by more than "
+            "{FOLLOWED:%} of its range: the actuator broke, or its sensor was lost. What follows from the swing before "
+            "counts neither in the fit nor in its errors.",
+            "Repair it, and log again if the model needs more loops.",
+        ),
+        "two-actuators": (
+            "The output at the same input changes by more than {OTHER_ACTUATOR:%} of its range within the log: no "
+            "single model is both what the actuator was and what it became. The verdict is no.",
+            "Identify the part of the log that is like the use (--from, --to).",
+        ),
+        "inverse-useless": (
+            "The inverse amplifies by more than {USELESS_GAIN} times the ratio of the ranges: a ten-thousandth of the "
+            "output's range may ask for the whole of the input's. The verdict is no.",
+            "Raise --eps, and see the other warnings for the reason: a loop that is flat right after its reversals, or "
+            "a log that is not of one actuator.",
         ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",

@@ -22,6 +22,10 @@ RATE_SIZE = 0.007
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02
+# An inverse that turns a ten-thousandth of the output's range into the whole of the input's is of no use ...
+USELESS_GAIN = 1e4
+# ... nor is a model of an actuator that became another one.
+OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
@@ -87,6 +91,13 @@ def about_data(
             f"the same input: creep, warming or leakage. The model is an average over it. Warm up before logging, or "
             f"leave out the first cycles (--from).",
         )
+        if change > OTHER_ACTUATOR * data.output_range:
+            yield Finding(
+                "two-actuators",
+                f"the output at the same input changes by {abs(loop.drift_percent):.0f} % of its range within the log: "
+                f"no single model is both what the actuator was and what it became. Look at the residual in the "
+                f"report, and identify the part of the log that is like the use (--from, --to).",
+            )
     if loop.turns == 0:
         yield Finding(
             "never-turns",
@@ -173,6 +184,13 @@ def about_fit(
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
             f"ratio of the ranges): noise on its input becomes steps of its output. {_of_units(slope) if paper else ''}"
             f"{_cure_of_gain(certificate)}",
+        )
+    if gain > USELESS_GAIN and not misses:
+        yield Finding(
+            "inverse-useless",
+            f"a change of the wanted output by 0.01 % of its range may ask for {0.01 * gain:.0f} % of the input's: the "
+            f"inverse turns any noise into full strokes. Do not compensate with this model; raise --eps, and see the "
+            f"other warnings for the reason.",
         )
     if misses:
         yield Finding(

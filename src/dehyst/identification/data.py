@@ -152,7 +152,7 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
     """
     check_fraction(train_fraction)
     weights = counting(recordings, weights)
-    splits = [split_of(len(recording), train_fraction) for recording in recordings]
+    splits = [split_within(recording, train_fraction) for recording in recordings]
     inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
     # Plays remember every input; what has no weight says nothing about the output.
     counted = [_counted(x, weights, index) for index, x in enumerate(inputs)]
@@ -197,6 +197,14 @@ def check_fraction(train_fraction: float) -> None:
 def split_of(samples: int, fraction: float) -> int:
     """Number of samples of a recording that are fitted."""
     return samples if fraction >= 1.0 else max(1, min(samples - 1, int(fraction * samples)))
+
+
+def split_within(recording: Recording, fraction: float) -> int:
+    """First sample that is held out, such that this share of the samples that count lies before it."""
+    counted = np.delete(np.arange(len(recording)), np.array(recording.left_out, dtype=np.int64))
+    if counted.size < 2 or fraction >= 1.0 or not recording.left_out:
+        return split_of(len(recording), fraction)
+    return int(counted[split_of(counted.size, fraction)])
 
 
 def _counted(values: Array, weights: Sequence[Array] | None, index: int) -> Array:

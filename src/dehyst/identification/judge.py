@@ -24,7 +24,10 @@ SERIOUS = {
     "paper-bound",
     "recordings-differ",
     "swapped-columns",
+    "output-stopped",
 }
+# And those that forbid compensation.
+UNUSABLE = {"poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless", "two-actuators"}
 
 
 def examine(
@@ -75,7 +78,7 @@ def verdict(
     where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
     codes = {finding.code for finding in findings}
     serious = sorted(codes & SERIOUS)
-    if codes & {"poor-fit", "static-as-good", "inverse-misses", "never-turns"}:
+    if codes & UNUSABLE:
         grade = "do not compensate with it"
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:
         grade = "good for compensation"

@@ -102,8 +102,10 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
         better = outputs if train.rmse <= static_train.rmse else tuple(curve.whole for curve in curves)
         change = (0.0, 0.0)
-        if len(records[0]) > 8:
-            change = facts.drift(records[0].input, better[0], records[0].output)
+        seen = fitted.mask(0, len(records[0])) | held_out.mask(0, len(records[0]))
+        if np.count_nonzero(seen) > 8:
+            signals = (records[0].input, better[0], records[0].output)
+            change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
         return Measured(
             recordings=records,
             outputs=outputs,

@@ -1,4 +1,4 @@
-"""Recordings made ready for any identification: false values are found, bridged and left out, whoever made them."""
+"""Recordings made ready for any identification, whoever made them: what is no response of the actuator is left out."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
+from dehyst.identification.stopped import about_stop, stopped_at
 from dehyst.outliers import bridged, find_outliers
 from dehyst.recording import Recording
 
@@ -18,7 +19,7 @@ SHOWN = 4
 
 
 def mended(record: Recording) -> Recording:
-    """Recording whose outliers are bridged by a straight line, and left out; itself if it has none.
+    """Recording whose outliers are bridged, and what follows the end of its actuator left out; itself if it is sound.
 
     A play remembers the extremes of its input, so that a false one there spoils what follows: its memory follows the
     line instead. Reading a log finds the same outliers, and drops their rows.
@@ -31,6 +32,15 @@ def mended(record: Recording) -> Recording:
     >>> found.left_out, found.findings[0].code, bool(found.output[50] < 2.0)
     ((50,), 'outlier', True)
     """
+    record = _bridged(record)
+    begin = stopped_at(record.input, record.output)
+    if begin is None or begin in record.left_out:
+        return record
+    rest = range(begin, len(record))
+    return replace(record, left_out=(*record.left_out, *rest)).with_findings(about_stop(record, begin))
+
+
+def _bridged(record: Recording) -> Recording:
     masks = [_outliers(record, values) for values in (record.input, record.output)]
     bad = masks[0] | masks[1]
     if not bad.any():

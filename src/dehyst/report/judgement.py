@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, Score
-from dehyst.identification.judge import GOOD_PERCENT, SERIOUS
+from dehyst.identification.judge import GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
@@ -67,7 +67,7 @@ def overall(fit: Fit) -> Grade:
         return said
     score, _ = _score(fit)
     found = codes(fit)
-    if not score.rmse_percent <= POOR_PERCENT or found & {"poor-fit", "static-as-good", "inverse-misses"}:
+    if not score.rmse_percent <= POOR_PERCENT or found & (UNUSABLE - {"never-turns"}):
         return Grade.BAD
     if score.rmse_percent <= GOOD_PERCENT and fit.test is not None and not found & SERIOUS:
         return Grade.GOOD

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
-from dehyst.identification.data import check_fraction, middle, prepare, range_over, require_gain, split_of
+from dehyst.identification.data import check_fraction, middle, prepare, range_over, require_gain, split_within
 from dehyst.identification.memory import known_from
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
@@ -127,7 +127,7 @@ def prepare_direct(
         If the fraction lies outside (0, 1].
     """
     check_fraction(train_fraction)
-    splits = [split_of(len(record), train_fraction) for record in records]
+    splits = [split_within(record, train_fraction) for record in records]
     level, amplitude = middle(
         records[0], range_over([r.input[:k] for r, k in zip(records, splits, strict=True)]), "input", train_fraction
     )
