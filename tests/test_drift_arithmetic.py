@@ -11,7 +11,7 @@ from dehyst.identification.drift import comparable, design, limits, opening, sco
 from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.parts import Prediction, Subject, memoryless
-from dehyst.identification.drift.result import Change
+from dehyst.identification.drift.result import Blocks, Change, LogDrift
 from dehyst.identification.drift.statistics import Contrast, contrast, quantile
 from dehyst.models import ModelCard, SignalCard
 
@@ -432,8 +432,6 @@ def test_a_curve_without_memory_has_the_slope_of_large_motions():
 
 
 def test_the_worst_log_decides_and_the_verdict_of_nothing_says_what_may_have_stayed_hidden():
-    from dehyst.identification.drift.result import LogDrift
-
     def entry(status, *changes, name="log"):
         return LogDrift(None, status, "", name, 9, 9, 4.86, 3.0, changes)
 
@@ -457,3 +455,102 @@ def test_the_worst_log_decides_and_the_verdict_of_nothing_says_what_may_have_sta
     with pytest.raises(KeyError):
         words.no_refit("drifted")
     assert all("old model stays" in words.no_refit(s) for s in ("unchanged", "cannot tell", "not comparable"))
+
+
+def test_the_drive_is_scaled_to_its_range_for_curve_and_creep():
+    x, scale = np.linspace(-1.0, 5.0, 50), Scale((2.0, 3.0), (0.0, 4.0), None)
+    record = dehyst.Recording(input=x, output=x)
+    columns = design.columns_of(record, x, Prediction(x, 0.0 * x), scale)
+    np.testing.assert_allclose(columns["bend"], 4.0 * np.polynomial.legendre.legval((x - 2.0) / 3.0, [0, 0, 1]))
+    assert "creep" not in columns and "viscous" not in columns and "own-creep" not in columns
+    timed = dehyst.Recording(input=x, output=x, time=np.arange(50.0))
+    own = Prediction(x, 0.0 * x, None, np.ones(50), np.ones(50))
+    columns = design.columns_of(timed, x, own, Scale((2.0, 3.0), (0.0, 4.0), 9.0))
+    assert {"viscous", "own-creep"} <= set(columns) and "creep" not in columns
+
+
+def test_creep_begins_anew_after_a_gap_and_a_long_rest_counts_as_thirty_cycles():
+    t = np.r_[np.arange(40.0), 40.0 + np.arange(40.0)]
+    xi = np.sin(0.7 * t)
+    record = dehyst.Recording(input=xi, output=xi, time=t, breaks=(40,))
+    alone = [dehyst.Recording(input=xi[s], output=xi[s], time=t[s]) for s in (slice(0, 40), slice(40, 80))]
+    pieces = [design._lagging(each, each.input, 9.0) for each in alone]
+    np.testing.assert_allclose(design._lagging(record, xi, 9.0), np.concatenate(pieces))
+    late = [
+        np.where(np.arange(80) < 40, t, t + rest) for rest in (269.0, 5000.0)
+    ]  # 270 s between two samples, and more
+    short, long = (design._lagging(dehyst.Recording(input=xi, output=xi, time=each), xi, 9.0) for each in late)
+    np.testing.assert_allclose(short, long)
+
+
+def test_an_alike_reference_lowers_what_does_not_count():
+    rule = testing.Rule(0.01, None, 3.0)
+    for alike, tolerance in ((True, 0.1), (False, 3.0)):
+        gain = one(testing.changes_of(groups(NOW), groups(THEN), alike, SCALE, rule, ""), "gain")
+        assert gain.p_value == pytest.approx(contrast(NOW[:, 1] - THEN[:, 1]).p_value(tolerance / 40.0))
+
+
+def test_one_group_whose_error_is_eight_times_as_large_doubles_the_error_though_the_interval_does_not_say_so():
+    later = np.r_[0.8, np.full(11, 0.1)]
+    values = np.tile(NOW[:1], (12, 1))
+    changes = testing.changes_of(
+        groups(values, counted=later), groups(values, counted=0.1), True, SCALE, testing.Rule(0.01, None, None), ""
+    )
+    error = one(changes, "error")
+    assert error.high < 100.0 and not error.drifted and not error.resolved
+    milder = np.r_[0.3, np.full(11, 0.1)]
+    changes = testing.changes_of(
+        groups(values, counted=milder), groups(values, counted=0.1), True, SCALE, testing.Rule(0.01, None, None), ""
+    )
+    assert one(changes, "error").resolved
+
+
+def test_cycles_are_scored_one_by_one_in_percent_of_the_ranges(measured):
+    data, cycles = measured
+    scale = Scale((0.0, 2.0), (2.0, 5.0), 4.0)
+    steps = (("offset", "gain", "hysteresis", "bend"),)
+    blocks = scoring.blocks_of(data, cycles, steps, scale, 100, cycles[:3])
+    np.testing.assert_array_equal(blocks.cycle, 101.0 + np.arange(12))
+    place = slice(cycles[4].begin, cycles[4].end)
+    assert blocks.error_percent[4] == pytest.approx(100 * np.sqrt(np.mean(data.error[place] ** 2)) / 10.0)
+    assert blocks.inverse_percent[4] == pytest.approx(100 * np.sqrt(np.mean((0.5 * data.drive[place]) ** 2)) / 4.0)
+    np.testing.assert_allclose(blocks.changes["offset"], 0.2)
+    np.testing.assert_allclose(blocks.changes["gain"], 3.0)
+    everything = slice(cycles[0].begin, cycles[-1].end)
+    effect = 100.0 * 0.4 * np.std(data.columns["bend"][everything]) / 10.0
+    np.testing.assert_allclose(blocks.changes["bend"][6:], effect, rtol=1e-6)
+    trends = scoring.trends_of([entry_with(blocks), entry_with(blocks)], 0.01)
+    assert [trend.part for trend in trends] == ["error", "offset", "gain", "hysteresis", "bend"]
+    assert trends[0].unit == "%" and scoring.trends_of([entry_with(None)], 0.01) == ()
+    steep = Blocks(np.arange(20.0), 0.5 * np.arange(20.0), None, {"gain": -0.25 * np.arange(20.0)})
+    error, gain = scoring.trends_of([entry_with(steep)], 0.01)
+    assert (error.slope, gain.slope) == pytest.approx((50.0, -25.0)) and error.clear and gain.clear
+    assert (error.low, error.high) == pytest.approx((50.0, 50.0))
+
+
+def entry_with(blocks):
+    return LogDrift(None, "unchanged", "", "log", 9, 9, 1.0, None, (change("gain"),), blocks)
+
+
+def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted():
+    x = zigzag([1.0, *[3.0, -1.0] * 9, 1.0], 20)
+    model = carded({"logs": [{"sha256": "1"}], "settings": {"train_fraction": 0.5}})
+    subject = Subject.of(model)
+    names = {"input_unit": "kPa", "output_unit": "deg"}
+    record = dehyst.Recording(input=100.0 * x, output=x, provenance={"sha256": "1"}, **names)
+    findings = []
+    alone = opening.opened(subject, record, {}, False, findings)
+    assert [finding.code for finding in findings] == ["unit-converted"]
+    np.testing.assert_allclose(alone.record.input, x)
+    assert all(c.end <= x.size // 2 for c in alone.reference) and all(c.begin >= x.size // 2 for c in alone.cycles)
+    assert len(alone.reference) == 3 and len(alone.cycles) == 4 and "3 complete cycles" in alone.why_not
+    opening.opened(subject, record, {}, True, findings)
+    assert len(findings) == 1  # said once
+    others = opening.opened(subject, record, {}, True, [])
+    assert len(others.reference) == 8 and others.cycles == () and not others.why_not
+    stranger = dehyst.Recording(input=100.0 * x, output=x, **names)
+    assert len(opening.opened(subject, stranger, {}, True, []).cycles) == 8
+    known = opening.reference_log(subject, stranger, {}, [])
+    assert len(known.reference) == 8 and known.cycles == () and opening.reference_log(subject, None, {}, []) is None
+    volts = dehyst.Recording(input=x, output=x, input_unit="V", output_unit="deg")
+    assert "swapped" in opening.opened(subject, volts, {}, True, []).why_not
