@@ -109,6 +109,12 @@ def broken_off():
     )
 
 
+def equal_loops(count=14):
+    x = loops((2.0, -2.0) * count, SAMPLES)
+    y = PI.simulate(x) + noise(x.size, 0.01)
+    return dehyst.Recording(input=x, output=y, time=0.02 * np.arange(x.size))
+
+
 # code: (recording, arguments of identify, a word of the cure)
 FIRING = {
     "clockwise": (clockwise, {}, "swapped"),
@@ -116,6 +122,7 @@ FIRING = {
     "rate-dependent": (rate_dependent, {}, "speed of use"),
     "drift": (drifting, {}, "--from"),
     "few-loops": (lambda: clean(), {"train_fraction": 0.08}, "--train-fraction"),
+    "one-loop-size": (lambda: equal_loops(), {}, "dehyst design --range -2 2"),
     "unknown-memory": (interrupted, {}, "without gaps"),
     "undetermined-operators": (lambda: clean(), {"thresholds": [0.0, 0.5, 1.0, 2.5, 3.0]}, "fewer thresholds"),
     "extrapolation": (growing, {}, "--train-fraction"),

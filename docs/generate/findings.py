@@ -289,6 +289,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "error on them says little, and no model is called good by it.",
             "Log more, without gaps, or fit a smaller part (`--train-fraction`).",
         ),
+        "one-loop-size": (
+            "The ways between turning points over the fitted part differ by less than a tenth: smaller loops were "
+            "neither fitted nor tested.",
+            "Where the input will turn within its range, log loops of other sizes: `dehyst design` plans them.",
+        ),
         "static-as-good": (
             "A monotone curve without hysteresis is as good: the model's error is more than "
             "{STATIC_AS_GOOD:%} of the curve's.",

@@ -213,7 +213,8 @@ def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:
     out.print(
         Text(
             f"{certificate.nonzero_weights} of {certificate.terms} terms carry weight; degree "
-            f"{fit.settings['degree']}; schedules {schedules}; creep {times + ' s' if times else 'none'}; start "
+            f"{fit.settings['degree']}; schedules {schedules}; terms of creep {times + ' s' if times else 'none'}; "
+            f"start "
             f"'{certificate.initial_state}'\noptimality {certificate.kkt_residual:.0e}; the input {rises}"
         )
     )

@@ -31,7 +31,6 @@ POOR = 10.0  # held-out error from which a reason is looked for, percent of rang
 AS_A_CURVE = 0.95  # or this many times that of the best curve without memory
 LEADING = ("stop",)  # families of `identify` whose output leads
 NOT_FOUND = "no choice of its parameters that was found comes close to these loops"
-RATE = 5.0  # part of the output that follows the rate from which on rate is a reason, percent of range
 
 
 @dataclass(frozen=True)
@@ -275,7 +274,8 @@ def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
         way = ("counter-clockwise", "lags", "lead") if leads else ("clockwise", "leads", "lag")
         said.append("the loop is {}: its output {}, and these operators {}".format(*way))
     share = auto.facts.rate_dependence_percent
-    if share is not None and share > RATE and not getattr(entry.model, "rate_dependent", False):
+    follows = any(finding.code == "rate-dependent" for finding in auto.warnings)
+    if share is not None and follows and not getattr(entry.model, "rate_dependent", False):
         said.append(
             f"{share:.0f} % of the output's range follow how fast the input moves, which the model does not know"
         )

@@ -112,6 +112,15 @@ def about_data(
             f"hysteresis from drift or noise. Log at least three, of different size, or fit a larger part "
             f"(--train-fraction).",
         )
+    if loop.motion.one_size:
+        low, high = data.center - data.half_range, data.center + data.half_range
+        yield Finding(
+            "one-loop-size",
+            f"all {loop.loops} loops are of one size ({loop.motion.smallest:.0f} to {loop.motion.largest:.0f} % of the "
+            f"input's range): smaller ones were neither fitted nor tested, and what the model says of them follows "
+            f"from the shape of one branch. Where the input will turn within its range, log loops of other sizes; "
+            f"`dehyst design --range {low:.3g} {high:.3g}` plans them, with holds that show creep.",
+        )
     masked = sum(int(piece.known) for piece in data.pieces if piece.after_break)
     if masked:
         yield Finding(

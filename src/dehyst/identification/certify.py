@@ -33,6 +33,7 @@ def certify(
     candidates: tuple[Candidate, ...],
     loop: facts.Orientation,
     counts: tuple[int, int],
+    motion: facts.Motion,
     settings: dict[str, Any],
     measure: Measure,
     refitter: Refitter | None,
@@ -43,6 +44,8 @@ def certify(
     ----------
     counts
         Loops and turning points of the fitted part.
+    motion
+        What the input did there.
     measure
         Compares model and curve with all samples.
     refitter
@@ -72,7 +75,7 @@ def certify(
         condition=estimate.condition,
     )
     loop_facts, findings = judge.examine(
-        measured.recordings, data, loop, counts, measured, certificate, choice.family,
+        measured.recordings, data, loop, counts, motion, measured, certificate, choice.family,
         paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
     )  # fmt: skip
     if choice.family == STATIC and candidates:

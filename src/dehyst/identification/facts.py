@@ -17,6 +17,12 @@ BINS = 24
 # A loop narrower than this share of the output's range has no orientation.
 NARROW = 0.01
 RATE_BLOCKS = 20
+# A rest is a stretch within 1 % of the range; loops whose sizes differ by no more than a tenth are of one size.
+STILL = 0.01
+# and tells creep if it takes this share of a way and its rest; a sine stays as long within 1 % for a seventh.
+RESTS = 0.3
+ONE_SIZE = 0.9
+FEWEST_WAYS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +53,10 @@ class Branches:
         Which of them lie on falling branches, (m,).
     inner
         Number of turning points within the fitted part of the piece.
+    strokes
+        Ways between these, share of the input's range, and how many samples each took, (2, m).
+    still
+        Longest rest of the input, in samples; not a number where it was not looked for.
     """
 
     x: Array
@@ -54,6 +64,8 @@ class Branches:
     weight: Array | None
     falling: npt.NDArray[np.bool_]
     inner: int
+    strokes: Array
+    still: float = float("nan")
 
 
 def branches(data: DataSet) -> tuple[Branches, ...]:
@@ -67,8 +79,64 @@ def branches(data: DataSet) -> tuple[Branches, ...]:
         falling = x[points[branch]] <= x[points[branch - 1]] if rows.size else np.zeros(0, dtype=np.bool_)
         falling &= rows < piece.split - 1
         weight = None if piece.weight is None else piece.weight[rows]
-        found.append(Branches(x[rows], piece.y[rows], weight, falling, max(0, points.size - 2)))
+        inner = points[1:-1]
+        found.append(
+            Branches(x[rows], piece.y[rows], weight, falling, inner.size, strokes(inner, x[inner]), longest_rest(x))
+        )
     return tuple(found)
+
+
+def strokes(places: Rows | Array, values: Array) -> Array:
+    """Ways between turning points of the scaled input, share of its range, and their lengths in samples, (2, m)."""
+    return np.array([0.5 * np.abs(np.diff(values)), np.diff(places)], dtype=np.float64)
+
+
+def longest_rest(x: Array) -> float:
+    """Most samples in succession between which the scaled input moves by about 1 % of its range."""
+    longest = 0
+    for offset in (0.0, 0.5):  # a rest on the edge between two cells is within one of the other grid
+        steps = np.flatnonzero(np.diff(np.floor(x / (2.0 * STILL) + offset)))
+        longest = max(longest, int(np.max(np.diff(steps, prepend=-1, append=x.size - 1), initial=0)))
+    return float(longest)
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What the input did over the fitted part.
+
+    Attributes
+    ----------
+    smallest, largest
+        Ways between turning points, percent of the input's range: nine in ten lie between. Not a number with fewer
+        than four of them.
+    speeds
+        How many times faster the fastest of these ways is than the slowest; not a number where rests hide it.
+    rests
+        Whether the input rests long enough to show creep; None where it was not looked for.
+    """
+
+    smallest: float = float("nan")
+    largest: float = float("nan")
+    speeds: float = 1.0
+    rests: bool | None = None
+
+    @property
+    def one_size(self) -> bool:
+        """Whether all loops are of about one size."""
+        return self.smallest > ONE_SIZE * self.largest
+
+
+def motion(found: tuple[Branches, ...]) -> Motion:
+    """Sizes, speeds and rests of the input."""
+    ways, samples = np.concatenate([piece.strokes for piece in found], axis=1)
+    still = [piece.still for piece in found]
+    if ways.size < FEWEST_WAYS:
+        return Motion()
+    low, high = np.quantile(ways, [0.05, 0.95])
+    slow, fast = np.quantile(ways / samples, [0.05, 0.95])
+    rests = None if np.isnan(still).any() else bool(max(still) > RESTS * float(np.median(samples)))
+    speeds = float("nan") if rests else float(fast / slow)
+    return Motion(100.0 * float(low), 100.0 * float(high), speeds, rests)
 
 
 def shares(data: DataSet) -> list[int]:

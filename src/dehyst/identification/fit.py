@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
+from dehyst.identification.facts import Motion
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
 from dehyst.recording import Recording
 
@@ -155,6 +156,8 @@ class LoopFacts:
         (standard deviation); None without time stamps.
     drift_percent
         Change of the output from the first to the last loop at the same input, percent of range.
+    motion
+        Sizes and speeds of the loops over the training part, and whether the input rests.
     """
 
     orientation: str
@@ -164,6 +167,7 @@ class LoopFacts:
     turns: int
     rate_dependence_percent: float | None
     drift_percent: float
+    motion: Motion = field(default_factory=Motion)
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,7 @@ def examine(
     data: DataSet,
     loop: facts.Orientation,
     counts: tuple[int, int],
+    motion: facts.Motion,
     measured: Measured,
     certificate: Certificate,
     family: str,
@@ -57,6 +58,7 @@ def examine(
         turns=counts[1],
         rate_dependence_percent=size,
         drift_percent=-100.0 * change / data.output_range,
+        motion=motion,
     )
     found = [finding for record in records for finding in record.findings]
     found += about_data(records, data, loop_facts, share, size, abs(change), doubt, family)

@@ -344,7 +344,7 @@ def solve(
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
-    counts = facts.count_loops(found)
+    counts, motion = facts.count_loops(found), facts.motion(found)
     entering("comparing")
     return certify(
         data,
@@ -356,6 +356,7 @@ def solve(
         candidates,
         loop,
         counts,
+        motion,
         settings,
         measure,
         refitter,

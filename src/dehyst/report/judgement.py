@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
-from dehyst.identification.fit import Fit, Score
+from dehyst.identification.fit import Fit, LoopFacts, Score
 from dehyst.identification.judge import GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
@@ -48,6 +48,8 @@ ROUND_TRIP = (1e-9, 1e-6)
 # RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
 INVERSE_MISS = (0.05, INVERSE_MISSES / 100.0)
 KKT = 1e-9
+# A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
+SPEEDS = 1.5
 UNDETERMINED_SHARE = (0.1, 0.5)
 
 
@@ -198,9 +200,36 @@ def _data(fit: Fit) -> Light:
         reasons.append("too little is held out to test a model on")
     if "unknown-memory" in found:
         reasons.append("some samples after gaps do not count")
+    if "one-loop-size" in found:
+        reasons.append("all loops are of one size, so smaller ones are untested")
+    missing = missing_in(facts)
     if reasons:
-        return Light("The data", Grade.CARE, "; ".join(reasons))
-    return Light("The data", Grade.GOOD, f"{count(facts.loops, 'complete loop')}, no drift or rate dependence found")
+        return Light("The data", Grade.CARE, "; ".join([*reasons, missing] if missing else reasons))
+    return Light("The data", Grade.GOOD, "; ".join(part for part in (_looked_for(facts), missing) if part))
+
+
+def _looked_for(facts: LoopFacts) -> str:
+    """What was looked for and not found: creep is not, since its test is that of the direct inverse."""
+    sizes = facts.motion.smallest, facts.motion.largest
+    loops = count(facts.loops, "complete loop")
+    if math.isfinite(sizes[0]):
+        loops += f" of {sizes[0]:.0f} to {sizes[1]:.0f} % of the input's range"
+    rate = "" if facts.rate_dependence_percent is None else " and no dependence on the rate of the input"
+    return f"{loops}, no drift from cycle to cycle{rate} found"
+
+
+def missing_in(facts: LoopFacts) -> str:
+    """What a log lacks that would tell creep and rate from hysteresis; "" if nothing."""
+    lacks = [
+        words
+        for lacking, words in (
+            (facts.rate_dependence_percent is None, "no time stamps"),
+            (facts.motion.rests is False, "no holds, which show creep"),
+            (facts.motion.speeds < SPEEDS, "one speed only"),
+        )
+        if lacking
+    ]
+    return f"{', '.join(lacks)} (dehyst design plans a motion that has them)" if lacks else ""
 
 
 def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:

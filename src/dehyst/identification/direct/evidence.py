@@ -85,6 +85,10 @@ class Evidence:
             answer = "found" if self.held else "found, but stops may imitate it: the log never holds still for long"
         else:
             answer = "not found" if self.held else "cannot be told: the log never holds still for long"
+        if self.kept != self.there:  # the terms of a model are chosen on fewer, longer blocks
+            answer += (
+                ", and kept in the model" if self.kept else ", but worth less than 2 % on longer blocks: not in it"
+            )
         return (
             f"dependence on {name}: {answer}; {self.figures} on held-out blocks, better in {self.better} of "
             f"{self.blocks}, p = {self.p:.2g}"

@@ -17,7 +17,7 @@ from dehyst.identification.data import (
     split_of,
     trend_of_increments,
 )
-from dehyst.identification.facts import Branches, shares, spread
+from dehyst.identification.facts import Branches, shares, spread, strokes
 from dehyst.identification.memory import VISITED
 from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
@@ -121,7 +121,7 @@ def _first_branch(piece: Piece) -> int:
 def _branches(piece: Piece, most: int) -> Branches:
     rows = spread(_first_branch(piece) if most else 0, piece.split, most)
     x, y, falling = np.empty(rows.size), np.empty(rows.size), np.zeros(rows.size, dtype=np.bool_)
-    zigzag, told = Zigzag(SWING), 0
+    zigzag, told, turns = Zigzag(SWING), 0, [np.zeros((0, 2))]
     before = np.zeros((1, 2))
     for part in spans(0, piece.split):
         signal = piece.x[part]
@@ -130,6 +130,7 @@ def _branches(piece: Piece, most: int) -> Branches:
         low, high = np.searchsorted(rows, [part.start, part.stop])
         x[low:high], y[low:high] = signal[rows[low:high] - part.start], piece.y[part][rows[low:high] - part.start]
         found = zigzag.add(part.start, signal)
+        turns.append(found)
         if part.stop == piece.split:
             found = np.concatenate([found, [[part.stop - 1.0, signal[-1]]]])
         points = np.concatenate([before, found])
@@ -137,4 +138,5 @@ def _branches(piece: Piece, most: int) -> Branches:
         branch = np.searchsorted(points[:, PLACE], rows[told:end], side="right")
         falling[told:end] = points[branch, VALUE] <= points[branch - 1, VALUE]
         told, before = end, points[-1:]
-    return Branches(x, y, None, falling, zigzag.inner)
+    points = np.concatenate(turns)
+    return Branches(x, y, None, falling, zigzag.inner, strokes(points[:, PLACE], points[:, VALUE]))
