@@ -136,7 +136,7 @@ static int32_t cheapest(const engine_evaluator *e, double *cost)
 {
     const machine *m = &e->events;
     const int64_t events = m->events - e->choice.events;
-    const double each = events > 0 ? event_cost(m, &e->choice) / (double)events / PROBE : 0.0;
+    const double each = events > 0 ? event_cost(m, &e->choice) / (double)events / (double)PROBE : 0.0;
     const int level = engine_level();
     int32_t best = ENGINE_EVENTS;
     *cost = LINE + each * (double)events;

@@ -6,6 +6,7 @@ import pytest
 from dehyst import Recording, compare, identify
 from dehyst.families.friction import best_start
 from dehyst.identification.selection import Choice, choose
+from dehyst.models import SignalCard
 from dehyst.ties import rank
 
 ROUNDING = (1 - 3e-13, 1.0, 1 + 3e-13)
@@ -50,3 +51,8 @@ def test_noise_of_the_size_of_rounding_changes_no_choice_and_no_order(tiny):
         return *chosen, [(c.family, c.initial_state) for c in fit.candidates], [e.family for e in found.entries]
 
     assert told(disturbed) == told(plain)
+
+
+def test_a_zero_is_shown_without_a_sign():
+    card = SignalCard("angle", "deg", -0.0, 5.0)
+    assert str(card) == "angle [deg] 0 to 5"

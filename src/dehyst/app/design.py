@@ -108,7 +108,7 @@ def _designed_range(request: DesignRequest) -> _Designed:
         *request.range, rate=request.rate, acceleration=request.acceleration, time_limit=request.time_limit,
         period=request.period, unit=canonical(unit) or unit,
     )  # fmt: skip
-    return _Designed(plan, f"{plan.low:g} to {plan.high:g} {plan.unit}".strip(), {}, {})
+    return _Designed(plan, f"{plan.low:zg} to {plan.high:zg} {plan.unit}".strip(), {}, {})
 
 
 def _designed_joint(request: DesignRequest) -> _Designed:
@@ -139,7 +139,7 @@ def _designed_joint(request: DesignRequest) -> _Designed:
     }
     plan = found.plan
     extra = {"nominal_pressure_difference_bar": found.difference / BAR}
-    return _Designed(plan, f"joint {found.number}, {plan.low:.4g} to {plan.high:.4g} {unit}", extra, needs)
+    return _Designed(plan, f"joint {found.number}, {plan.low:z.4g} to {plan.high:z.4g} {unit}", extra, needs)
 
 
 def _csv(designed: _Designed, path: Path) -> str:

@@ -231,7 +231,7 @@ def _schedule_words(schedule: Schedule) -> str:
     if not schedule.outside:
         return schedule.name
     mass = " (a mass; no joint controller takes it)" if schedule.unit in MASS_FACTORS else ""
-    return f"{schedule.name} {schedule.low:.4g} to {schedule.high:.4g} {schedule.unit}".rstrip() + mass
+    return f"{schedule.name} {schedule.low:z.4g} to {schedule.high:z.4g} {schedule.unit}".rstrip() + mass
 
 
 def _next(fit: DirectFit, saved: Path | None) -> str:

@@ -225,7 +225,7 @@ def _loops(loops: tuple[Loop, ...]) -> Table:
         table.add_row(
             f"{loop.held:.4g} N",
             f"{loop.drive.min() / BAR:.3g} to {loop.drive.max() / BAR:.3g}",
-            f"{round(100 * loop.response.min(), 2) + 0.0:.2f} to {100 * loop.response.max():.2f}",
+            f"{100 * loop.response.min():z.2f} to {100 * loop.response.max():z.2f}",
             f"{100 * loop.width:.3g}" if wide else "0",
             f"{loop.width_percent:.2f} %" if wide else "0 %",
             f"{round(loop.asymmetry_percent) or 0:+d} %" if wide else "-",

@@ -166,7 +166,7 @@ def outside(values: Array, card: SignalCard, role: str, consequence: str) -> lis
         Finding(
             "outside-range",
             f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {beyond} of {values.size} "
-            f"samples (it spans {values.min():.4g} to {values.max():.4g}): {consequence}. Scale it, or identify "
+            f"samples (it spans {values.min():z.4g} to {values.max():z.4g}): {consequence}. Scale it, or identify "
             f"on a log that covers it.",
         )
     ]

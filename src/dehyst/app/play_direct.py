@@ -107,7 +107,7 @@ def _given(request: PlayRequest, model: DirectInverse, signal: Signal) -> tuple[
         if given is None or name not in DIMENSIONS:
             raise ParameterError(
                 f"'{request.model}' depends on {name}: name the column that holds it in '{request.log}' with {option} "
-                f"({schedule.low:g} to {schedule.high:g} {schedule.unit})."
+                f"({schedule.low:zg} to {schedule.high:zg} {schedule.unit})."
             )
         read = read_signal(
             request.log, given, time=request.time, run=request.run, time_unit=request.time_unit, missing="drop"

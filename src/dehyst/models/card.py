@@ -37,7 +37,7 @@ class SignalCard:
         """Label and range on one line; what cannot be printed is spelled out, what is endless left out."""
         label = visible(self.label)
         label = label if len(label) <= 60 else f"{label[:57]}..."
-        return label if self.low is None or self.high is None else f"{label} {self.low:.4g} to {self.high:.4g}"
+        return label if self.low is None or self.high is None else f"{label} {self.low:z.4g} to {self.high:z.4g}"
 
 
 @dataclass(frozen=True)

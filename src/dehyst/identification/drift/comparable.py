@@ -65,7 +65,7 @@ def uncovered(x: Array, card: SignalCard) -> str:
     low, high, span = float(np.min(x)), float(np.max(x)), card.high - card.low
     share = max(0.0, min(high, card.high) - max(low, card.low)) / span
     unit = f" {card.unit}" if card.unit else ""
-    ranges = f"'{card.name}' spans {low:.4g} to {high:.4g}{unit}, the model {card.low:.4g} to {card.high:.4g}{unit}"
+    ranges = f"'{card.name}' spans {low:z.4g} to {high:z.4g}{unit}, the model {card.low:z.4g} to {card.high:z.4g}{unit}"
     if share < COVERED:
         return (
             f"{ranges}: {100 * share:.0f} % of it, less than {100 * COVERED:.0f} %. Loops of another size show other "
