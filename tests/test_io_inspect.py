@@ -1,14 +1,14 @@
 """inspect_log: what a log holds, which columns look like input and output, and what to type next."""
 
-from __future__ import annotations
-
 import math
 import shlex
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from dehyst.app.inspect import run_inspect
 from dehyst.errors import OutputError, RunError
 from dehyst.io.inspect import inspect_log
 from dehyst.io.logs import read_log
@@ -194,3 +194,30 @@ def test_a_single_signal_in_milliseconds_is_warned_of_and_can_be_cured(tmp_path:
 def test_the_named_unit_of_time_is_part_of_the_command(tmp_path: Path) -> None:
     file = write_csv(tmp_path / "log.csv", faulty("time-unit"))
     assert inspect_log(file, time_unit="ms").command.endswith("--time-unit ms")
+
+
+def wide_log(path, columns, name):
+    rows = [",".join(f"{np.sin(0.9 * k + 0.001 * j):.3f}" for j in range(columns)) for k in range(12)]
+    path.write_text(",".join(name(j) for j in range(columns)) + "\n" + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    "name", [lambda j: f"p{j}_bar" if j % 2 else f"angle{j}_deg", lambda j: "x"], ids=["own", "one"]
+)
+def test_the_time_to_look_at_a_log_grows_with_its_columns_and_not_faster(name, tmp_path):
+    spent = []
+    for columns in (1500, 12000):
+        path = wide_log(tmp_path / f"{columns}.csv", columns, name)
+        begin = time.process_time()
+        summary = inspect_log(path)
+        spent.append(time.process_time() - begin)
+        assert len(summary.columns) == columns
+        assert all(len(found.message) < 1000 for found in summary.findings)
+    assert spent[1] < 24 * spent[0]  # 8 if it is linear, 64 if it is quadratic
+
+
+def test_of_very_many_columns_the_likely_ones_are_printed_and_the_others_counted(tmp_path, capsys):
+    run_inspect(wide_log(tmp_path / "l.csv", 3000, lambda j: "p_bar" if j == 2500 else f"c{j}"), None, False)
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) < 90 and "p_bar" in out and "and 2940 more columns" in out

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ TABLE: dict[str, dict[str, float]] = {
     "torque": {"Nm": 1.0, "mNm": 1e-3},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
+MOST_NAMES = 1 << 17  # that are remembered: a log of so many columns is asked for them several times
 # Masses stand apart: only a load may be one. As the end of a name "g" is as often an acceleration or a letter.
 MASS_FACTORS = {"kg": 1.0, "g": 1e-3}
 DIMENSION = {unit: dimension for dimension, units in TABLE.items() for unit in units}
@@ -161,16 +163,17 @@ def mass_unit(name: str, unit: str) -> str:
     return found if found in MASS_FACTORS else ""
 
 
-def words(name: str) -> list[str]:
+@lru_cache(MOST_NAMES)
+def words(name: str) -> tuple[str, ...]:
     """Words of a column name in lower case: split at punctuation, digits and changes of case.
 
     Examples
     --------
     >>> words("jointAngle_2 [deg]")
-    ['joint', 'angle', 'deg']
+    ('joint', 'angle', 'deg')
     """
     spaced = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
-    return re.findall(r"[^\W\d_]+", spaced.lower())
+    return tuple(re.findall(r"[^\W\d_]+", spaced.lower()))
 
 
 def _unit_text(text: str) -> str:
@@ -192,6 +195,7 @@ def _suffix_unit(bare: str, suffix: str) -> str | None:
     return unit
 
 
+@lru_cache(MOST_NAMES)
 def parse_unit(name: str) -> tuple[str, str]:
     """Split a column name into its bare name and its unit.
 

@@ -22,6 +22,8 @@ from dehyst.visible import visible
 
 # Letters left for the last column of the table at least.
 REMARK = 24
+# More columns than this are a recording of everything: those that may be wanted come first, the others are counted.
+MOST_COLUMNS = 60
 
 
 def run_inspect(log: Path, run: str | None, as_json: bool, time_unit: str | None = None) -> None:
@@ -59,13 +61,22 @@ def _print(summary: LogSummary) -> None:
             )
         )
     out.print()
-    _print_columns(out, summary.columns)
+    shown = sorted(summary.columns, key=_interest)[:MOST_COLUMNS] if len(summary.columns) > MOST_COLUMNS else ()
+    _print_columns(out, shown or summary.columns)
+    if shown:
+        more = len(summary.columns) - len(shown)
+        out.print(Text(f"and {more} more columns; all of them: dehyst inspect LOG --json"))
     print_findings(summary.findings)
     out.print()
     if summary.command:
         out.print(Text(f"next: {summary.command}"), soft_wrap=True)
     else:
         out.print(Text("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN"))
+
+
+def _interest(column: ColumnSummary) -> tuple[bool, bool, bool]:
+    """Order of what is shown of very many columns: those with a role, with a unit, those that move."""
+    return not column.role, not column.unit, column.constant or not column.loops
 
 
 def _print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:

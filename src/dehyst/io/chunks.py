@@ -28,7 +28,7 @@ from dehyst.io.clocks import choose_clock, counting, in_seconds, refuse_clock, w
 from dehyst.io.columns import find_column, labels_of, run_column, select_run
 from dehyst.io.formats import BINARY, PathLike, path_of, readable, require_file
 from dehyst.io.streams import Piece, Source, open_source
-from dehyst.io.table import Array, Table, finite
+from dehyst.io.table import Array, Table, finite, list_names
 from dehyst.io.tally import Tally
 from dehyst.units import parse_unit
 
@@ -95,7 +95,7 @@ def open_chunks(
     if x_name == y_name:
         raise ColumnError(
             f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
-            f"Its columns are: {', '.join(table.columns)}.",
+            f"Its columns are: {list_names(table.columns)}.",
             column=x_name,
         )
     refuse_clock(table, x_name, "input")

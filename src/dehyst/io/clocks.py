@@ -10,7 +10,7 @@ import numpy as np
 from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
-from dehyst.io.table import Array, Table, finite, measured
+from dehyst.io.table import Array, Table, finite, list_names, measured
 from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
 
 TIME_WORDS = frozenset(
@@ -195,8 +195,8 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     if all(same_clock(table, first, other) for other in candidates[1:]):
         return first
     raise TimeError(
-        f"{table.name} has {len(candidates)} time columns that contradict each other: {', '.join(candidates)}. Nothing "
-        f"tells which one belongs to '{column}'. Name it: --time {first}",
+        f"{table.name} has {len(candidates)} time columns that contradict each other: {list_names(candidates)}. "
+        f"Nothing tells which one belongs to '{column}'. Name it: --time {first}",
         columns=tuple(candidates),
     )
 
@@ -244,7 +244,7 @@ def refuse_clock(table: Table, name: str, role: str) -> None:
     others = [column for column in table.columns if not is_clock(table, column)]
     raise ColumnError(
         f"{role} column '{name}' of {table.name} is its time column: a clock neither drives nor follows. "
-        f"Name a signal: {', '.join(others[:30]) or 'the log holds none'}. If it is a signal, rename it so that it is "
+        f"Name a signal: {list_names(others) or 'the log holds none'}. If it is a signal, rename it so that it is "
         f"not called like time.",
         column=name,
         columns=tuple(others),

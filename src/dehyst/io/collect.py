@@ -139,7 +139,8 @@ class Collector:
 
     def _time_from_step(self) -> None:
         """Without any time column, a sampling time or rate stored beside the signals tells the time."""
-        if not self.columns or any(is_clock(self.as_probe(), name) for name in self.columns):
+        probe = self.as_probe()
+        if not self.columns or any(is_clock(probe, name) for name in self.columns):
             return
         steps: list[tuple[str, float]] = []
         for path, value in self.scalars.items():

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ColumnError, RunError
-from dehyst.io.table import Array, Table, finite
+from dehyst.io.table import Array, Table, finite, list_names
 from dehyst.units import parse_unit, words
 
 RUN_WORDS = frozenset(
@@ -65,7 +65,7 @@ def find_column(table: Table, wanted: str, role: str) -> str:
             return found[0]
     if len(found) > 1:
         raise ColumnError(
-            f"{role} column '{wanted}' of {table.name} may be any of {', '.join(found)}. Type one of these names.",
+            f"{role} column '{wanted}' of {table.name} may be any of {list_names(found)}. Type one of these names.",
             column=wanted,
             columns=tuple(found),
         )
@@ -94,9 +94,7 @@ def _match(table: Table, wanted: str) -> list[str]:
 
 
 def _available(table: Table) -> str:
-    names = list(table.columns)
-    more = f" and {len(names) - 30} more" if len(names) > 30 else ""
-    return f"Its columns of numbers are: {', '.join(names[:30])}{more}. To see what they hold: dehyst inspect LOG"
+    return f"Its columns of numbers are: {list_names(table.columns)}. To see what they hold: dehyst inspect LOG"
 
 
 def run_column(table: Table) -> str | None:

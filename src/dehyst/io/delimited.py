@@ -19,7 +19,17 @@ from dehyst.io.cells import date_order, is_data, is_date_time, parse_date_times,
 from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undress_units
 from dehyst.io.layout import Layout, find_layout, is_comment, split_line
 from dehyst.io.plain import PROBE, find_plain, read_plain
-from dehyst.io.table import Array, Rows, Table, finite, list_rows, require_columns, shown_names, unique_names
+from dehyst.io.table import (
+    Array,
+    Rows,
+    Table,
+    finite,
+    list_names,
+    list_rows,
+    require_columns,
+    shown_names,
+    unique_names,
+)
 from dehyst.io.text import Text, expand, open_text
 from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
 from dehyst.units import parse_unit
@@ -251,8 +261,8 @@ def _assemble(
         findings.append(
             Finding(
                 "duplicate-columns",
-                f"{name} names several columns {', '.join(doubled)}; the later ones were renamed "
-                f"({', '.join(u for g, u in zip(raw, names, strict=True) if g != u and g)}). "
+                f"{name} names several columns {list_names(doubled, 8)}; the later ones were renamed "
+                f"({list_names([u for g, u in zip(raw, names, strict=True) if g != u and g], 8)}). "
                 f"Name the one you mean, or use #3 for the third column.",
             )
         )

@@ -19,8 +19,8 @@ from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.logs import read_pair
 from dehyst.io.roles import Role, guess_roles
-from dehyst.io.table import Array, Table, finite
-from dehyst.loops import summarise_loops
+from dehyst.io.table import Array, Table, measured
+from dehyst.loops import turning_points
 from dehyst.shell import typed
 from dehyst.units import parse_unit
 
@@ -162,11 +162,12 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
     runs = count_runs(table)
     chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
     rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}
-    values = {name: v[finite(v)] for name, v in rows.items()}
-    paired = {name: v for name, v in rows.items() if finite(v).all()}
+    values = {name: measured(v) for name, v in rows.items()}
+    paired = {name: v for name, v in rows.items() if v.size == values[name].size}
     clocks = clock_names(table)
-    roles, x, y = guess_roles(table, values, paired, clocks)
-    columns = tuple(_summarise(table, name, rows, values, roles, mask) for name in table.order)
+    turns = {name: max(0, turning_points(v).size - 2) for name, v in values.items()}
+    roles, x, y = guess_roles(table, values, paired, turns, clocks)
+    columns = tuple(_summarise(table, name, rows, values, turns, roles, mask) for name in table.order)
     return LogSummary(
         name=table.name,
         rows=int(mask.sum()),
@@ -201,6 +202,7 @@ def _summarise(
     name: str,
     rows: dict[str, Array],
     values: dict[str, Array],
+    turns: dict[str, int],
     roles: dict[str, Role],
     mask: npt.NDArray[np.bool_],
 ) -> ColumnSummary:
@@ -217,7 +219,7 @@ def _summarise(
         samples=int(v.size),
         minimum=math.nan if empty else float(v.min()),
         maximum=math.nan if empty else float(v.max()),
-        loops=0 if role.role in {"time", "run"} else summarise_loops(v).loops,
+        loops=0 if role.role in {"time", "run"} else (turns[name] + 1) // 2,
         missing=1.0 - v.size / max(1, rows[name].size),
         constant=not empty and is_constant(v),
         role=role.role,

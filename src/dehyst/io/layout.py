@@ -16,6 +16,7 @@ from dehyst.units import canonical
 COMMENTS = ("#", "%", "//")
 SAMPLE = 400  # lines that decide the layout
 SAMPLE_TEXT = 1 << 20  # characters of them; no line of a log is longer
+VOTERS = 1000  # cells of a line that tell what the others are
 BLANKS = " "  # delimiter meaning one or more blanks
 _QUOTED_COMMA = re.compile(r'"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
 
@@ -81,15 +82,16 @@ def _score(sample: Sequence[str], delimiter: str, decimal_comma: bool) -> tuple[
     rows = [split_line(line, delimiter) for line in sample]
     good: Counter[int] = Counter()
     for row in rows:
-        hits = sum(_numeric(cell, decimal_comma) or is_date_time(cell) for cell in row)
-        texts = sum(bool(cell.strip()) for cell in row) - hits
+        voters = row[:VOTERS]
+        hits = sum(_numeric(cell, decimal_comma) or is_date_time(cell) for cell in voters)
+        texts = sum(bool(cell.strip()) for cell in voters) - hits
         if hits and texts <= max(1, hits):
             good[len(row)] += hits
     if not good:
         return 0.0, 0
     width, hits = good.most_common(1)[0]
     lines = sum(len(row) == width for row in rows)
-    cells = sum(sum(bool(cell.strip()) for cell in row) for row in rows if len(row) == width)
+    cells = sum(sum(bool(cell.strip()) for cell in row[:VOTERS]) for row in rows if len(row) == width)
     return (hits / max(1, cells)) * (lines / len(rows)), width
 
 
@@ -165,6 +167,7 @@ def _refuse_header_only(body: Sequence[str], name: str) -> None:
 def _is_data_row(cells: Sequence[str], width: int, decimal_comma: bool) -> bool:
     if len(cells) != width:
         return False
+    cells = cells[:VOTERS]
     missing = sum(cell.strip().lower() in MISSING for cell in cells)
     hits = sum(_numeric(cell, decimal_comma) and cell.strip().lower() not in MISSING for cell in cells)
     dates = sum(is_date_time(cell) for cell in cells)

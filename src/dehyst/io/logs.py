@@ -14,7 +14,7 @@ from dehyst.io.clocks import choose_clock, refuse_clock, with_time_unit
 from dehyst.io.columns import count_runs, find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
-from dehyst.io.table import Array, Table
+from dehyst.io.table import Array, Table, list_names
 from dehyst.recording import Recording
 from dehyst.units import parse_unit
 
@@ -113,7 +113,7 @@ def read_log(
     if x_name == y_name:
         raise ColumnError(
             f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
-            f"Its columns are: {', '.join(table.columns)}.",
+            f"Its columns are: {list_names(table.columns)}.",
             column=x_name,
         )
     refuse_clock(table, x_name, "input")

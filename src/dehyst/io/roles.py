@@ -9,7 +9,6 @@ import numpy as np
 from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant
 from dehyst.io.columns import run_column
 from dehyst.io.table import Array, Table
-from dehyst.loops import summarise_loops
 from dehyst.units import dimension, parse_unit, words
 
 # How well a dimension drives and follows: pressure drives, angle follows, length does both.
@@ -38,7 +37,7 @@ class Role:
     reason: str
 
 
-def _points(table: Table, name: str, values: Array) -> tuple[float, float, str]:
+def _points(table: Table, name: str, values: Array, turns: int) -> tuple[float, float, str]:
     """Points as input and as output, and what they rest on."""
     bare, unit = parse_unit(name)
     unit = table.units.get(name) or unit
@@ -62,7 +61,6 @@ def _points(table: Table, name: str, values: Array) -> tuple[float, float, str]:
     if hold > 1.0:
         into, out = into - 1.0, out - 1.0
         reasons.append(f"held for {hold:.0f} samples at a time")
-    turns = summarise_loops(values).turns
     if turns < 1:
         into -= 2.0
         reasons.append("never turns")
@@ -80,7 +78,7 @@ def _relation(x: Array, y: Array) -> float:
 
 
 def guess_roles(
-    table: Table, values: dict[str, Array], paired: dict[str, Array], clocks: list[str]
+    table: Table, values: dict[str, Array], paired: dict[str, Array], turns: dict[str, int], clocks: list[str]
 ) -> tuple[dict[str, Role], str | None, str | None]:
     """Role of every column, and the best pair of input and output.
 
@@ -92,6 +90,8 @@ def guess_roles(
         Finite samples of each column in the run, (n,).
     paired
         The same columns row by row, for relations between them, (rows,), without gaps.
+    turns
+        Turning points of each column.
     clocks
         Columns that look like time.
     """
@@ -100,10 +100,11 @@ def guess_roles(
     if runs is not None:
         roles[runs] = Role("run", "tells recordings apart")
     free = [n for n, v in values.items() if n not in roles and v.size >= 4 and not is_constant(v)]
-    points = {name: _points(table, name, values[name]) for name in free}
+    points = {name: _points(table, name, values[name], turns[name]) for name in free}
     best: tuple[float, str | None, str | None] = (0.0, None, None)
     drivers = sorted(free, key=lambda n: -points[n][0])[:CANDIDATES]
     followers = sorted(free, key=lambda n: -points[n][1])[:CANDIDATES]
+    place = {name: k for k, name in enumerate(table.order)}
     for x in drivers:
         for y in followers:
             if x == y:
@@ -112,7 +113,7 @@ def guess_roles(
             if score > 0:
                 score += 1.5 * _relation(paired.get(x, values[x]), paired.get(y, values[y]))
             # Unknown names: earlier columns tend to be the cause.
-            score += 0.01 * (table.order.index(y) > table.order.index(x))
+            score += 0.01 * (place[y] > place[x])
             if score > best[0]:
                 best = (score, x, y)
     for name, role in ((best[1], "input"), (best[2], "output")):

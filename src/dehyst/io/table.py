@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -111,6 +111,19 @@ def list_rows(rows: Rows | Sequence[int], word: str = "line", shown: int = 4) ->
     return f"{text} and {more} more" if more > 0 else text
 
 
+def list_names(names: Iterable[str], shown: int = 30) -> str:
+    """Name the first few columns and the number of the others.
+
+    Examples
+    --------
+    >>> list_names(["x", "y"]), list_names(["x", "y", "z"], 1)
+    ('x, y', 'x and 2 more')
+    """
+    given = list(names)
+    more = f" and {len(given) - shown} more" if len(given) > shown else ""
+    return ", ".join(given[:shown]) + more
+
+
 def unique_names(names: Sequence[str]) -> list[str]:
     """Make column names unique and non-empty: ``x, x, ""`` becomes ``x, x_2, column_3``.
 
@@ -120,14 +133,13 @@ def unique_names(names: Sequence[str]) -> list[str]:
     ['x', 'x_2', 'column_3']
     """
     found: list[str] = []
-    taken: set[str] = set()
+    taken: dict[str, int] = {}  # name -> number of the next one that is called the same
     for number, name in enumerate(names, 1):
-        base = name.strip() or f"column_{number}"
-        unique, k = base, 1
+        base = unique = name.strip() or f"column_{number}"
         while unique in taken:
-            k += 1
-            unique = f"{base}_{k}"
-        taken.add(unique)
+            taken[base] += 1
+            unique = f"{base}_{taken[base]}"
+        taken[unique] = 1
         found.append(unique)
     return found
 
@@ -142,7 +154,7 @@ def shown_names(names: Sequence[str], log: str, findings: list[Finding]) -> list
                 "unprintable-names",
                 f"{len(changed)} column name{'s' if len(changed) > 1 else ''} of {log} held line breaks, control "
                 f"characters or marks that turn the direction of writing, which a terminal would obey; the names used "
-                f"here are: {', '.join(changed[:8])}{', ...' if len(changed) > 8 else ''}. Type them like this, or "
+                f"here are: {list_names(changed, 8)}. Type them like this, or "
                 f"rename the columns in the log.",
             )
         )
@@ -152,7 +164,7 @@ def shown_names(names: Sequence[str], log: str, findings: list[Finding]) -> list
 def require_columns(table: Table) -> Table:
     """Return the table, or refuse one that holds no numbers at all."""
     if not any(finite(column[:100]).any() or finite(column).any() for column in table.columns.values()):
-        texts = f" Its columns are text: {', '.join(table.labels)}." if table.labels else ""
+        texts = f" Its columns are text: {list_names(table.labels)}." if table.labels else ""
         raise LogError(
             f"log '{table.name}' holds no column of numbers.{texts} Check that it is the right file, and that its "
             f"delimiter is one of , ; | tab or blanks.",
