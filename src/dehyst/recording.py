@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import RecordingError
+from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
 
 Array = npt.NDArray[np.float64]
@@ -192,3 +193,43 @@ class Recording:
     def with_findings(self, *more: Finding) -> Recording:
         """Return the same recording with further findings."""
         return replace(self, findings=(*self.findings, *more))
+
+
+def require_recordings(given: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return one recording or several as a tuple.
+
+    Raises
+    ------
+    ParameterError
+        If anything else was given; the message tells how to make a recording of it.
+    """
+    if isinstance(given, Recording):
+        return (given,)
+    records = tuple(given) if isinstance(given, Sequence | Iterator) else ()
+    if records and all(isinstance(record, Recording) for record in records):
+        return records
+    what, cure = _made_of(given)
+    raise ParameterError(
+        f"a Recording or a list of Recordings is needed, and {what} was given: nothing tells what in it is input, "
+        f"output and time. Type: recording = {cure}, and give that.",
+        given=type(given).__name__,
+    )
+
+
+def _made_of(given: Any) -> tuple[str, str]:
+    """What was given for a recording, and the line that makes one of it."""
+    if isinstance(given, str | os.PathLike):
+        return f"the path {str(given)!r:.80}", f"dehyst.read_log({str(given)!r:.80}, input='...', output='...')"
+    names = [name for name in getattr(given, "columns", ()) if isinstance(name, str)]
+    if len(names) >= 2:
+        shown = f"a table with the columns {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
+        x, y = names[-2:]
+        time = f", time=table[{names[0]!r}]" if len(names) > 2 else ""
+        return shown, f"dehyst.Recording(input=table[{x!r}], output=table[{y!r}]{time})"
+    shape = getattr(given, "shape", None)
+    if isinstance(shape, tuple) and len(shape) == 2:
+        return f"an array of shape {shape}", "dehyst.Recording(input=data[:, 0], output=data[:, 1])"
+    made = "dehyst.Recording(input=u, output=y, time=t)"
+    if shape is None and not (isinstance(given, Sequence) and given):
+        return f"{type(given).__name__}", f"{made} of arrays, or dehyst.read_log(path, input=..., output=...) of a file"
+    return f"a {type(given).__name__} of numbers", made

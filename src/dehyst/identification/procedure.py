@@ -48,7 +48,7 @@ from dehyst.identification.static_curve import NO_MEMORY, fit_static
 from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording
+from dehyst.recording import Recording, require_recordings
 
 if TYPE_CHECKING:
     from dehyst.identification.direct.fit import DirectFit
@@ -192,7 +192,8 @@ def identify(
     >>> fit.model.weights.round(9).tolist()
     [1.0, 0.5, 0.25]
     """
-    if family == DIRECT:
+    recordings = require_recordings(recordings)  # before the family: identify(u, y) makes an array of it
+    if str(family) == DIRECT:
         given_here = {
             "n": n != PAPER_OPERATORS, "eps": eps is not None, "thresholds": thresholds is not None,
             "weights": weights is not None, "shear": shear is not None,

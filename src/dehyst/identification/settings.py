@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.identification.mending import mended
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
-from dehyst.recording import Recording
+from dehyst.recording import Recording, require_recordings
 
 Array = npt.NDArray[np.float64]
 
@@ -27,14 +27,7 @@ AUTO = "auto"
 
 def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the recordings as a tuple, their outliers left out; refuse anything else, and different units."""
-    if isinstance(recordings, Recording):
-        return (mended(recordings),)
-    records = tuple(recordings) if isinstance(recordings, Iterable) else ()
-    if not records or not all(isinstance(record, Recording) for record in records):
-        raise ParameterError(
-            "identify() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
-            "output=...) or dehyst.Recording(input=x, output=y)."
-        )
+    records = require_recordings(recordings)
     units = {(record.input_unit, record.output_unit) for record in records}
     if len(units) > 1:
         raise ParameterError(
@@ -84,9 +77,9 @@ def check_settings(
     family: str, n: int | str, eps: float, thresholds: npt.ArrayLike | None, initial_state: str
 ) -> Array | None:
     """Return the given thresholds as an array, or None for a grid; refuse settings outside what formulas allow."""
-    if family not in ("auto", STATIC, *FAMILIES):
+    if not isinstance(family, str) or family not in ("auto", STATIC, *FAMILIES):
         raise ParameterError(
-            f"family {family!r} is not one of auto, {', '.join(FAMILIES)}, {STATIC}, direct-inverse, which can be "
+            f"family {family!r:.60} is not one of auto, {', '.join(FAMILIES)}, {STATIC}, direct-inverse, which can be "
             f"exported. Families of the literature (bouc-wen, preisach, dahl, ...) are identified by "
             f"dehyst.identify_family, or `dehyst compare LOG ... --families NAME --save model.json`.",
             family=family,

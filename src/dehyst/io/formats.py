@@ -80,7 +80,8 @@ def path_of(path: PathLike) -> Path:
     """
     if not isinstance(path, str | os.PathLike):
         raise LogError(
-            f"the log is given as {path!r:.60}, which is no path. Give the file's name, for example 'log.csv'.",
+            f"the log is given as {path!r:.60}, which is no path. Give the file's name, for example 'log.csv'; of "
+            f"arrays or a table in memory, make a recording: dehyst.Recording(input=u, output=y, time=t).",
             path=path,
         )
     return Path(path)

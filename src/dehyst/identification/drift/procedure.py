@@ -33,7 +33,7 @@ from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends
 from dehyst.identification.mending import mended
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording
+from dehyst.recording import Recording, require_recordings
 
 Array = npt.NDArray[np.float64]
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
@@ -116,7 +116,7 @@ def drift(
             f"model is a {type(model).__name__}. drift() takes a model of dehyst.identify, identify_direct or "
             f"load_model; those of other families cannot be taken apart into loop, curve and creep."
         )
-    records = _checked(recordings)
+    records = tuple(map(mended, require_recordings(recordings)))
     rate = parameter_number(false_alarm, "false_alarm")
     if not 0.0 < rate <= HIGHEST_FALSE_ALARM:
         raise ParameterError(
@@ -151,16 +151,6 @@ def drift(
     if known is None:
         known = next((log for log in logs if log.reference and not log.why_not), None)
     return _judge(subject, logs, known, rate, least, tuple(ignore), refit, findings)
-
-
-def _checked(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
-    records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    if not records or not all(isinstance(record, Recording) for record in records):
-        raise ParameterError(
-            "drift() takes a Recording or a list of Recordings. Make one with dehyst.read_log(path, input=..., "
-            "output=...) or dehyst.Recording(input=x, output=y)."
-        )
-    return tuple(map(mended, records))
 
 
 def _given(records: Sequence[Recording], **signals: Signals) -> list[dict[str, Array]]:

@@ -1,0 +1,84 @@
+"""What is given in a wrong way in Python ends in an error that says what to type."""
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst.errors import DehystError, LogError, ParameterError
+
+U = np.sin(np.linspace(0, 30, 400))
+Y = 2 * U
+
+
+class Frame:
+    """What of a table of pandas or polars is looked at: names of columns, and columns by name."""
+
+    columns = ("time_s", "pressure_bar", "angle_deg")
+    shape = (400, 3)
+
+    def __getitem__(self, name):
+        return {"time_s": np.arange(400.0), "pressure_bar": U, "angle_deg": Y}[name]
+
+
+WRONG = {
+    "two arrays": ((U, Y), "dehyst.Recording(input=u, output=y"),
+    "an array": ((U,), "dehyst.Recording(input=u, output=y"),
+    "a matrix": ((np.column_stack([U, Y]),), "dehyst.Recording(input=data[:, 0], output=data[:, 1])"),
+    "lists": (([0.0, 1.0], [1.0, 2.0]), "dehyst.Recording(input=u, output=y"),
+    "a table": (
+        (Frame(),),
+        "dehyst.Recording(input=table['pressure_bar'], output=table['angle_deg'], time=table['time_s'])",
+    ),
+    "a path": (("log.csv",), "dehyst.read_log('log.csv', input='...', output='...')"),
+    "nothing": ((None,), "dehyst.read_log"),
+    "an empty list": (([],), "dehyst.read_log"),
+    "a dictionary": (({"u": U},), "dehyst.read_log"),
+}
+TAKERS = (
+    dehyst.identify,
+    dehyst.identify_direct,
+    lambda records, *_: dehyst.identify_family(records, "dahl"),
+    lambda records, *_: dehyst.identify(records, "direct-inverse"),
+    lambda records, *_: dehyst.drift(dehyst.PrandtlIshlinskii([0.0], [1.0]), records),
+)
+
+
+@pytest.mark.parametrize("take", range(len(TAKERS)))
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_no_recording_is_refused_with_the_line_that_makes_one(what, take):
+    given, cure = WRONG[what]
+    with pytest.raises(ParameterError) as fault:
+        TAKERS[take](*given[: 2 if take == 0 else 1])
+    assert cure in str(fault.value) and len(str(fault.value)) < 500
+
+
+def test_the_line_that_is_shown_makes_a_recording():
+    for what, names in (("two arrays", {"u": U, "y": Y, "t": np.arange(400.0)}), ("a table", {"table": Frame()})):
+        with pytest.raises(ParameterError) as fault:
+            dehyst.identify(*WRONG[what][0])
+        line = str(fault.value).partition("recording = ")[2].rpartition(", and give that")[0]
+        assert len(eval(line, {"dehyst": dehyst, **names})) == 400
+
+
+def test_a_generator_of_recordings_is_a_list_of_them():
+    fit = dehyst.identify((dehyst.Recording(U, Y + k) for k in (0, 0)), "pi")
+    assert fit.model.family == "pi"
+
+
+@pytest.mark.parametrize("family", [Y, None, 3, ["pi"]])
+def test_a_family_that_is_no_name_is_refused(family):
+    with pytest.raises(ParameterError, match="is not one of auto"):
+        dehyst.identify(dehyst.Recording(U, Y), family)
+
+
+@pytest.mark.parametrize("given", [U, Frame(), None, 3])
+def test_a_log_that_is_no_path_is_refused_with_both_ways_out(given):
+    with pytest.raises(LogError, match=r"(?s)no path.*'log.csv'.*dehyst.Recording\("):
+        dehyst.read_log(given, "u", "y")
+
+
+@pytest.mark.parametrize("column", [0, None, U, 2.5])
+def test_a_column_that_is_no_name_is_refused_with_the_names_there_are(column, tmp_path):
+    path = dehyst.io.write_csv(tmp_path / "log.csv", {"pressure_bar": U, "angle_deg": Y})
+    with pytest.raises(DehystError, match="pressure_bar, angle_deg"):
+        dehyst.read_log(path, column, "angle_deg")
