@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.identification.memory import known_from
+from dehyst.identification.memory import known_after_break, known_from
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
@@ -169,7 +169,8 @@ def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Seq
             y = _scaled(recording.output[span], level, trend * amplitude)
             inside = min(max(split - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
-            pieces.append(Piece(x, y, index, span.start, inside, known_from(x, -1.0, 1.0), order > 0, weight))
+            known = known_after_break(x) if order else known_from(x, -1.0, 1.0)
+            pieces.append(Piece(x, y, index, span.start, inside, known, order > 0, weight))
     whole = robust_range([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, whole)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,6 +16,8 @@ INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
 # Both extremes count as visited when the signal came within this share of its range: closer than that, the
 # plays that could still remember carry next to nothing.
 VISITED = 0.02
+# Share of the range that a piece after a break goes over, so that its own extremes will do.
+NEARLY = 0.9
 
 
 def state_before(kind: str, thresholds: Array, first: float, low: float, high: float, origin: float = 0.0) -> Array:
@@ -65,6 +68,31 @@ def known_from(x: Array, low: float, high: float) -> int:
     """
     slack = VISITED * (high - low)
     return max(_first(x, low + slack, below=True), _first(x, high - slack, below=False))
+
+
+def known_after_break(x: Array) -> int:
+    """Index from which a piece after a break counts, x scaled to [-1, 1] over the training samples.
+
+    That is where both extremes were visited. A piece that does so late or never, though it goes over 90 % of the
+    range, counts once it has visited its own extremes: only plays with r > 0.9 are then unknown, which stand still
+    within the piece, and their part of the output is within sum w_i (r_i - 0.9) of the truth.
+
+    Examples
+    --------
+    >>> x = np.tile([0.0, 0.94, 0.0, -0.93], 10)
+    >>> known_after_break(x), known_after_break(0.5 * x)
+    (3, 40)
+    """
+    return usable_index(
+        x.size, known_from(x, -1.0, 1.0), float(x.min()), float(x.max()), lambda a, b: known_from(x, a, b)
+    )
+
+
+def usable_index(size: int, known: int, low: float, high: float, visited: Callable[[float, float], int]) -> int:
+    """Where both extremes were visited, or its own, if the first is late and the others are nearly as far apart."""
+    if 2 * known <= size or high - low < 2.0 * NEARLY:
+        return known
+    return min(known, visited(low, high))
 
 
 def _first(x: Array, bound: float, below: bool) -> int:

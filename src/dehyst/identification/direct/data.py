@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.data import check_fraction, middle, prepare, range_over, require_gain, split_within
-from dehyst.identification.memory import known_from
+from dehyst.identification.memory import known_after_break, known_from
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
@@ -146,10 +146,11 @@ def prepare_direct(
             shares = tuple(
                 np.clip((given[g.name][0][index][span] - g.low) / (g.high - g.low), 0.0, 1.0) for g in ranges
             )
+            known = known_after_break(y) if order else known_from(y, -1.0, 1.0)
             pieces.append(
                 DirectPiece(
                     y, (record.input[span] - level) / amplitude, time, _rate(time, y), shares, index, span.start,
-                    min(max(split - span.start, 0), y.size), known_from(y, -1.0, 1.0), order > 0,
+                    min(max(split - span.start, 0), y.size), known, order > 0,
                     left_out[(left_out >= span.start) & (left_out < span.stop)] - span.start,
                 )
             )  # fmt: skip

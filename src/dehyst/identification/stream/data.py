@@ -18,7 +18,7 @@ from dehyst.identification.data import (
     trend_of_increments,
 )
 from dehyst.identification.facts import Branches, shares, spread, strokes
-from dehyst.identification.memory import VISITED
+from dehyst.identification.memory import VISITED, usable_index
 from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
 from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
@@ -45,7 +45,9 @@ def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
             x = Column(log.reader, INPUT, span.start, size, center, half)
             y = Column(log.reader, OUTPUT, span.start, size, level, trend * amplitude)
             inside = min(max(split - span.start, 0), size)
-            pieces.append(Piece(x, y, index, span.start, inside, _known_from(log, span, center, half), order > 0))
+            pieces.append(
+                Piece(x, y, index, span.start, inside, _known_from(log, span, center, half, order > 0), order > 0)
+            )
     low, high = _range(logs, [log.samples for log in logs], OUTPUT)
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
 
@@ -93,12 +95,20 @@ def _trend(logs: Sequence[Log], splits: Sequence[int], half: float) -> int:
     return trend_of_increments(lambda part: (part_of(part, INPUT), part_of(part, OUTPUT)), int(begins[-1]), half)
 
 
-def _known_from(log: Log, span: slice, center: float, half: float) -> int:
-    """Where both extremes of a piece were visited, as `dehyst.identification.memory.known_from` finds it."""
-    bound = center + half * (1.0 - 2.0 * VISITED), center - half * (1.0 - 2.0 * VISITED)
-    low = log.reader.first_beyond(bound[1], True, span.start, span.stop)
-    high = log.reader.first_beyond(bound[0], False, span.start, span.stop)
-    return max(low, high) - int(span.start)
+def _known_from(log: Log, span: slice, center: float, half: float, after_break: bool) -> int:
+    """Where a piece counts from, as `dehyst.identification.memory` finds it."""
+
+    def visited(low: float, high: float) -> int:
+        slack = VISITED * (high - low)
+        first = log.reader.first_beyond(center + half * (low + slack), True, span.start, span.stop)
+        last = log.reader.first_beyond(center + half * (high - slack), False, span.start, span.stop)
+        return max(first, last) - int(span.start)
+
+    known = visited(-1.0, 1.0)
+    if not after_break:
+        return known
+    low, high = ((value - center) / half for value in log.reader.extremes(span.start, span.stop, INPUT))
+    return usable_index(span.stop - span.start, known, low, high, visited)
 
 
 def branches(data: DataSet) -> tuple[Branches, ...]:
