@@ -1,5 +1,6 @@
 """Drift, piece by piece and without a fit: cycles, groups, estimates, tests, limits, against oracles of their own."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -12,7 +13,7 @@ from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.parts import Prediction, Subject, memoryless
 from dehyst.identification.drift.result import Blocks, Change, LogDrift
-from dehyst.identification.drift.statistics import Contrast, contrast, quantile
+from dehyst.identification.drift.statistics import Contrast, contrast, quantile, trend
 from dehyst.models import ModelCard, SignalCard
 
 SCALE = Scale((0.0, 1.0), (2.0, 5.0), 4.0)
@@ -209,6 +210,16 @@ def test_changes_are_shown_in_their_units_and_tested_at_the_tolerance():
         assert change.detectable == pytest.approx(factor * tested.detectable(tolerance, 0.01))
         assert change.detectable_percent == pytest.approx((10.0, 40.0)[k] * tested.detectable(tolerance, 0.01))
         assert (change.low, change.high) == pytest.approx([factor * end for end in tested.interval(0.95)])
+
+
+def test_a_part_is_resolved_if_the_log_would_have_shown_one_percent_of_range():
+    """Span 10: the scatter between groups of the offset decides, the estimates are the same."""
+    values = np.column_stack([[1.0, -1.0, 1.0, -1.0, 0.0], np.zeros(5)])
+    rule, limit = testing.Rule(0.01, None, None), contrast(values[:, 0]).detectable(0.0, 0.01)
+    for share, resolved in ((0.95, True), (1.05, False)):
+        scatter = share * (1.0 - testing.LEAST) / 10.0 / limit
+        offset = one(testing.changes_of(groups(scatter * values), None, False, SCALE, rule, ""), "offset")
+        assert offset.resolved == resolved and offset.detectable_percent == pytest.approx(0.1 + 0.9 * share)
 
 
 def test_groups_moved_alike_are_compared_in_pairs_and_others_are_not():
@@ -554,3 +565,71 @@ def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted
     assert len(known.reference) == 8 and known.cycles == () and opening.reference_log(subject, None, {}, []) is None
     volts = dehyst.Recording(input=x, output=x, input_unit="V", output_unit="deg")
     assert "swapped" in opening.opened(subject, volts, {}, True, []).why_not
+
+
+@pytest.mark.parametrize(("swing", "count"), [(0.06, 8), (0.04, 1)])
+def test_swings_below_a_twentieth_of_the_range_are_no_cycles(swing, count):
+    x = zigzag([0.0, 1.0, -1.0, *[v for _ in range(7) for v in (-1.0 + 2 * swing, -1.0)], 1.0, -1.0, 0.0])
+    assert len(cycles_of(x, [slice(0, x.size)], -1.0, 1.0)) == count
+
+
+def test_slopes_of_noise_that_remembers_get_wider_intervals_than_those_of_white_noise():
+    """Oracle: spread of the slopes of other draws of the same noise."""
+    random, k = np.random.default_rng(2), np.arange(120.0)
+    for memory in (0.0, 0.8):
+        slopes, reaches = [], []
+        for _ in range(60):
+            white = random.standard_normal(160)
+            noise = np.convolve(white, memory ** np.arange(40), "valid")[:120]
+            slope, low, high = trend(k, noise, 0.95)
+            slopes.append(slope)
+            reaches.append(0.5 * (high - low))
+            assert slope == pytest.approx(np.polyfit(k, noise, 1)[0])
+        assert 1.5 < np.median(reaches) / np.std(slopes) < 3.2  # Student's quantile of few blocks, about 2.1
+    assert trend(k[:15], noise[:15], 0.95) is None and trend(k[:16], noise[:16], 0.95) is not None
+    assert trend(np.zeros(20), np.arange(20.0), 0.95) is None
+
+
+@pytest.mark.parametrize(
+    ("tested", "before", "card", "codes"),
+    [
+        (True, None, (-1.0, 1.0), {"drift-no-reference", "drift-not-told-apart"}),
+        (True, "known", (-1.0, 1.0), {"drift-not-told-apart"}),
+        (True, "known", (None, None), {"drift-no-range", "drift-not-told-apart"}),
+        (False, None, (None, None), set()),
+    ],
+)
+def test_what_limits_the_judgement_is_said_where_something_was_tested(measured, tested, before, card, codes):
+    data, cycles = measured
+    log = opening.Log(data.record, "", cycles, (), data)
+    findings = []
+    subject = Subject.of(carded({}, *card))
+    told = ("offset", "gain", "hysteresis", "bend", "s-bend")
+    limits.say_what_limits(subject, [log] if tested else [], told, before, 2.0, SCALE, findings)
+    assert {finding.code for finding in findings} == codes
+    if before is None and tested:
+        assert "was 2 % of range" in findings[0].message
+    apart = [finding.message for finding in findings if finding.code == "drift-not-told-apart"]
+    assert all(message.startswith("creep cannot be told") and "no time stamps" not in message for message in apart)
+    findings.clear()
+    limits.say_what_limits(subject, [log], (*told, "creep"), "known", 2.0, SCALE, findings)
+    assert "drift-not-told-apart" not in {finding.code for finding in findings}
+    untimed = Scale(SCALE.drive, SCALE.response, None)
+    limits.say_what_limits(subject, [log], told, "known", 2.0, untimed, findings)
+    assert "(there are no time stamps)" in findings[-1].message
+
+
+def test_samples_beyond_the_range_of_a_direct_inverse_are_counted(measured):
+    data, cycles = measured
+    inside = np.ones(data.drive.size, dtype=bool)
+    inside[cycles[1].begin : cycles[1].begin + 7] = False
+    log = opening.Log(data.record, "", cycles, (), dataclasses.replace(data, inside=inside))
+    findings = []
+    limits.say_what_is_beyond(Subject.of(carded({})), log, cycles[:2], findings)
+    assert findings[0].message.startswith(f"7 of {cycles[1].end - cycles[0].begin} samples")
+    limits.say_what_is_beyond(Subject.of(carded({})), log, cycles[2:], findings)
+    assert len(findings) == 1
+    kept = log.measured.places(cycles[:2])
+    assert kept.size == cycles[1].end - cycles[0].begin - 7 and not np.isin(cycles[1].begin, kept)
+    nothing = dataclasses.replace(data, inside=np.zeros(data.drive.size, dtype=bool))
+    assert nothing.places(cycles[:1]).size == cycles[0].end - cycles[0].begin
