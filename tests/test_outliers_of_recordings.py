@@ -179,3 +179,21 @@ def test_an_outlier_is_left_out_whatever_left_out_says_already() -> None:
     assert rec.left_out == (1, 3, 1000)
     with pytest.raises(RecordingError, match="indices from 0"):
         dehyst.Recording(input=X, output=y, left_out=[N])
+
+
+def test_the_percent_of_a_streamed_log_is_not_of_a_range_that_a_false_value_makes() -> None:
+    class Source:
+        name = "rig"
+
+        def __init__(self, output: Array) -> None:
+            self.output = output
+
+        def __iter__(self):  # type: ignore[no-untyped-def]
+            yield None, X, self.output
+
+    y = Y.copy()
+    y[700] = 1000.0
+    clean, spoiled = (dehyst.identify_stream(Source(output), "pi", n=40) for output in (Y, y))
+    for fit in (clean, spoiled):
+        assert fit.test is not None
+        assert 100.0 * fit.test.rmse / fit.test.rmse_percent == pytest.approx(np.ptp(Y), rel=0.03)

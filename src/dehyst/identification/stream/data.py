@@ -22,6 +22,7 @@ from dehyst.identification.memory import VISITED, usable_index
 from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
 from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
+from dehyst.ranges import robust_range
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -48,8 +49,9 @@ def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
             pieces.append(
                 Piece(x, y, index, span.start, inside, _known_from(log, span, center, half, order > 0), order > 0)
             )
-    low, high = _range(logs, [log.samples for log in logs], OUTPUT)
-    return DataSet(tuple(pieces), center, half, level, amplitude, trend, high - low)
+    # The rows that are kept have the extremes of the log among them, and those of every bucket.
+    whole = robust_range([log.recording.output for log in logs])
+    return DataSet(tuple(pieces), center, half, level, amplitude, trend, whole)
 
 
 def _range(logs: Sequence[Log], ends: Sequence[int], signal: int) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from dehyst.identification.stream.cycles import Cycles
 from dehyst.identification.stream.log import Log
 from dehyst.loops import TURN_FRACTION
 from dehyst.models import HysteresisModel, StaticCurve
+from dehyst.ranges import robust_range
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -203,8 +204,7 @@ class _Comparison:
             raise AssertionError("no training samples")  # the caller has checked
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
         better = 0 if train[0].rmse <= train[1].rmse else 1
-        found = [log.reader.extremes(0, log.samples, INPUT) for log in self.logs]
-        span = max(high for _, high in found) - min(low for low, _ in found)
+        span = robust_range([log.recording.input for log in self.logs])
         scored = held_out if test else fitted
         levels = [part.moments.mean for part in self.levels if part.count]
         beyond = held_out.excursion.largest / data.half_range - 1.0
