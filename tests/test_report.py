@@ -6,6 +6,8 @@ import os
 import re
 import stat
 import struct
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -457,3 +459,16 @@ def test_the_play_figure_uses_thresholds_of_the_model(fit):
     assert 2 <= len(named) <= 3
     for r in named:
         assert np.min(np.abs(fit.model.hysteresis.thresholds - r)) <= 0.005 * max(r, 1e-9) + 1e-12
+
+
+def test_a_home_that_cannot_be_written_is_not_the_user_s_concern(tmp_path):
+    (tmp_path / "file").touch()
+    done = subprocess.run(
+        [sys.executable, "-c", "import dehyst.report"],
+        env=os.environ | {"HOME": str(tmp_path / "file" / "home"), "XDG_CONFIG_HOME": "", "XDG_CACHE_HOME": ""},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=True,
+    )
+    assert done.stdout + done.stderr == ""
