@@ -114,7 +114,6 @@ def test_a_forged_expectation_is_noticed_because_the_model_is_asked_again(run, p
         (("--target", "cobol", "--out", "o"), "c-header"),
         (("--target", "c", "--out", "o", "--real", "half"), "double, float"),
         (("--target", "c", "--out", "o", "--what", "both"), "inverse, forward, joint-controller"),
-        (("--target", "c", "--out", "o", "--log", "log.csv"), "--column"),
         (("--target", "c", "--out", "o", "--column", "angle"), "--log LOG"),
         (("--target", "c", "--out", "o", "--log", "log.csv", "--column", "no"), "no signal column"),
         (("--target", "c", "--out", "o", "--what", "joint-controller"), "--controller FILE"),

@@ -68,7 +68,7 @@ def test_json_holds_both_directions_and_the_rivals(run, folder):
 def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder, tmp_path):
     model, out = tmp_path / "m.json", tmp_path / "u.csv"
     assert identify(run, folder, "--save", model, "--load", "load_N", "--creep", "2")[0] == 0
-    arguments = ("compensate", model, folder / "reference.csv", "--output", Y)
+    arguments = ("compensate", model, folder / "reference.csv", "--output", Y, "--start", "model")
     status, _, err = run(*arguments, "--load", "load_N", "--out", out)
     assert status == 0, err
     loaded = dehyst.load_direct(model)

@@ -21,8 +21,10 @@ app = typer.Typer(
 Log = Annotated[Path, typer.Argument(help="Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet.")]
 Logs = Annotated[list[Path], typer.Argument(help="One log file or several, fitted together.")]
 Model = Annotated[Path, typer.Argument(help="Model file written by `dehyst identify ... --save`.")]
-Input = Annotated[str, typer.Option("--input", help="Column that drives the actuator, e.g. pressure_bar.")]
-Output = Annotated[str, typer.Option("--output", help="Column that responds, e.g. angle_deg.")]
+Input = Annotated[
+    str | None, typer.Option("--input", help="Column that drives the actuator; by default by names and units.")
+]
+Output = Annotated[str | None, typer.Option("--output", help="Column that responds; by default by names and units.")]
 Time = Annotated[str | None, typer.Option("--time", help="Time column, if it is not found by itself.")]
 TimeUnit = Annotated[
     str | None, typer.Option("--time-unit", help="Unit of the time column, e.g. ms, if its name does not tell.")
@@ -65,8 +67,8 @@ def _options(
 @app.command()
 def identify(
     log: Logs,
-    input: Input,
-    output: Output,
+    input: Input = None,
+    output: Output = None,
     time: Time = None,
     time_unit: TimeUnit = None,
     run: Runs = None,
@@ -142,7 +144,7 @@ def identify(
     from dehyst.app.identify import IdentifyRequest, run_identify
 
     request = IdentifyRequest(
-        logs=tuple(log), input=input, output=output, time=time, time_unit=time_unit,
+        logs=tuple(log), input=input or "", output=output or "", time=time, time_unit=time_unit,
         runs=tuple(run or ()), start=start, stop=stop,
         family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
@@ -161,7 +163,15 @@ Past = Annotated[
     typer.Option(
         "--past",
         metavar="LO HI",
-        help="What the signal cannot have left before, with --unknown-state; no direct inverse.",
+        help="What the signal cannot have left before; the identified range without it; no direct inverse.",
+    ),
+]
+Begin = Annotated[
+    str | None,
+    typer.Option(
+        "--start",
+        metavar="unknown|rest|model",
+        help="Past of the actuator: unknown (compensate), at rest, or as the model's log began (simulate).",
     ),
 ]
 Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]
@@ -171,7 +181,7 @@ Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band
 def simulate(
     model: Model,
     log: Log,
-    input: Input,
+    input: Annotated[str | None, typer.Option("--input", help="Input column; by default the model's.")] = None,
     time: Time = None,
     time_unit: TimeUnit = None,
     run: Run = None,
@@ -182,6 +192,7 @@ def simulate(
     mean_pressure: MeanPressureColumn = None,
     unknown_state: UnknownState = False,
     past: Past = None,
+    begin: Begin = None,
     figure: Band = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -191,7 +202,7 @@ def simulate(
     run_simulate(
         PlayRequest(
             model, log, input, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure,
-            unknown_state, past, figure,
+            unknown_state, past, figure, begin,
         )
     )  # fmt: skip
 
@@ -200,7 +211,9 @@ def simulate(
 def compensate(
     model: Model,
     reference: Annotated[Path, typer.Argument(help="File with the motion the actuator should make.")],
-    output: Annotated[str, typer.Option("--output", help="Column of the wanted output, e.g. angle_deg.")],
+    output: Annotated[
+        str | None, typer.Option("--output", help="Column of the wanted output; by default the model's.")
+    ] = None,
     time: Time = None,
     time_unit: TimeUnit = None,
     run: Run = None,
@@ -211,6 +224,7 @@ def compensate(
     mean_pressure: MeanPressureColumn = None,
     unknown_state: UnknownState = False,
     past: Past = None,
+    begin: Begin = None,
     figure: Band = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -220,7 +234,7 @@ def compensate(
     run_compensate(
         PlayRequest(
             model, reference, output, time, run, start, stop, out, overwrite, time_unit, load, mean_pressure,
-            unknown_state, past, figure,
+            unknown_state, past, figure, begin,
         )
     )  # fmt: skip
 
@@ -448,7 +462,8 @@ def export(
     stop: Stop = None,
     time: Time = None,
     column: Annotated[
-        str | None, typer.Option("--column", help="Its column that is the input of what is exported.")
+        str | None,
+        typer.Option("--column", help="Its column that is the input of what is exported; else the model's."),
     ] = None,
     controller: Annotated[
         Path | None, typer.Option("--controller", help="Parameters of the joint controller, JSON.")
@@ -490,8 +505,8 @@ def verify(
 @app.command()
 def compare(
     log: Logs,
-    input: Input,
-    output: Output,
+    input: Input = None,
+    output: Output = None,
     time: Time = None,
     time_unit: TimeUnit = None,
     run: Runs = None,
@@ -517,8 +532,8 @@ def compare(
 
     run_compare(
         CompareRequest(
-            tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, families, train_fraction, seed,
-            save, report, figure, overwrite, json,
+            tuple(log), input or "", output or "", time, time_unit, tuple(run or ()), start, stop, families,
+            train_fraction, seed, save, report, figure, overwrite, json,
         )
     )  # fmt: skip
 

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.columns import named_columns
 from dehyst.app.identify import _finite
 from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
@@ -54,6 +55,11 @@ def run_compare(request: CompareRequest) -> None:
     """Read, identify every family, draw, print."""
     _refuse_clashes(request)
     families = _families(request.families)
+    input, output = named_columns(
+        "compare", request.logs, request.input, request.output, next(iter(request.runs), None), request.time_unit,
+        request.json,
+    )  # fmt: skip
+    request = replace(request, input=input, output=output)
     with ask_progress("reading", request.json):
         records = _read(request)
     with _progress(request.json) as told:

@@ -111,11 +111,10 @@ def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[Hysteresis
 
 
 def _refuse_contradictions(request: ExportRequest) -> None:
-    if (request.log is None) != (request.column is None):
-        missing, given = ("--column", "--log") if request.log else ("--log", "--column")
+    if request.log is None and request.column is not None:
         raise ParameterError(
-            f"{given} without {missing}: an excerpt of your log needs both, --log LOG --column COLUMN, the column that "
-            f"is the input of what is exported."
+            "--column without --log: an excerpt of your log needs --log LOG, and its column that is the input of what "
+            "is exported unless it has the model's name."
         )
     if request.controller is not None and request.what != "joint-controller":
         raise ParameterError("--controller belongs to --what joint-controller; add that, or leave --controller out.")
@@ -159,9 +158,9 @@ def _subject(model: HysteresisModel, request: ExportRequest, real: str) -> tuple
         parameters = load_controller(cast(Path, request.controller))
         return joint_subject(model, parameters, name=name, real=real), unit_findings(model)
     excerpt = None
-    if request.log is not None and request.column is not None:
+    if request.log is not None:
         into = model.card.output if request.what == "inverse" else model.card.input
-        excerpt = read_excerpt(request.log, request.column, into, request.part)
+        excerpt = read_excerpt(request.log, request.column or into.name, into, request.part)
     subject = subject_of(
         model, request.what, name=name, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",

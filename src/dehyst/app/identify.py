@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from dehyst.app.columns import named_columns
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.targets import MODEL, PAGE, refuse_existing
@@ -61,6 +62,11 @@ def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     _refuse_clashes(request)
     refuse_options(request)
+    input, output = named_columns(
+        "identify", request.logs, request.input, request.output, next(iter(request.runs), None), request.time_unit,
+        request.json,
+    )  # fmt: skip
+    request = replace(request, input=input, output=output)
     fit = _identify(request)
     if request.save is not None:
         fit.model.save(request.save)

@@ -61,11 +61,7 @@ def _print(summary: LogSummary) -> None:
             )
         )
     out.print()
-    shown = sorted(summary.columns, key=_interest)[:MOST_COLUMNS] if len(summary.columns) > MOST_COLUMNS else ()
-    _print_columns(out, shown or summary.columns)
-    if shown:
-        more = len(summary.columns) - len(shown)
-        out.print(Text(f"and {more} more columns; all of them: dehyst inspect LOG --json"))
+    print_columns(out, summary.columns)
     print_findings(summary.findings)
     out.print()
     if summary.command:
@@ -79,7 +75,15 @@ def _interest(column: ColumnSummary) -> tuple[bool, bool, bool]:
     return not column.role, not column.unit, column.constant or not column.loops
 
 
-def _print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:
+def print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:
+    """Print one row a column, of very many only those that matter most."""
+    shown = sorted(columns, key=_interest)[:MOST_COLUMNS] if len(columns) > MOST_COLUMNS else ()
+    _print_table(out, shown or columns)
+    if shown:
+        out.print(Text(f"and {len(columns) - len(shown)} more columns; all of them: dehyst inspect LOG --json"))
+
+
+def _print_table(out: Console, columns: Sequence[ColumnSummary]) -> None:
     """Print one row a column; only the last cell is folded, and the table grows beyond a narrow terminal instead."""
     heads = ("column", "unit", "from", "to", "loops", "missing", "looks like")
     rows = [_cells(column) for column in columns]

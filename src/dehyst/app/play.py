@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app.start import MODEL, UNKNOWN, begun, middle, say, start_of
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
-from dehyst.app.unknown import column, refuse_without_unknown_state, with_any_past
+from dehyst.app.unknown import column, place, refuse_without_unknown_state, with_any_past
 from dehyst.app.verdict import verdict_findings
-from dehyst.errors import OutputError, ParameterError
+from dehyst.errors import ColumnError, OutputError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.storage import load_file
 from dehyst.files import write_atomically
@@ -36,7 +37,7 @@ class PlayRequest:
 
     model: Path
     log: Path
-    column: str
+    column: str | None
     time: str | None
     run: str | None
     start: float | None
@@ -49,11 +50,12 @@ class PlayRequest:
     unknown_state: bool = False
     past: tuple[float, float] | None = None
     figure: Path | None = None
+    begin: str | None = None
 
 
 def run_simulate(request: PlayRequest) -> None:
     """Write time, input and the model's output."""
-    model, signal = _read(request)
+    model, signal = _read(request, "input")
     if isinstance(model, DirectInverse):
         from dehyst.app.play_direct import simulate_direct  # which writes with what is below
 
@@ -67,19 +69,24 @@ def run_simulate(request: PlayRequest) -> None:
     refuse_schedules(request)
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
-    given = {column(model.card.input): x}
+    given, start, told = {column(model.card.input): x}, start_of(request, MODEL), ""
     if request.unknown_state:
         columns, more = with_any_past(model, x, model.card.output, "model", signal, request.figure, request.past)
         findings += more
+    elif start == UNKNOWN:
+        y, told = middle(model, x, model.card.input, model.card.output, signal, request.past)
+        columns = {column(model.card.output, "model"): y}
     else:
-        columns = {column(model.card.output, "model"): model.simulate(x)}
+        columns = {column(model.card.output, "model"): begun(model, start, x[0]).simulate(x)}
     write(request, signal, given | columns)
+    if not request.unknown_state:
+        say(start, told)
     print_findings([*about(signal, "input"), *findings], stderr=True)
 
 
 def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
-    model, signal = _read(request)
+    model, signal = _read(request, "output")
     if isinstance(model, DirectInverse):
         from dehyst.app.play_direct import compensate_direct  # which writes with what is below
 
@@ -94,34 +101,48 @@ def run_compensate(request: PlayRequest) -> None:
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
-    inverse = model.inverse()
+    inverse, start, told = model.inverse(), start_of(request, UNKNOWN), ""
     if request.unknown_state:
         columns, more = with_any_past(inverse, y, model.card.input, "compensated", signal, request.figure, request.past)
         x = next(iter(columns.values()))
         findings += more
     else:
-        x = inverse.simulate(y)
+        if start == UNKNOWN:
+            x, told = middle(inverse, y, model.card.output, model.card.input, signal, request.past)
+        else:
+            x = begun(inverse, start, y[0]).simulate(y)
         columns = {column(model.card.input, "compensated"): x}
-        findings += _proof(model, x, y)
+        findings += _proof(model, x if start == MODEL else inverse.simulate(y), y)
     findings += outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(x, model.card.input, signal)
     write(request, signal, {column(model.card.output): y, **columns})
+    if not request.unknown_state:
+        say(start, told)
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
-def _read(request: PlayRequest) -> tuple[LoopModel | HysteresisModel | DirectInverse, Signal]:
+def _read(request: PlayRequest, role: str) -> tuple[LoopModel | HysteresisModel | DirectInverse, Signal]:
     _refuse_sources(request)
-    refuse_without_unknown_state(request.unknown_state, request.past, request.figure, request.overwrite)
-    signal = read_signal(
-        request.log,
-        request.column,
-        time=request.time,
-        run=request.run,
-        start=request.start,
-        stop=request.stop,
-        time_unit=request.time_unit,
-    )
-    return load_file(request.model), signal
+    refuse_without_unknown_state(request.unknown_state, request.figure, request.overwrite)
+    model = load_file(request.model)
+    try:
+        signal = read_signal(
+            request.log,
+            request.column or getattr(model.card, role).name,
+            time=request.time,
+            run=request.run,
+            start=request.start,
+            stop=request.stop,
+            time_unit=request.time_unit,
+        )
+    except ColumnError as fault:
+        if request.column is not None:
+            raise
+        raise ColumnError(
+            f"{fault}. It is the {role} of '{request.model}'; if another column holds that, add --{role} COLUMN.",
+            **fault.facts,
+        ) from None
+    return model, signal
 
 
 def refuse_schedules(request: PlayRequest) -> None:
@@ -177,7 +198,7 @@ def about(signal: Signal, role: str) -> list[Finding]:
     if not signal.breaks:
         return list(signal.findings)
     first, count = signal.breaks[0], len(signal.breaks)
-    where = f"{'the first ' if count > 1 else ''}between {_at(signal, first - 1)} and {_at(signal, first)}"
+    where = f"{'the first ' if count > 1 else ''}between {place(signal, first - 1)} and {place(signal, first)}"
     found = [finding for finding in signal.findings if finding.code != "gap"]
     return [
         *found,
@@ -189,10 +210,6 @@ def about(signal: Signal, role: str) -> list[Finding]:
             f"side of it with --from and --to.",
         ),
     ]
-
-
-def _at(signal: Signal, index: int) -> str:
-    return f"sample {index + 1}" if signal.time is None else f"{signal.time[index]:.6g} s"
 
 
 def jumps(x: Array, card: SignalCard, signal: Signal, cure: str = ", or raise --eps when identifying") -> list[Finding]:
@@ -212,8 +229,8 @@ def jumps(x: Array, card: SignalCard, signal: Signal, cure: str = ", or raise --
             "input-jumps",
             f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
             f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
-            f"{_at(signal, k)} to {_at(signal, k + 1)}. The actuator will lag there. Smooth the reference or sample it "
-            f"more finely{cure}.",
+            f"{place(signal, k)} to {place(signal, k + 1)}. The actuator will lag there. Smooth the reference or "
+            f"sample it more finely{cure}.",
         )
     ]
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from dehyst.app.identify_direct import DIMENSIONS, at_samples, refuse_unit, schedule_values
 from dehyst.app.play import PlayRequest, about, in_units_of, jumps, outside, write
+from dehyst.app.start import MODEL, REST, UNKNOWN, say, start_of
 from dehyst.app.terminal import print_findings
 from dehyst.app.unknown import band_columns, column
 from dehyst.app.verdict import verdict_findings
@@ -26,9 +27,10 @@ def compensate_direct(request: PlayRequest, model: DirectInverse, signal: Signal
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the curve of the model is held there")
     given, more = _given(request, model, signal)
-    if request.unknown_state:
+    start = start_of(request, UNKNOWN)
+    if start != MODEL:
         _refuse_past(request)
-        model = model.with_known(False)
+        model = model.with_known(start == REST)
     run = model.simulate(y, _time(request, model, signal), given=given)
     findings += more + outside(run.u, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(run.u, model.card.input, signal, "")
@@ -43,6 +45,9 @@ def compensate_direct(request: PlayRequest, model: DirectInverse, signal: Signal
     elif np.any(run.doubt > 0.0):
         columns[column(model.card.input, "doubt")] = run.doubt
     write(request, signal, columns)
+    if not request.unknown_state:
+        width = f"{run.doubt[0]:.3g} {model.card.input.unit}".rstrip()
+        say(start, f"the middle of all pasts: the first value may be off by {width}" if start == UNKNOWN else "")
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
@@ -56,8 +61,9 @@ def simulate_direct(request: PlayRequest, model: DirectInverse, signal: Signal) 
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     given, more = _given(request, model, signal)
-    start = "rest" if model.known else "unknown"
-    found = follow(model, x, _time(request, model, signal), given, start)
+    start = start_of(request, MODEL)
+    taken = start if start != MODEL else REST if model.known else UNKNOWN
+    found = follow(model, x, _time(request, model, signal), given, taken)
     if found.missed:
         more.append(
             Finding(
@@ -67,6 +73,7 @@ def simulate_direct(request: PlayRequest, model: DirectInverse, signal: Signal) 
             )
         )
     write(request, signal, {column(model.card.input): x, column(model.card.output, "model"): found.y})
+    say(start, "the middle of all pasts" if start == UNKNOWN else "")
     print_findings([*about(signal, "input"), *findings, *more], stderr=True)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.play import PlayRequest, about, in_units_of, jumps, outside, refuse_schedules, write
+from dehyst.app.start import MODEL, REST, UNKNOWN, say, start_of
 from dehyst.app.terminal import print_findings
 from dehyst.app.unknown import column
 from dehyst.app.verdict import verdict_findings
@@ -19,17 +20,18 @@ Array = npt.NDArray[np.float64]
 
 def simulate_loop(request: PlayRequest, model: LoopModel, signal: Signal) -> None:
     """Write time, input and the model's output."""
-    _refuse_unknown(request, model)
+    model, start = _begun(request, model)
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     y = model.simulate(x, _time(request, model, signal))
     write(request, signal, {column(model.card.input): x, column(model.card.output, "model"): y})
+    say(start)
     print_findings([*about(signal, "input"), *findings], stderr=True)
 
 
 def compensate_loop(request: PlayRequest, model: LoopModel, signal: Signal) -> None:
     """Write time, wanted output and the input that produces it."""
-    _refuse_unknown(request, model)
+    model, start = _begun(request, model)
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
@@ -38,16 +40,20 @@ def compensate_loop(request: PlayRequest, model: LoopModel, signal: Signal) -> N
     findings += outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(x, model.card.input, signal) + _proof(model, x, y, time)
     write(request, signal, {column(model.card.output): y, column(model.card.input, "compensated"): x})
+    say(start)
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
-def _refuse_unknown(request: PlayRequest, model: LoopModel) -> None:
+def _begun(request: PlayRequest, model: LoopModel) -> tuple[LoopModel, str]:
+    """Return the model with the start that was asked for, and the name of that."""
     refuse_schedules(request)
-    if request.unknown_state:
+    start = start_of(request, MODEL)
+    if start == UNKNOWN:
         raise ParameterError(
-            f"--unknown-state needs a model whose memory is bounded, of `dehyst identify`; '{request.model}' is a "
-            f"{model.family} model. Leave it out."
+            f"an unknown past (--unknown-state, --start unknown) needs a model whose memory is bounded, of `dehyst "
+            f"identify`; '{request.model}' is a {model.family} model. Leave it out, or choose --start rest."
         )
+    return (model.with_start(REST) if start == REST else model), start
 
 
 def _time(request: PlayRequest, model: LoopModel, signal: Signal) -> Array | None:

@@ -25,20 +25,17 @@ def column(card: SignalCard, prefix: str = "") -> str:
     return f"{name} [{card.unit}]" if card.unit else name
 
 
-def refuse_without_unknown_state(
-    unknown: bool, past: tuple[float, float] | None, figure: Path | None, overwrite: bool
-) -> None:
-    """Refuse options that speak of the band when none is asked for, and a picture that cannot be written."""
+def refuse_without_unknown_state(unknown: bool, figure: Path | None, overwrite: bool) -> None:
+    """Refuse a picture of the band when none is asked for, and one that cannot be written."""
     if figure is not None:
         from dehyst.report.sweep import require_picture_name
 
         refuse_existing(require_picture_name(figure), overwrite, own=BAND)
-    if unknown or (past is None and figure is None):
-        return
-    option = "--past" if past is not None else "--figure"
-    raise ParameterError(
-        f"{option} belongs to --unknown-state, which gives the band that the output lies in; add that, or leave it out."
-    )
+    if figure is not None and not unknown:
+        raise ParameterError(
+            "--figure belongs to --unknown-state, which gives the band that the output lies in; add that, or leave it "
+            "out."
+        )
 
 
 def with_any_past(
@@ -77,6 +74,18 @@ def band_columns(
     return columns, [_finding(low, high, card.unit, column(card, prefix), signal)]
 
 
+def closed_from(low: Array, high: Array) -> int | None:
+    """Return the first sample from which on a band is a point; None if it stays open."""
+    width = high - low
+    closed = np.flatnonzero(width <= CLOSED * max(float(width[0]), 1e-300))
+    return int(closed[0]) if closed.size else None
+
+
+def place(signal: Signal, index: int) -> str:
+    """Where a sample lies, in words."""
+    return f"sample {index + 1}" if signal.time is None else f"{signal.time[index]:.6g} s"
+
+
 def _abscissa(signal: Signal) -> tuple[Array, str]:
     if signal.time is None:
         return np.arange(signal.values.size, dtype=np.float64), "sample number"
@@ -86,11 +95,9 @@ def _abscissa(signal: Signal) -> tuple[Array, str]:
 def _finding(low: Array, high: Array, unit: str, name: str, signal: Signal) -> Finding:
     width = high - low
     unit = f" {unit}" if unit else ""
-    closed = np.flatnonzero(width <= CLOSED * max(float(width[0]), 1e-300))
-    if closed.size:
-        k = int(closed[0])
-        where = f"sample {k + 1}" if signal.time is None else f"{signal.time[k]:.6g} s"
-        end = f"it is known from {where} on"
+    closed = closed_from(low, high)
+    if closed is not None:
+        end = f"it is known from {place(signal, closed)} on"
     else:
         end = f"at the end it is still {0.5 * float(width[-1]):.3g}{unit}: begin with a stroke over the whole range"
     return Finding(

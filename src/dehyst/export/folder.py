@@ -193,7 +193,8 @@ def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) ->
         raise OutputError(f"cannot write '{folder}': it is a file. Name a folder.", path=str(folder))
     if not place.parent.is_dir():
         raise OutputError(
-            f"cannot write '{folder}': the folder above it does not exist. Make it first: mkdir -p {quoted(folder.parent)}",
+            f"cannot write '{folder}': the folder above it does not exist. Make it first: mkdir -p "
+            f"{quoted(folder.parent)}",
             path=str(folder),
         )
     if not folder.exists() or not any(folder.iterdir()):

@@ -109,6 +109,8 @@ class LogSummary:
         None without a time column.
     input, output
         Best guess, or None.
+    clear
+        Whether names and units of the columns leave no other choice.
     command
         Line to type next, "" if no pair was found.
     findings
@@ -123,6 +125,7 @@ class LogSummary:
     sampling: Sampling | None
     input: str | None
     output: str | None
+    clear: bool
     command: str
     findings: tuple[Finding, ...]
 
@@ -166,7 +169,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
     paired = {name: v for name, v in rows.items() if v.size == values[name].size}
     clocks = clock_names(table)
     turns = {name: max(0, turning_points(v).size - 2) for name, v in values.items()}
-    roles, x, y = guess_roles(table, values, paired, turns, clocks)
+    roles, x, y, clear = guess_roles(table, values, paired, turns, clocks)
     columns = tuple(_summarise(table, name, rows, values, turns, roles, mask) for name in table.order)
     return LogSummary(
         name=table.name,
@@ -177,6 +180,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
         sampling=_sampling(table, x, rows, clocks),
         input=x,
         output=y,
+        clear=clear,
         command=_command(path, x, y, chosen if runs and len(runs) > 1 else None, time_unit),
         findings=_findings(table, x, y, chosen),
     )

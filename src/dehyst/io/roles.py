@@ -14,6 +14,7 @@ from dehyst.units import dimension, parse_unit, words
 # How well a dimension drives and follows: pressure drives, angle follows, length does both.
 INPUT_POINTS = {"pressure": 6.0, "voltage": 6.0, "current": 5.0, "length": 2.0, "angle": 1.5, "force": 0.5}
 OUTPUT_POINTS = {"angle": 5.0, "length": 4.0, "force": 4.0, "torque": 4.0, "pressure": 0.5}
+CLEAR = 1.0  # points by which a pair leads all others if names and units leave no choice
 CANDIDATES = 20  # pairs grow with the square, and a bag may hold thousands of columns
 INPUT_WORDS = frozenset(["input", "u", "x", "pressure", "voltage", "current", "drive", "valve", "command"])
 OUTPUT_WORDS = frozenset(
@@ -79,8 +80,8 @@ def _relation(x: Array, y: Array) -> float:
 
 def guess_roles(
     table: Table, values: dict[str, Array], paired: dict[str, Array], turns: dict[str, int], clocks: list[str]
-) -> tuple[dict[str, Role], str | None, str | None]:
-    """Role of every column, and the best pair of input and output.
+) -> tuple[dict[str, Role], str | None, str | None, bool]:
+    """Role of every column, the best pair of input and output, and whether names and units leave no other choice.
 
     Parameters
     ----------
@@ -123,4 +124,14 @@ def guess_roles(
         roles.setdefault(name, Role("", points[name][2]))
     for name in values:
         roles.setdefault(name, Role("", "constant" if values[name].size else "empty"))
-    return roles, best[1], best[2]
+    return roles, best[1], best[2], _leads(points, best[1], best[2])
+
+
+def _leads(points: dict[str, tuple[float, float, str]], x: str | None, y: str | None) -> bool:
+    """Whether a pair leads every other one by `CLEAR`, movement and order left out: these decide too little."""
+    if x is None or y is None:
+        return False
+    drivers = sorted(points, key=lambda name: -points[name][0])[:3]
+    followers = sorted(points, key=lambda name: -points[name][1])[:3]
+    others = [points[a][0] + points[b][1] for a in drivers for b in followers if a != b and (a, b) != (x, y)]
+    return points[x][0] + points[y][1] >= CLEAR + max(others, default=-np.inf)

@@ -112,6 +112,10 @@ class HysteresisModel(ABC):
     def simulate(self, x: npt.ArrayLike) -> Array:
         """Return the model's output for an input signal, starting from the model's state.
 
+        The state of an identified model is that of the actuator before the first sample of its log. At another moment,
+        of which nothing is known, the middle of `interval` is never off by more than half its width; `at_rest` begins
+        with an actuator that has not moved.
+
         Parameters
         ----------
         x
@@ -143,6 +147,20 @@ class HysteresisModel(ABC):
                 stacklevel=2,
             )
         return y
+
+    def at_rest(self, first: float) -> Self:
+        """Return the same model as if it had been at rest at a first input since ever: no play is displaced.
+
+        Examples
+        --------
+        >>> from dehyst import PrandtlIshlinskii
+        >>> model = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
+        >>> model.simulate([2.0]).tolist(), model.at_rest(2.0).simulate([2.0]).tolist()
+        ([3.5], [4.0])
+        """
+        plays, before, _ = self._plays()
+        value = float(first) if before is None else float(before([first])[0])
+        return self.with_state(np.full(plays.thresholds.size, value - plays.center))
 
     def interval(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> tuple[Array, Array]:
         r"""Return the interval in which the output lies whatever the actuator did before the first sample.
