@@ -404,7 +404,7 @@ def test_example_writes_a_log_and_says_what_to_type(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, out, _ = run("example", "--out", "my log.csv", "--seed", "3")
     assert status == 0
-    assert "'my log.csv'" in out  # quoted for the shell
+    assert '"my log.csv"' in out  # quoted for any shell
     rec = dehyst.read_log("my log.csv", PRESSURE, ANGLE)
     assert np.array_equal(rec.output, example_recording(seed=3).output)
     assert run("example")[0] == 0 and (tmp_path / "example.csv").is_file()
