@@ -526,7 +526,7 @@ def test_a_source_is_never_overwritten_whatever_is_said(run, folder):
     assert (folder / "log.csv").read_bytes() == log and (folder / "model.json").read_bytes() == model
 
 
-@pytest.mark.parametrize("arguments", [("identify",), ("compensate", "a.json"), ("nonsense",), ("inspect", "a", "--loud")])
+@pytest.mark.parametrize("arguments", [("identify",), ("compensate", "a"), ("nonsense",), ("inspect", "a", "--loud")])
 def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
     status, out, err = run(*arguments)
     assert (status, out) == (2, "")
