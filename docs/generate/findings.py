@@ -128,6 +128,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Several columns have one name; the later ones were renamed (`x_2`).",
             "Name the one you mean, or use `#3` for the third column.",
         ),
+        "data-elsewhere": (
+            "A link in an HDF5 or MAT 7.3 file leads to another file, or to nothing; it was left out.",
+            "Copy its numbers into the file.",
+        ),
         "unprintable-names": (
             "Column names held line breaks, control characters or marks that turn the direction of writing; they are "
             "spelled out.",

@@ -53,9 +53,10 @@ def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
         If the reader fails or takes too long.
     """
     failure = ""
-    with _quiet(), _deadline(GRACE_SECONDS + size / SLOWEST_RATE):
+    with _quiet():
         try:
-            read()
+            with _deadline(GRACE_SECONDS + size / SLOWEST_RATE):  # which rings again and again, until it is left
+                read()
         except (DehystError, KeyboardInterrupt, SystemExit):
             raise
         except BaseException as fault:
@@ -104,9 +105,11 @@ def _deadline(seconds: float) -> Iterator[None]:
     try:
         yield
     finally:
-        active = False
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        try:
+            active = False
+        finally:  # the bell may ring on the line above
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, before)
 
 
 @contextmanager

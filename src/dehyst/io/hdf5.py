@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.findings import Finding
 from dehyst.io.collect import Collector, strings_of
 from dehyst.io.foreign import guard, refuse_bomb
 from dehyst.io.matlab import MAX_DEPTH, MAX_ITEMS, note_object
@@ -35,7 +36,24 @@ def _fill(found: Collector, h5py: Any, data: bytes) -> None:
     with h5py.File(io.BytesIO(data), "r") as file:
         for key in file:
             if not key.startswith("#"):
-                _walk(found, file, key, file[key], budget, 0)
+                _follow(found, file, key, file, key, budget, 0)
+
+
+def _follow(found: Collector, file: Any, path: str, group: Any, key: str, budget: _Budget, depth: int) -> None:
+    """Walk on to a member of a group, if it stands in this file."""
+    link = group.get(key, getlink=True)
+    node = None if hasattr(link, "filename") else group.get(key)
+    if node is None or getattr(node, "is_virtual", False) or getattr(node, "external", None):
+        # A log that names other files could show what its reader may see and its sender may not.
+        found.findings.append(
+            Finding(
+                "data-elsewhere",
+                f"'{path}' of {found.name} does not stand in this file: it is a link to another file or to nothing. "
+                f"It was left out. Copy its numbers into the file (h5repack, or h5py), if it is wanted.",
+            )
+        )
+    elif budget.first(node):
+        _walk(found, file, path, node, budget, depth)
 
 
 class _Budget:
@@ -43,6 +61,14 @@ class _Budget:
 
     def __init__(self, packed: int, name: str) -> None:
         self.packed, self.name, self.used = packed, name, 0
+        self._groups: set[Any] = set()
+
+    def first(self, node: Any) -> bool:
+        """Whether a dataset, or a group that was not met before: groups may hold each other."""
+        known = hasattr(node, "keys") and node.id in self._groups
+        if hasattr(node, "keys"):
+            self._groups.add(node.id)
+        return not known
 
     def spend(self, size: int) -> None:
         self.used += size
@@ -56,9 +82,9 @@ def _walk(found: Collector, file: Any, path: str, node: Any, budget: _Budget, de
         label = _label(node, budget)
         for key in list(node)[:MAX_ITEMS]:
             if key == "values" and label:
-                _walk(found, file, f"{path.rpartition('.')[0] or path}.{label}", node[key], budget, depth + 1)
+                _follow(found, file, f"{path.rpartition('.')[0] or path}.{label}", node, key, budget, depth + 1)
             elif not (key in {"label", "blockName"} and "values" in node):
-                _walk(found, file, f"{path}.{key}", node[key], budget, depth + 1)
+                _follow(found, file, f"{path}.{key}", node, key, budget, depth + 1)
         return
     kind = _matlab_class(node)
     if node.attrs.get("MATLAB_object_decode", 0):
