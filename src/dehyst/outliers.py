@@ -18,6 +18,7 @@ SPIKE_CURVATURE = 10.0  # ... in units of the 99.9 % quantile of the second diff
 SPIKE_STEP = 2.0  # ... and of their largest step
 END_RANGE = 10.0  # of the range: at the ends of a log there is only one neighbour to judge by
 RARE = 0.01  # of the samples: more spikes than this are a signal, not a fault
+CHUNK = 1 << 15  # steps that are looked at together
 FEWEST = 32  # samples below which nothing is judged ...
 LEVELS = 8  # ... and different values among the others
 CODE_DISTANCE = 3.0  # ranges of the others between them and a code
@@ -63,6 +64,8 @@ def find_outliers(values: Array) -> Mask:
     [50]
     """
     found = np.zeros(values.size, dtype=bool)
+    if values.size < FEWEST or _is_smooth(values):
+        return found
     for _ in range(4):  # what one pass takes away may have hidden smaller ones
         index = np.flatnonzero(~found)
         fresh = _codes(values[index])
@@ -74,6 +77,20 @@ def find_outliers(values: Array) -> Mask:
             break
         found[index[fresh]] = True
     return found
+
+
+def _is_smooth(v: Array) -> bool:
+    """Whether steps are so small that nothing can be an outlier; a cacheful at a time, as most logs end here."""
+    largest, low, high = 0.0, float(v.min()), float(v.max())
+    if max(-low, high) >= LEAST_CODE:
+        return False
+    least = 0.99 * RUN_JUMP * _certain_range(v)
+    for begin in range(0, v.size - 1, CHUNK):
+        part = np.diff(v[begin : begin + CHUNK + 1])
+        largest = max(largest, float(part.max()), -float(part.min()))
+        if largest > least:
+            return False
+    return True
 
 
 def _codes(v: Array) -> Mask:

@@ -29,10 +29,12 @@ def stopped_at(x: Array, y: Array) -> int | None:
     >>> stopped_at(x, 2 * x), stopped_at(x, np.where(np.arange(2000) < 1000, 2 * x, -2.1))
     (None, 958)
     """
-    span = robust_range([y])
-    moving = np.flatnonzero(np.abs(y - np.median(y[-max(FEWEST, int(SHARE * y.size)) :])) > STAYS * span)
+    span, tail = robust_range([y]), y[-max(FEWEST, int(SHARE * y.size)) :]
+    if float(np.ptp(tail)) > 2.0 * STAYS * span:
+        return None
+    moving = np.flatnonzero(np.abs(y - np.median(tail)) > STAYS * span)
     stop = 0 if moving.size == 0 else int(moving[-1]) + 1
-    if stop < FEWEST or y.size - stop < max(FEWEST, int(SHARE * y.size)):
+    if stop < FEWEST or y.size - stop < tail.size:
         return None
     low, high = float(x[stop:].min()), float(x[stop:].max())
     if not high - low > DRIVEN * robust_range([x]):
