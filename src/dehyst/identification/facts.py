@@ -117,7 +117,7 @@ class Motion:
 
     smallest: float = float("nan")
     largest: float = float("nan")
-    speeds: float = 1.0
+    speeds: float = float("nan")
     rests: bool | None = None
 
     @property
