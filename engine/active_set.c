@@ -1,4 +1,5 @@
 #include "active_set.h"
+#include "patience.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -253,6 +254,9 @@ int active_set_run(active_set *a)
 {
     for (;;) {
         int32_t peak[MOST], count = 0;
+        if (engine_asked()) {
+            return -1;
+        }
         differentiate(a);
         for (int failed = 1; failed > 0;) {
             const int32_t j = active_set_steepest(a);
@@ -281,7 +285,7 @@ int active_set_run(active_set *a)
 int active_set_warm(active_set *a, const uint8_t *marked)
 {
     for (int32_t j = a->columns.program->free; j < a->columns.program->unknowns; ++j) {
-        if (marked[j] && a->length[j] > 0.0 && append(a, j) < 0) {
+        if (marked[j] && a->length[j] > 0.0 && (engine_asked() || append(a, j) < 0)) {
             return -1;
         }
     }

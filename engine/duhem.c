@@ -1,4 +1,5 @@
 #include "duhem.h"
+#include "patience.h"
 
 #include <math.h>
 
@@ -64,7 +65,7 @@ static double step(const engine_duhem *p, double x0, double w, double x1)
 
 void engine_duhem_run(const engine_duhem *p, int64_t samples, const double *x, double *memory, double *y)
 {
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 100); ++t) {
         memory[1] = step(p, memory[0], memory[1], x[t]);
         memory[0] = x[t];
         y[t] = engine_curve(p->coefficients, p->curve, x[t]) - memory[1];
@@ -86,7 +87,7 @@ static double miss(const void *context, double x)
 void engine_duhem_invert(const engine_duhem *p, int64_t samples, const double *y, double farthest, double *memory,
                          double *x)
 {
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 2000); ++t) {
         const wish w = {p, memory, y[t]};
         const double found = engine_root(miss, &w, memory[0], farthest);
         memory[1] = step(p, memory[0], memory[1], found);

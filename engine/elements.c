@@ -1,6 +1,7 @@
 /* Plays, stops, springs, dampers, creep and rates in parallel: forward sample by sample, backward by Newton's method on the
  * piecewise linear equation of one sample. */
 #include "elements.h"
+#include "patience.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -67,7 +68,7 @@ static void moved(const engine_elements *p, double x, double h, double *memory)
 void engine_elements_run(const engine_elements *p, int64_t samples, const double *x, const double *dt, double *memory,
                          double *y, double *bank)
 {
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 10 + 4 * p->n); ++k) {
         const double h = dt != NULL ? dt[k] : 0.0;
         creep(p, h, memory);
         double sum = p->slope * x[k];
@@ -177,7 +178,7 @@ static double solve(const engine_elements *p, double y, double h, double farthes
 void engine_elements_invert(const engine_elements *p, int64_t samples, const double *y, const double *dt, double farthest,
                             double *memory, double *x)
 {
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 50 + 50 * p->n); ++k) {
         const double h = dt != NULL ? dt[k] : 0.0;
         creep(p, h, memory);
         x[k] = solve(p, y[k], h, farthest, memory);

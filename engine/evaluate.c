@@ -7,6 +7,7 @@
 
 #include "dehyst.h"
 #include "evaluator.h"
+#include "patience.h"
 
 /* Copies of thresholds, weights and states with an operator of threshold 0 and weight 0 in front if there is none. */
 static int copy_operators(engine_evaluator *e, int32_t n, const double *r, const double *w, const double *z)
@@ -82,13 +83,16 @@ static int64_t run_method(engine_evaluator *e, int64_t samples, const double *x,
                                       : dense_run(e, samples, x, y);
 }
 
+enum { PART = 64 * EVALUATOR_BLOCK }; /* samples between two questions whether to go on */
+
 /* Outputs of samples in memory that y does not overlap. Decisions fall on the same samples however a signal is cut. */
 static int64_t run_apart(engine_evaluator *e, int64_t samples, const double *x, double *y)
 {
     const int stream = samples >= ENGINE_STREAM_SAMPLES;
     int64_t rejected = 0;
-    for (int64_t k = 0; k < samples;) {
-        const int64_t left = e->choice.automatic ? e->choice.left : samples, part = samples - k < left ? samples - k : left;
+    for (int64_t k = 0; k < samples && !(k > 0 && engine_asked());) {
+        const int64_t rest = samples - k < PART ? samples - k : PART;
+        const int64_t part = e->choice.automatic && e->choice.left < rest ? e->choice.left : rest;
         rejected += run_method(e, part, x + k, y + k, stream);
         k += part;
         if (e->choice.automatic) {
@@ -112,7 +116,7 @@ int64_t engine_evaluator_run(engine_evaluator *e, int64_t samples, const double 
         return run_apart(e, samples, x, y);
     }
     int64_t rejected = 0;
-    for (int64_t k = 0; k < samples; k += EVALUATOR_BLOCK) {
+    for (int64_t k = 0; k < samples && !(k % PART == 0 && k > 0 && engine_asked()); k += EVALUATOR_BLOCK) {
         double block[EVALUATOR_BLOCK];
         const int64_t part = samples - k < EVALUATOR_BLOCK ? samples - k : EVALUATOR_BLOCK;
         memcpy(block, x + k, (size_t)part * sizeof *x);

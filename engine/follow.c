@@ -1,4 +1,5 @@
 #include "follow.h"
+#include "patience.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -155,7 +156,7 @@ int64_t engine_follow(const engine_direct *d, int64_t samples, const double *u, 
         f.lag[j] = f.last;
     }
     int64_t lost = 0;
-    for (int64_t k = 1; k < samples; ++k) {
+    for (int64_t k = 1, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 500 + 200 * (d->stops + d->paths + d->lags) * d->sets); ++k) {
         int found = 1;
         f.step = time ? time[k] - time[k - 1] : 0.0;
         f.given = given ? given + k * d->sets : NULL;

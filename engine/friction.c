@@ -1,4 +1,5 @@
 #include "friction.h"
+#include "patience.h"
 
 #include <math.h>
 #include <string.h>
@@ -138,7 +139,7 @@ double engine_friction_step(const double *element, double x0, double z, double x
 void engine_bank_run(const engine_bank *bank, int64_t samples, const double *x, double *memory, double *y, double *z)
 {
     double before = memory[0];
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 20 + 100 * bank->elements); ++t) {
         double sum = engine_curve(bank->coefficients, bank->curve, x[t]);
         for (int32_t i = 0; i < bank->elements; ++i) {
             double *state = &memory[1 + i];
@@ -174,7 +175,7 @@ static double miss(const void *context, double x)
 void engine_bank_invert(const engine_bank *bank, int64_t samples, const double *y, double farthest, double *memory,
                         double *x)
 {
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 500 + 2000 * bank->elements); ++t) {
         const wish w = {bank, memory, y[t]};
         const double found = engine_root(miss, &w, memory[0], farthest);
         for (int32_t i = 0; i < bank->elements; ++i) {

@@ -1,6 +1,7 @@
 /* The streaming normal equations: samples, in chunks that stay in the first cache. */
 #include "dehyst.h"
 #include "gram.h"
+#include "patience.h"
 
 /* Targets of a chunk and their squares; returns how many samples have usable ones. A square that is too large or not a
  * number says where to look, so that good data are read once. Without a prefix the first target is left to the runs. */
@@ -127,6 +128,9 @@ int64_t engine_gram_add(engine_gram *g, int64_t samples, const double *x, const 
 {
     const engine_kernels *kernels = engine_kernels_in_use();
     for (int64_t from = 0; from < samples;) {
+        if (from > 0 && engine_asked()) {
+            return from;
+        }
         const int64_t count = samples - from < GRAM_SAMPLES ? samples - from : GRAM_SAMPLES;
         gram_change_prefix(g, gram_choose(g, kernels, samples - from, x + from));
         const int64_t good = weight == NULL ? plain_targets(g, kernels, count, targets, from)
@@ -156,8 +160,9 @@ int64_t engine_gram_skip(engine_gram *g, int64_t samples, const double *x)
     const int64_t good = kernels->between(samples, x, -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT);
     gram_dense *d = &g->dense;
     gram_finish_log(g);
-    for (int64_t from = 0; from < good;) {
-        const int64_t most = d->prefix == 0 ? good : GRAM_DENSE_SAMPLES, count = good - from < most ? good - from : most;
+    int64_t left = ENGINE_BETWEEN;
+    for (int64_t from = 0; from < good && !engine_stops(&left, d->prefix == 0 ? ENGINE_BETWEEN : 1 << 16);) {
+        const int64_t most = d->prefix == 0 ? GRAM_EMPTY : GRAM_DENSE_SAMPLES, count = good - from < most ? good - from : most;
         const double *drive = x + from;
         if (d->prefix > 0) {
             kernels->cells(count, d->prefix, d->r, d->z, x + from, d->rows, d->drive);

@@ -1,5 +1,6 @@
 /* From differences at places to cells: sums over the places behind each cell, over rows and over columns. */
 #include "gram.h"
+#include "patience.h"
 
 enum { GROUP = 8 }; /* rows at once: mirrored rows are columns of the packed triangle, read by cache lines */
 
@@ -75,7 +76,8 @@ void gram_finish_cells(const gram_machine *m, double *column, double *out, ptrdi
     for (int32_t q = 0; q < n; ++q) {
         column[q] = 0.0;
     }
-    for (int32_t first = (n - 1) / GROUP * GROUP; first >= 0; first -= GROUP) {
+    int64_t left = ENGINE_BETWEEN;
+    for (int32_t first = (n - 1) / GROUP * GROUP; first >= 0 && !engine_stops(&left, (int64_t)GROUP * n); first -= GROUP) {
         finish_group(m, first, column, out, stride);
     }
     const double *row = s->cross + gram_row(n); /* the last cell */

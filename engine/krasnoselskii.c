@@ -1,5 +1,6 @@
 /* Krasnosel'skii-Pokrovskii operator: a sample costs the ridges of all lines and a comparison a kernel. */
 #include "krasnoselskii.h"
+#include "patience.h"
 
 #include <string.h>
 
@@ -36,7 +37,7 @@ static void move_all(const engine_kernels *p, const double *r, double *z)
 
 void engine_kernels_run(const engine_kernels *p, double *z, int64_t samples, const double *x, double *r, double *y)
 {
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 10 + (int64_t)p->n * p->n); ++k) {
         double sum = p->offset;
         ridges(p, x[k], r);
         for (int32_t i = 0, c = 0; i < p->n; ++i) {
@@ -52,7 +53,7 @@ void engine_kernels_run(const engine_kernels *p, double *z, int64_t samples, con
 void engine_kernels_states(const engine_kernels *p, double *z, int64_t samples, const double *x, double *r, double *out)
 {
     const int64_t kernels = (int64_t)p->n * (p->n + 1) / 2;
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 10 + kernels); ++k) {
         ridges(p, x[k], r);
         move_all(p, r, z);
         memcpy(out + k * kernels, z, (size_t)kernels * sizeof *z);
@@ -170,7 +171,7 @@ static double follow(const engine_kernels *p, const double *z, double y, double 
 
 void engine_kernels_invert(const engine_kernels *p, double *z, int64_t samples, const double *y, double *r, double *x)
 {
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 100 + 20 * (int64_t)p->n * p->n); ++k) {
         x[k] = follow(p, z, y[k], r);
         ridges(p, x[k], r);
         move_all(p, r, z);

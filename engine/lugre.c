@@ -1,4 +1,5 @@
 #include "lugre.h"
+#include "patience.h"
 
 #include <math.h>
 
@@ -25,7 +26,7 @@ void engine_lugre_run(const engine_lugre *p, int64_t samples, const double *x, c
                       double *y, double *columns)
 {
     double before = memory[0], z = memory[1];
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 50); ++t) {
         double rate = 0.0, speed = 0.0;
         z = step(p, before, z, x[t], dt[t], &rate, &speed);
         y[t] = sum_of(p, x[t], z, rate, speed);
@@ -57,7 +58,7 @@ static double miss(const void *context, double x)
 void engine_lugre_invert(const engine_lugre *p, int64_t samples, const double *y, const double *dt, double farthest,
                          double *memory, double *x)
 {
-    for (int64_t t = 0; t < samples; ++t) {
+    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 1000); ++t) {
         const wish w = {p, memory, y[t], dt[t]};
         double rate = 0.0, speed = 0.0;
         const double found = engine_root(miss, &w, memory[0], farthest);

@@ -1,4 +1,5 @@
 #include "oscillator.h"
+#include "patience.h"
 
 #include <math.h>
 
@@ -171,7 +172,7 @@ int64_t engine_oscillate(const engine_oscillator *o, int64_t samples, int32_t st
     motion x = {state[0], state[1], state[2]};
     double *stop = state + 3;
     problem p = {o, stop, x.y, {1.0, 1.0}, {dt / (double)steps, 0.0, 0.0, 0.0}};
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 200 * (1 + (int64_t)o->stops) * steps); ++k) {
         if (!(isfinite(x.y) && isfinite(x.v) && isfinite(x.z))) return k;
         put(o, x, stop, rows + 3 * k);
         if (k + 1 == samples) break;

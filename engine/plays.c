@@ -5,6 +5,7 @@
 #include "dehyst.h"
 #include "engine.h"
 #include "machine.h"
+#include "patience.h"
 
 /* A machine without weights for operators with one of threshold 0 in front if there is none; returns 1 for that one, 0, or
  * -1 if memory is short. */
@@ -52,7 +53,7 @@ int engine_plays(int32_t n, const double *threshold, double *state, int64_t samp
     stack *const k = &m.stack;
     double last = state[0];
     int64_t next = 0;
-    for (int64_t j = 0; j < samples; ++j) {
+    for (int64_t j = 0, left = ENGINE_BETWEEN; j < samples && !engine_stops(&left, 20); ++j) {
         const stack_segment *top = &k->segment[k->top];
         const double low = top->b > 1 && top->s > 0 ? last : k->low, high = top->b > 1 && top->s < 0 ? last : k->high;
         if (low <= x[j] && x[j] <= high) {
@@ -66,6 +67,7 @@ int engine_plays(int32_t n, const double *threshold, double *state, int64_t samp
             k->segment[k->top].e = last;
             write_row(&m, front, out + next * n);
             ++next;
+            left -= n;
         }
     }
     k->segment[k->top].e = last;

@@ -1,5 +1,6 @@
 /* Preisach operator by its Everett function: a sample costs a search among the knots and the turns that it wipes out. */
 #include "preisach.h"
+#include "patience.h"
 
 #include <string.h>
 
@@ -125,7 +126,7 @@ static void move_to(const engine_preisach *p, preisach_memory *m, double x)
 void engine_preisach_run(const engine_preisach *p, preisach_memory *m, int64_t samples, const double *x, double *y)
 {
     const double low = p->knot[0], high = p->knot[p->n];
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 50); ++k) {
         const double over = x[k] > high ? x[k] - high : 0.0, under = x[k] < low ? x[k] - low : 0.0;
         move_to(p, m, over > 0.0 ? high : under < 0.0 ? low : x[k]);
         y[k] = m->now.y + p->above * over + p->below * under;
@@ -169,7 +170,7 @@ static double follow(const engine_preisach *p, preisach_memory *m, double y)
 
 void engine_preisach_invert(const engine_preisach *p, preisach_memory *m, int64_t samples, const double *y, double *x)
 {
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 200); ++k) {
         x[k] = follow(p, m, y[k]);
     }
 }
@@ -212,7 +213,7 @@ void engine_preisach_cells(const engine_preisach *p, preisach_memory *m, int64_t
     const int32_t n = p->n;
     const size_t table = (size_t)(n + 1) * (size_t)(n + 1) * sizeof *scratch;
     const double low = p->knot[0], high = p->knot[n];
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 100 + (int64_t)n * n); ++k) {
         move_to(p, m, x[k] > high ? high : x[k] < low ? low : x[k]);
         memset(scratch, 0, table);
         for (int32_t q = 0; q < m->depth; ++q) {

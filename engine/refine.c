@@ -1,4 +1,5 @@
 #include "refine.h"
+#include "patience.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -188,6 +189,9 @@ int32_t refine(refinement *r, const columns *c, const uint8_t *passive, double *
     form(r);
     for (int32_t i = 0; i < size; ++i) {
         const double *k = r->matrix + (size_t)i * (size_t)size;
+        if (engine_asked()) {
+            return -2;
+        }
         if (!(cholesky_append(&r->factor, k, k[i], r->rhs[i], vanishing) > vanishing)) {
             return r->member[i];
         }

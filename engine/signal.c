@@ -1,4 +1,5 @@
 #include "signal.h"
+#include "patience.h"
 
 /* ---- Turning points. */
 typedef struct swings {
@@ -40,7 +41,7 @@ int64_t engine_turning_points(int64_t samples, const double *x, double swing, in
     add_point(&s, 0);
     int rising = -1; /* unknown yet */
     if (swing > 0.0) {
-        for (int64_t k = 1; k < samples; ++k) {
+        for (int64_t k = 1, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 2); ++k) {
             if (x[k] == x[k - 1]) continue;
             const int up = x[k] > x[k - 1];
             if (rising >= 0 && up != rising) look(&s, k - 1);
@@ -90,8 +91,10 @@ static int64_t push(const double *x, int64_t *kept, int64_t count, int64_t floor
 int64_t engine_essential(const double *x, int64_t rows, const int64_t *row, int64_t *kept, int64_t *place)
 {
     int64_t count = 0, floor = 0, next = 0;
+    int64_t left = ENGINE_BETWEEN;
     for (int64_t j = 0; j < rows; ++j) {
         for (; next <= row[j]; ++next) {
+            if (engine_stops(&left, 10)) return count;
             /* Within a run that rises or falls only its end can stay; of a plateau, its first sample. */
             if (next > 0 && next < row[j] &&
                 ((x[next - 1] <= x[next] && x[next] < x[next + 1]) || (x[next - 1] >= x[next] && x[next] > x[next + 1])))
@@ -110,7 +113,7 @@ void engine_bin_sums(int64_t samples, const double *x, const double *y, const do
                      double high, double *sums)
 {
     const double scale = bins / (high - low), last = bins;
-    for (int64_t k = 0; k < samples; ++k) {
+    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 5); ++k) {
         double place = (x[k] - low) * scale;
         place = place > 0.0 ? place : 0.0;
         place = place < last ? place : last;

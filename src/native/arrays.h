@@ -77,6 +77,7 @@ inline void require(bool holds, const char *message)
     if (!holds) throw std::invalid_argument(message);
 }
 
+void bind_stoppable();
 void bind_models(nb::module_ &m);
 void bind_block(nb::module_ &m);
 void bind_joint(nb::module_ &m);

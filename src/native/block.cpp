@@ -6,6 +6,7 @@
 #include "model_parameters.h"
 #include "no_pickle.h"
 #include "sample_call.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -43,7 +44,9 @@ class Block {
         require(x.size() == on.size(), "inputs and switches differ in length");
         Buffer y(x.size());
         std::vector<uint32_t> flags(x.size());
+        Patience patience(20 + z_.size());
         for (std::size_t k = 0; k < x.size(); ++k) {
+            patience.go_on();
             y.data()[k] = dehyst_block_step(&block_, &state_, x.data()[k], on.data()[k] ? 1 : 0);
             flags[k] = state_.flags;
         }

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "joint_controller.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -54,7 +55,12 @@ struct DirectStepper {
         nb::capsule owner(rows, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
         const std::vector<double> kept = direct.gain;
         std::size_t rejected = 0;
+        Patience patience(100 + 10 * columns + 10 * direct.memory.size());
         for (std::size_t k = 0; k < samples; ++k) {
+            if (patience.stops()) {
+                direct.gain = kept;
+                throw nb::python_error();
+            }
             if (restart.data()[k] != 0 || k == 0) started = false;
             const double passed = k > 0 && restart.data()[k] == 0 ? time.data()[k] - time.data()[k - 1] : 0.0;
             for (std::size_t j = 0; j < direct.gain.size(); ++j)
@@ -170,7 +176,9 @@ Matrix bank(const In &y, const In &time, const Rows &restart, const In &radius, 
     auto *rows = new std::vector<double>(samples * columns);
     nb::capsule owner(rows, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
     std::vector<double> low(stops), high(stops), path(paths), lag(creeps);
+    Patience patience(20 * (1 + columns));
     for (std::size_t k = 0; k < samples; ++k) {
+        patience.go_on();
         const double x = y.data()[k];
         require(dehyst_accept(x), "a sample is not finite");
         const bool begins = k == 0 || restart.data()[k] != 0;

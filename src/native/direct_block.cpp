@@ -1,5 +1,6 @@
 // Binding of a direct inverse as a function block of a machine: no formula.
 #include "direct_parameters.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -39,7 +40,9 @@ class DirectBlock {
         std::vector<double> u(samples);
         auto *flags = new std::vector<uint32_t>(samples);
         nb::capsule owner(flags, [](void *p) noexcept { delete static_cast<std::vector<uint32_t> *>(p); });
+        Patience patience(100 + 10 * direct_.memory.size());
         for (std::size_t k = 0; k < samples; ++k) {
+            patience.go_on();
             const double *row = given.data() + DEHYST_GIVEN * k;
             u[k] = step(y.data()[k], rate.data()[k], row[0], row[1], on.data()[k]);
             (*flags)[k] = state_.flags;

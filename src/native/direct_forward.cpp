@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "follow.h"
+#include "stoppable.h"
 
 using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
@@ -60,6 +61,7 @@ static nb::tuple direct_forward(const In &u, const std::optional<In> &time, cons
         lost = engine_follow(&d, static_cast<int64_t>(samples), u.data(), time ? time->data() : nullptr,
                              given ? given->data() : nullptr, least.data(), most.data(), walked.data(), y.data());
     }
+    raise_if_stopped();
     if (lost < 0) throw std::bad_alloc();
     return nb::make_tuple(own(std::move(y)), lost);
 }

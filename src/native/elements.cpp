@@ -5,6 +5,7 @@
 
 #include "arrays.h"
 #include "elements.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -41,6 +42,7 @@ nb::tuple run(const Kinds &kind, const In &weight, const In &radius, const In &e
         engine_elements_run(&p, static_cast<int64_t>(x.size()), x.data(), dt ? dt->data() : nullptr, after.data(), y.data(),
                             nullptr);
     }
+    raise_if_stopped();
     return nb::make_tuple(y.release(), own(std::move(after)));
 }
 
@@ -56,6 +58,7 @@ Matrix bank(const Kinds &kind, const In &radius, const In &extra, double lag, co
         engine_elements_run(&p, static_cast<int64_t>(x.size()), x.data(), dt ? dt->data() : nullptr, after.data(), y.data(),
                             rows.data());
     }
+    raise_if_stopped();
     return rows.release(x.size(), kind.size());
 }
 
@@ -71,6 +74,7 @@ nb::tuple invert(const Kinds &kind, const In &weight, const In &radius, const In
         engine_elements_invert(&p, static_cast<int64_t>(y.size()), y.data(), dt ? dt->data() : nullptr, farthest,
                                after.data(), x.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(x.release(), own(std::move(after)));
 }
 

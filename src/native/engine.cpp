@@ -6,12 +6,14 @@
 #include "dehyst.h"
 #include "engine.h"
 #include "evaluator_handle.h"
+#include "stoppable.h"
 
 namespace {
 
 using Writable = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-// One operator with its state. Calls from several threads take turns; the interpreter is free meanwhile.
+// One operator with its state. Calls from several threads take turns; the interpreter is free meanwhile. A run that is
+// stopped leaves the state of a sample on its way.
 class Evaluator {
   public:
     Evaluator(const In &r, const In &w, double center, double offset, const In &z) : n_(r.size())
@@ -44,7 +46,7 @@ class Evaluator {
 
     void method(int32_t m)
     {
-        const std::lock_guard<std::mutex> turn(turn_);
+        const Turn turn(turn_);
         require(engine_evaluator_method(handle_.get(), m) == 0,
                 "no such method: -1 automatic, 0 events, a multiple of 8 below n, or ENGINE_DENSE");
     }
@@ -52,8 +54,10 @@ class Evaluator {
     Out state()
     {
         Buffer z(n_);
-        const std::lock_guard<std::mutex> turn(turn_);
-        engine_evaluator_state(handle_.get(), z.data());
+        {
+            const Turn turn(turn_);
+            engine_evaluator_state(handle_.get(), z.data());
+        }
         return z.release();
     }
 
@@ -63,9 +67,11 @@ class Evaluator {
   private:
     void advance(const In &x, double *y)
     {
-        const nb::gil_scoped_release release;
-        const std::lock_guard<std::mutex> turn(turn_);
-        rejected_ += engine_evaluator_run(handle_.get(), static_cast<int64_t>(x.size()), x.data(), y);
+        {
+            const Turn turn(turn_);
+            rejected_ += engine_evaluator_run(handle_.get(), static_cast<int64_t>(x.size()), x.data(), y);
+        }
+        raise_if_stopped();
     }
 
     std::size_t n_;

@@ -4,6 +4,7 @@
 #include "duhem.h"
 #include "friction.h"
 #include "lugre.h"
+#include "stoppable.h"
 
 static engine_bank bank_of(const In &curve, const In &element, const In &weight, const In &memory)
 {
@@ -21,6 +22,7 @@ static nb::tuple bank_run(const In &x, const In &curve, const In &element, const
         nb::gil_scoped_release released;
         engine_bank_run(&bank, static_cast<int64_t>(x.size()), x.data(), after.data(), y.data(), nullptr);
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(y)), own(std::move(after)));
 }
 
@@ -35,6 +37,7 @@ static Matrix bank_states(const In &x, const In &element, const In &memory)
         nb::gil_scoped_release released;
         engine_bank_run(&bank, static_cast<int64_t>(x.size()), x.data(), after.data(), y.data(), z.data());
     }
+    raise_if_stopped();
     return z.release(x.size(), weight.size());
 }
 
@@ -47,6 +50,7 @@ static nb::tuple bank_invert(const In &y, double farthest, const In &curve, cons
         nb::gil_scoped_release released;
         engine_bank_invert(&bank, static_cast<int64_t>(y.size()), y.data(), farthest, after.data(), x.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));
 }
 
@@ -66,6 +70,7 @@ static nb::tuple lugre_run(const In &x, const In &dt, const In &curve, const In 
         nb::gil_scoped_release released;
         engine_lugre_run(&model, static_cast<int64_t>(x.size()), x.data(), dt.data(), after.data(), y.data(), nullptr);
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(y)), own(std::move(after)));
 }
 
@@ -79,6 +84,7 @@ static Matrix lugre_columns(const In &x, const In &dt, const In &curve, const In
         engine_lugre_run(&model, static_cast<int64_t>(x.size()), x.data(), dt.data(), after.data(), y.data(),
                          columns.data());
     }
+    raise_if_stopped();
     return columns.release(x.size(), 3);
 }
 
@@ -92,6 +98,7 @@ static nb::tuple lugre_invert(const In &y, const In &dt, double farthest, const 
         engine_lugre_invert(&model, static_cast<int64_t>(y.size()), y.data(), dt.data(), farthest, after.data(),
                             x.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));
 }
 
@@ -113,6 +120,7 @@ static nb::tuple duhem_run(const In &x, const In &curve, double alpha, const In 
         nb::gil_scoped_release released;
         engine_duhem_run(&model, static_cast<int64_t>(x.size()), x.data(), after.data(), y.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(y)), own(std::move(after)));
 }
 
@@ -125,6 +133,7 @@ static nb::tuple duhem_invert(const In &y, double farthest, const In &curve, dou
         nb::gil_scoped_release released;
         engine_duhem_invert(&model, static_cast<int64_t>(y.size()), y.data(), farthest, after.data(), x.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));
 }
 

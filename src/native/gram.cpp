@@ -10,6 +10,7 @@
 #include "arrays.h"
 #include "dehyst.h"
 #include "engine.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -41,11 +42,11 @@ class Gram {
         const double *weight = weights ? weights->data() : nullptr;
         std::size_t done = 0;
         {
-            nb::gil_scoped_release others_run;
-            const std::lock_guard<std::mutex> alone(busy_);
+            const Turn alone(busy_);
             done = static_cast<std::size_t>(engine_gram_add(gram_.get(), static_cast<int64_t>(samples), x.data(),
                                                             column.data(), weight));
         }
+        raise_if_stopped();
         if (done < samples) refuse(done, x.data(), column, weight);
     }
 
@@ -53,10 +54,10 @@ class Gram {
     {
         std::size_t done = 0;
         {
-            nb::gil_scoped_release others_run;
-            const std::lock_guard<std::mutex> alone(busy_);
+            const Turn alone(busy_);
             done = static_cast<std::size_t>(engine_gram_skip(gram_.get(), static_cast<int64_t>(x.size()), x.data()));
         }
+        raise_if_stopped();
         if (done < x.size()) bad("x", done, x.data()[done]);
     }
 
@@ -65,17 +66,17 @@ class Gram {
         const std::size_t size = 1 + n_ + targets_;
         std::unique_ptr<double[]> sums(new double[size * size]);
         {
-            nb::gil_scoped_release others_run;
-            const std::lock_guard<std::mutex> alone(busy_);
+            const Turn alone(busy_);
             engine_gram_take(gram_.get(), sums.get());
         }
+        raise_if_stopped();
         nb::capsule owner(sums.get(), [](void *p) noexcept { delete[] static_cast<double *>(p); });
         return Matrix(sums.release(), {size, size}, owner);
     }
 
     void method(int32_t prefix)
     {
-        const std::lock_guard<std::mutex> alone(busy_);
+        const Turn alone(busy_);
         if (engine_gram_method(gram_.get(), prefix) != 0)
             throw std::invalid_argument("method " + std::to_string(prefix) +
                                         " does not apply: -1 (the signal decides), 0 (events only), a dense prefix (a "
@@ -85,27 +86,29 @@ class Gram {
 
     void only_targets(bool only)
     {
-        const std::lock_guard<std::mutex> alone(busy_);
+        const Turn alone(busy_);
         engine_gram_only_targets(gram_.get(), only ? 1 : 0);
     }
 
     Out state()
     {
-        const std::lock_guard<std::mutex> alone(busy_);
         std::vector<double> z(n_);
-        engine_gram_state(gram_.get(), z.data());
+        {
+            const Turn alone(busy_);
+            engine_gram_state(gram_.get(), z.data());
+        }
         return own(std::move(z));
     }
 
     int64_t events()
     {
-        const std::lock_guard<std::mutex> alone(busy_);
+        const Turn alone(busy_);
         return engine_gram_events(gram_.get());
     }
 
     int32_t prefix()
     {
-        const std::lock_guard<std::mutex> alone(busy_);
+        const Turn alone(busy_);
         return engine_gram_prefix(gram_.get());
     }
 

@@ -1,6 +1,7 @@
 // Binding of the joint controller of the core: no formula.
 #include "joint_controller.h"
 #include "no_pickle.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -38,7 +39,9 @@ Matrix run(JointController &self, const In &angle, const In &p_1, const In &p_2,
     require(reference.shape(1) == kReference, "a reference has 7 columns");
     auto *rows = new std::vector<double>(samples * kOutput);
     nb::capsule owner(rows, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+    Patience patience(1000);
     for (std::size_t k = 0; k < samples; ++k) {
+        patience.go_on();
         const dehyst_joint_output o = stepped(self, angle.data()[k], p_1.data()[k], p_2.data()[k],
                                               reference.data() + k * kReference, switches.data()[k]);
         const double row[kOutput] = {o.valve[0],     o.valve[1],     o.desired[0], o.desired[1],

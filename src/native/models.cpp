@@ -9,6 +9,7 @@
 #include "model_parameters.h"
 #include "no_pickle.h"
 #include "sample_call.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -37,7 +38,9 @@ class Stepper : public SampleCall<Stepper> {
         Buffer y(samples);
         std::size_t rejected = 0, k = 0;
         const bool with_engine = engine_pays(samples, z_.size()) && takes_engine();
+        Patience patience(20 + z_.size());
         for (; k < samples && (!with_engine || !dehyst_accept(x.data()[k])); ++k) {
+            patience.go_on();
             y.data()[k] = step(x.data()[k]);
             rejected += state_.flags & DEHYST_REJECTED;
         }
@@ -117,7 +120,9 @@ void step_plays(const In &x, const In &r, const Rows &rows, std::vector<double> 
 {
     const std::size_t n = r.size();
     std::size_t next = 0;
+    Patience patience(10 + 2 * n);
     for (std::size_t k = 0; k < x.size(); ++k) {
+        patience.go_on();
         if (dehyst_accept(x.data()[k])) dehyst_play_step(static_cast<int32_t>(n), r.data(), x.data()[k], z.data());
         if (next < rows.size() && rows.data()[next] == static_cast<int64_t>(k))
             std::copy(z.begin(), z.end(), bank + n * next++);
@@ -136,10 +141,14 @@ nb::tuple play_bank(const In &x, const In &r, const In &z0, const Rows &rows)
     Buffer bank(kept * n);
     std::vector<double> z = copy(z0);
     if (engine_takes(n, r.data(), r.data(), 0.0, 0.0, z.data())) {
-        const nb::gil_scoped_release release;
-        if (engine_plays(static_cast<int32_t>(n), r.data(), z.data(), static_cast<int64_t>(samples), x.data(),
-                         static_cast<int64_t>(kept), rows.data(), bank.data()) != 0)
-            throw std::bad_alloc();
+        int failed = 0;
+        {
+            const nb::gil_scoped_release release;
+            failed = engine_plays(static_cast<int32_t>(n), r.data(), z.data(), static_cast<int64_t>(samples), x.data(),
+                                  static_cast<int64_t>(kept), rows.data(), bank.data());
+        }
+        raise_if_stopped();
+        if (failed != 0) throw std::bad_alloc();
     } else {
         step_plays(x, r, rows, z, bank.data());
     }
@@ -168,7 +177,11 @@ Out map_values(const In &u, const In &v, const In &x)
     require(u.size() == v.size() && u.size() != 1, "map is not a list of pairs");
     const dehyst_map map = {static_cast<int32_t>(u.size()), u.data(), v.data()};
     std::vector<double> y(x.size());
-    for (std::size_t k = 0; k < x.size(); ++k) y[k] = dehyst_map_value(&map, x.data()[k]);
+    Patience patience(20);
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        patience.go_on();
+        y[k] = dehyst_map_value(&map, x.data()[k]);
+    }
     return own(std::move(y));
 }
 

@@ -4,6 +4,7 @@
 NB_MODULE(_native, m)
 {
     m.doc() = "dehyst's C core (hysteresis models, joint controller), its engine for long signals, and the simulated pneumatic plant.";
+    bind_stoppable();
     bind_models(m);
     bind_stack(m);
     bind_block(m);

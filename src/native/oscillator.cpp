@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "oscillator.h"
+#include "stoppable.h"
 
 // (mass, damping, stiffness, cubic), (alpha, beta, gamma, delta, nu) or empty, slopes with (first, spacing), stops.
 static nb::tuple oscillate(const In &linear, const In &bouc_wen, const In &slope, const In &grid, const In &threshold,
@@ -53,6 +54,7 @@ static nb::tuple oscillate(const In &linear, const In &bouc_wen, const In &slope
         finite = engine_oscillate(&o, static_cast<int64_t>(samples), steps, dt, force.data(), after.data(), rows.data());
         std::fill(rows.data() + 3 * static_cast<std::size_t>(finite), rows.data() + 3 * samples, 0.0);
     }
+    raise_if_stopped();
     return nb::make_tuple(rows.release(samples, 3), own(std::move(after)), finite);
 }
 

@@ -4,6 +4,7 @@
 
 #include "no_pickle.h"
 #include "plant_joint.h"
+#include "stoppable.h"
 
 using Pairs = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
@@ -141,7 +142,8 @@ nb::dict run_with(PneumaticJoint &self, Step advance, const In &q, const In &qd,
     for (auto &s : signal) s.resize(2 * samples);
     {
         nb::gil_scoped_release release;
-        for (std::size_t k = 0; k < samples; ++k) {
+        Patience patience(2000);
+        for (std::size_t k = 0; k < samples && !patience.stops(); ++k) {
             torque[k] = advance(&self.joint, &self.state, q.data()[k], qd.data()[k], input.data() + 2 * k, period);
             for (std::size_t m = 0; m < 2; ++m) {
                 double now[kCount];
@@ -151,6 +153,7 @@ nb::dict run_with(PneumaticJoint &self, Step advance, const In &q, const In &qd,
             if (self.foreign[0].fault || self.foreign[1].fault) break;
         }
     }
+    raise_if_stopped();
     self.raise();
     nb::dict out;
     out["torque"] = own(std::move(torque));
@@ -217,7 +220,11 @@ Out everett(const In &from, const In &to)
 {
     require(from.size() == to.size(), "arrays differ in length");
     std::vector<double> e(from.size());
-    for (std::size_t k = 0; k < e.size(); ++k) e[k] = plant_everett(from.data()[k], to.data()[k]);
+    Patience patience(50);
+    for (std::size_t k = 0; k < e.size(); ++k) {
+        patience.go_on();
+        e[k] = plant_everett(from.data()[k], to.data()[k]);
+    }
     return own(std::move(e));
 }
 
@@ -226,7 +233,11 @@ Out muscle_force(const nb::dict &parameters, const In &p, const In &kappa)
     const plant_muscle muscle = plant_read_muscle(parameters, "muscle");
     require(p.size() == kappa.size(), "arrays differ in length");
     std::vector<double> f(p.size());
-    for (std::size_t k = 0; k < f.size(); ++k) f[k] = plant_muscle_force(&muscle, p.data()[k], kappa.data()[k]);
+    Patience patience(50);
+    for (std::size_t k = 0; k < f.size(); ++k) {
+        patience.go_on();
+        f[k] = plant_muscle_force(&muscle, p.data()[k], kappa.data()[k]);
+    }
     return own(std::move(f));
 }
 
@@ -234,8 +245,11 @@ nb::tuple muscle_volume(const nb::dict &parameters, const In &kappa)
 {
     const plant_muscle muscle = plant_read_muscle(parameters, "muscle");
     std::vector<double> volume(kappa.size()), slope(kappa.size());
-    for (std::size_t k = 0; k < volume.size(); ++k)
+    Patience patience(50);
+    for (std::size_t k = 0; k < volume.size(); ++k) {
+        patience.go_on();
         volume[k] = plant_muscle_volume(&muscle, kappa.data()[k], &slope[k]);
+    }
     return nb::make_tuple(own(std::move(volume)), own(std::move(slope)));
 }
 
@@ -245,7 +259,11 @@ Out valve_flow(const nb::dict &valve, const nb::dict &air, const In &s, const In
     const plant_air a = plant_read_air(air, "air");
     require(s.size() == p.size(), "arrays differ in length");
     std::vector<double> mdot(s.size());
-    for (std::size_t k = 0; k < mdot.size(); ++k) mdot[k] = plant_valve_flow(&v, &a, s.data()[k], p.data()[k]);
+    Patience patience(50);
+    for (std::size_t k = 0; k < mdot.size(); ++k) {
+        patience.go_on();
+        mdot[k] = plant_valve_flow(&v, &a, s.data()[k], p.data()[k]);
+    }
     return own(std::move(mdot));
 }
 
@@ -257,8 +275,11 @@ Out hysteresis_force(const nb::dict &parameters, double start, const In &kappa, 
     std::vector<double> f(kappa.size());
     plant_muscle_state state{};
     plant_hysteresis_reset(&h, &state, start);
-    for (std::size_t k = 0; k < f.size(); ++k)
+    Patience patience(500);
+    for (std::size_t k = 0; k < f.size(); ++k) {
+        patience.go_on();
         f[k] = plant_hysteresis_step(&h, &state, kappa.data()[k], p.data()[k], 1e-3);
+    }
     return own(std::move(f));
 }
 

@@ -8,6 +8,7 @@
 #include "arrays.h"
 #include "joint_controller.h"
 #include "plant_joint.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -138,6 +139,7 @@ class ClosedLoop {
             nb::gil_scoped_release release;
             loop(knots.data(), switches.data(), n, total, ticks, every, log->data());
         }
+        raise_if_stopped();
         for (Axis &axis : axes_)
             if (axis.plant != nullptr) axis.plant->raise();
         auto *kept = log.release();
@@ -170,7 +172,8 @@ class ClosedLoop {
               std::size_t every, double *log)
     {
         const double span = period_ * static_cast<double>(ticks);
-        for (std::size_t k = 0; k < total; ++k) {
+        Patience patience(20000);
+        for (std::size_t k = 0; k < total && !patience.stops(); ++k) {
             const std::size_t knot = k / ticks;
             const double s = static_cast<double>(k % ticks) / static_cast<double>(ticks);
             const std::size_t first = k / every * every;

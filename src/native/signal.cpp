@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "signal.h"
+#include "stoppable.h"
 
 using Indices = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>;
 
@@ -30,6 +31,7 @@ static Indices turning_points(const In &x, double swing)
         nb::gil_scoped_release released;
         count = engine_turning_points(static_cast<int64_t>(x.size()), x.data(), swing, point.values.get());
     }
+    raise_if_stopped();
     return point.take(count);
 }
 
@@ -47,6 +49,7 @@ static nb::tuple essential(const In &x, const Rows &rows)
         count = engine_essential(x.data(), static_cast<int64_t>(chosen), rows.data(), kept.values.get(),
                                  place.values.get());
     }
+    raise_if_stopped();
     return nb::make_tuple(kept.take(count), place.take(static_cast<int64_t>(chosen)));
 }
 
@@ -62,6 +65,7 @@ static Matrix bin_sums(const In &x, const In &y, const std::optional<In> &weight
         engine_bin_sums(static_cast<int64_t>(x.size()), x.data(), y.data(), weight ? weight->data() : nullptr, bins,
                         low, high, sums->data());
     }
+    raise_if_stopped();
     return Matrix(sums->data(), {room, 5}, owner);
 }
 

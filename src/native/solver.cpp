@@ -6,6 +6,7 @@
 
 #include "arrays.h"
 #include "engine.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -62,6 +63,7 @@ nb::tuple solve(const Square &gram, const In &rhs, const In &lower, int64_t free
         nb::gil_scoped_release released;
         failed = engine_solve(&program, u.data(), marks->data(), &solution);
     }
+    raise_if_stopped();
     if (failed) throw std::bad_alloc();
     return nb::make_tuple(own(std::move(u)), Marked(marks->data(), {n}, owner), solution.kkt, solution.condition,
                           solution.iterations, solution.status);

@@ -7,6 +7,7 @@
 #include "model_parameters.h"
 #include "no_pickle.h"
 #include "sample_call.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -50,7 +51,9 @@ class StackStepper : public SampleCall<StackStepper> {
     {
         Buffer y(x.size());
         std::size_t rejected = 0;
+        Patience patience(50);
         for (std::size_t k = 0; k < x.size(); ++k) {
+            patience.go_on();
             y.data()[k] = step(x.data()[k]);
             rejected += stack_->state.flags & DEHYST_REJECTED;
         }

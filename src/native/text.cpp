@@ -6,9 +6,12 @@
 
 #include <algorithm>
 
+#include "stoppable.h"
 #include "text.h"
 
 namespace {
+
+constexpr int64_t PART = 1 << 15; // rows between two questions whether to go on
 
 using Text = nb::bytes;
 using Cells = nb::ndarray<nb::device::cpu, nb::c_contig>;
@@ -31,20 +34,35 @@ nb::tuple read_columns(const Text &text, size_t offset, int64_t line, char delim
 {
     require(offset <= text.size() && columns.size() == letters.size() && !letters.empty(), "one array a column");
     std::vector<void *> data;
+    std::vector<size_t> width;
     for (size_t j = 0; j < columns.size(); ++j) {
-        const size_t width = letters[j] > 0 ? sizeof(uint32_t) * static_cast<size_t>(letters[j]) : sizeof(double);
-        require(letters[j] >= 0 && columns[j].nbytes() >= width * rows.size(), "columns are too short");
+        const size_t bytes = letters[j] > 0 ? sizeof(uint32_t) * static_cast<size_t>(letters[j]) : sizeof(double);
+        require(letters[j] >= 0 && columns[j].nbytes() >= bytes * rows.size(), "columns are too short");
         data.push_back(columns[j].data());
+        width.push_back(bytes);
     }
     const text_format format{delimiter, decimal, missing, portable, static_cast<int32_t>(letters.size()),
                              letters.data(), exact, &decimal};
     text_stop stop{};
+    stop.column = -1;
     int64_t count = 0;
     {
         nb::gil_scoped_release free;
-        count = text_read(&format, text.c_str() + offset, text.size() - offset, line,
-                          static_cast<int64_t>(rows.size()), rows.data(), data.data(), &stop);
+        const auto room = static_cast<int64_t>(rows.size());
+        for (bool more = room > 0; more;) {
+            const int64_t part = std::min(room - count, PART);
+            text_stop end{};
+            const int64_t found = text_read(&format, text.c_str() + offset + stop.bytes,
+                                            text.size() - offset - stop.bytes, line + stop.lines, part,
+                                            rows.data() + count, data.data(), &end);
+            count += found;
+            stop = {stop.lines + end.lines, stop.bytes + end.bytes, end.column, stop.empty | end.empty,
+                    stop.odd | end.odd};
+            for (size_t j = 0; j < data.size(); ++j) data[j] = static_cast<char *>(data[j]) + width[j] * found;
+            more = found == part && count < room && end.column < 0 && engine_asked() == 0;
+        }
     }
+    raise_if_stopped();
     return nb::make_tuple(count, stop.lines, stop.bytes, stop.column, stop.empty != 0, stop.odd != 0);
 }
 

@@ -2,6 +2,7 @@
 #include "arrays.h"
 #include "krasnoselskii.h"
 #include "preisach.h"
+#include "stoppable.h"
 
 namespace {
 
@@ -60,6 +61,7 @@ nb::tuple preisach(const In &knots, const In &everett, double below, double abov
         const nb::gil_scoped_release released;
         Engine(found.model(), found.memory(), static_cast<int64_t>(signal.size()), signal.data(), out.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(out.release(), found.image());
 }
 
@@ -76,6 +78,7 @@ Matrix preisach_cells(const In &knots, const In &memory, const In &x)
         engine_preisach_cells(found.model(), found.memory(), static_cast<int64_t>(x.size()), x.data(), scratch.data(),
                               out.data());
     }
+    raise_if_stopped();
     return out.release(x.size(), cells);
 }
 
@@ -100,6 +103,7 @@ nb::tuple kernels(const In &lines, double ridge, const In &weights, double offse
         const nb::gil_scoped_release released;
         Engine(&model, z.data(), static_cast<int64_t>(signal.size()), signal.data(), scratch.data(), out.data());
     }
+    raise_if_stopped();
     return nb::make_tuple(out.release(), own(std::move(z)));
 }
 
@@ -113,6 +117,7 @@ Matrix kernels_states(const In &lines, double ridge, const In &states, const In 
         const nb::gil_scoped_release released;
         engine_kernels_states(&model, z.data(), static_cast<int64_t>(x.size()), x.data(), scratch.data(), out.data());
     }
+    raise_if_stopped();
     return out.release(x.size(), z.size());
 }
 

@@ -1,0 +1,32 @@
+/* Long calls can be stopped: about every millisecond of work they ask their host whether to go on. A stopped call returns
+ * at once; what it wrote is of no use, its memory is that of some sample on the way. */
+#ifndef ENGINE_PATIENCE_H
+#define ENGINE_PATIENCE_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { ENGINE_BETWEEN = 1 << 20 }; /* units of work between two questions, of about a nanosecond each */
+
+/* Who is asked, from any thread: 1 to stop, 0 to go on. A null pointer, the default: nobody. */
+void engine_ask(int (*stop)(void));
+int engine_asked(void);
+
+/* To be called before each part of the work; `left` begins as ENGINE_BETWEEN. */
+static inline int engine_stops(int64_t *left, int64_t work)
+{
+    if ((*left -= work) > 0) {
+        return 0;
+    }
+    *left = ENGINE_BETWEEN;
+    return engine_asked();
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
