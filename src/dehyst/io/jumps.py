@@ -17,7 +17,8 @@ Rows = npt.NDArray[np.int64]
 
 JUMPS_MOST = 200  # more are no clock that was set now and then
 FEWEST = 32  # samples below which nothing is judged
-BACK_SAMPLES, BACK_SHARE = 50, 0.01  # samples, or share of the log, within which a jump is taken back
+BACK_SAMPLES = 50  # within so many samples ...
+BACK_SHARE = 0.01  # ... or this share of the log a jump is taken back
 LIKE = 0.02  # of a jump: how far the one that takes it back may differ
 BEND = 2.0  # times the 95 % quantile of the second differences ...
 STEP = 0.25  # ... and this share of the median step: how smoothly a signal goes on
