@@ -52,7 +52,8 @@ POWERS = (1.0, 2.0)
 # The loosest bound that is begun with, relative to the ratio of the ranges.
 LOOSE = 0.001
 # A firmer eps may raise the error of the fit by this share, where that is more than rounding.
-AFFORDABLE, EXACT = 0.05, 1e-6
+AFFORDABLE = 0.05
+EXACT = 1e-6
 # It has to leave the gain this share of what is high: with all rows the output map may be a little steeper.
 ROOM = 0.9
 # What is tried, relative to the ratio of the ranges: ten preferred numbers to a decade.
