@@ -20,7 +20,7 @@ VERDICTS = {
     ("verify", "st", "--json"): Status.DONE,
     ("verify", "edited"): Status.NO,
     ("verify", "edited", "--json"): Status.NO,
-    ("drift", "model.json", "log.csv"): Status.DONE,
+    ("drift", "model.json", "log.csv"): Status.CANNOT_TELL,
     ("drift", "model.json", "worn.csv", "--reference", "log.csv"): Status.NO,
     ("drift", "model.json", "worn.csv", "--reference", "log.csv", "--json"): Status.NO,
     ("drift", "model.json", "small.csv", "--reference", "log.csv"): Status.NOT_COMPARABLE,
@@ -81,9 +81,9 @@ def test_every_command_is_among_those_that_are_tried():
 # One status for each meaning.
 
 
-@pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
-def test_what_worked_ends_with_0(run, here, words):
-    assert run(*words)[0] == Status.DONE
+@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"drift"}))
+def test_what_worked_ends_with_0(run, here, name):
+    assert run(*COMMANDS[name])[0] == Status.DONE
 
 
 @pytest.mark.parametrize(("words", "status"), VERDICTS.items(), ids=map(" ".join, VERDICTS))
@@ -119,7 +119,7 @@ def test_no_two_meanings_share_a_status_and_none_is_one_that_python_or_the_shell
 @pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
 def test_a_reader_that_leaves_early_has_a_status_and_no_words(onto, here, words):
     status, err = onto("pipe", *words)
-    assert status == (Status.DONE if words[0] in ("verify", "drift") else Status.UNREAD)
+    assert status == VERDICTS.get(words, Status.UNREAD)
     assert "rror" not in err
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from dehyst.control import JointControllerParameters
 from dehyst.errors import OutputError
-from dehyst.export import compilers, export, folder, joint_subject, subject_of, verification
+from dehyst.export import compilers, export, joint_subject, subject_of, verification
 from dehyst.models import ModelCard
 from export_samples import CARD, mapped_model, play_model
 
@@ -320,22 +320,6 @@ def test_the_folder_of_the_model_and_one_above_is_not_replaced(run, place, monke
     status, _, err = run("export", place / "rig.json", "--target", "c", "--out", place / "out", "--overwrite")
     assert status == 2
     assert "the folder you are in" in err
-
-
-def test_a_fault_in_the_middle_moves_everything_back(place, monkeypatch):
-    before = {path: path.read_bytes() for path in (place / "out").rglob("*") if path.is_file()}
-    real, moves = folder.Path.replace, []
-
-    def replace(self, goal):
-        moves.append(goal)
-        if len(moves) == 40:
-            raise OSError(28, "No space left on device")
-        return real(self, goal)
-
-    monkeypatch.setattr(folder.Path, "replace", replace)
-    with pytest.raises(OutputError, match="No space"):
-        export(subject_of(mapped_model(), name="rig"), "c", "out")
-    assert {path: path.read_bytes() for path in (place / "out").rglob("*") if path.is_file()} == before
 
 
 def test_a_working_directory_that_is_gone_is_named(run, place, monkeypatch):

@@ -1,8 +1,10 @@
-"""Files are written atomically: a reader sees the old file or the new one, never half of one."""
+"""Files are written atomically: a reader sees the old file or the new one, never half of one, and loses neither."""
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -13,10 +15,14 @@ from dehyst.errors import OutputError
 def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path:
     """Write `content` to `path` by way of a temporary file in the same folder.
 
+    A file that is replaced gives its mode and its owner to the new one. A symbolic link stays and its target is
+    written; into a pipe or a character device (``/dev/stdout``) the content is written as it is.
+
     Raises
     ------
     OutputError
-        If the folder does not exist, is not writable, or the disk is full. An existing file stays as it was.
+        If the folder does not exist, the file or the folder may not be written to, it is a disk or a socket, or the
+        disk is full. An existing file stays as it was.
 
     Examples
     --------
@@ -25,35 +31,75 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
     >>> write_atomically(folder / "a.txt", "hello").read_text()
     'hello'
     """
-    target = Path(path)
+    given = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     try:
-        if target.is_dir():
-            raise OutputError(f"cannot write '{target}': it is a folder. Name a file inside it.", path=str(target))
+        there = _there(given)
+        if there is not None and not stat.S_ISREG(there.st_mode):
+            _write_through(given, there, data)
+            return given
+        target = Path(os.path.realpath(given))  # a link stays, and what it points to is written
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except (OSError, ValueError) as fault:  # ValueError: a name with a null character
-        reason = getattr(fault, "strerror", None) or fault
-        raise OutputError(
-            f"cannot write '{target}': {reason}. Nothing was changed. "
-            f"Name a folder that exists and that you may write to.",
-            path=str(target),
-        ) from None
+        raise _refused(given, fault, "Name a folder that exists and that you may write to.") from None
     try:
         with os.fdopen(handle, "wb") as stream:
+            _take_over(temporary, there)
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        # mkstemp makes the file private; a result should be as readable as any other file of the user.
+        Path(temporary).replace(target)
+    except OSError as fault:
+        raise _refused(given, fault, "Free some space or name another folder.") from None
+    finally:  # gone if it took the place of the file; a stop with Ctrl-C leaves nothing behind either
+        with suppress(OSError):
+            Path(temporary).unlink()
+    return given
+
+
+def _there(path: Path) -> os.stat_result | None:
+    """Return what is at a path, at the end of its links; refuse a file that is protected against writing."""
+    try:
+        there = path.stat()
+    except FileNotFoundError:
+        return None
+    if stat.S_ISREG(there.st_mode) and not os.access(path, os.W_OK):
+        raise OSError(errno.EACCES, "it is protected against writing")
+    return there
+
+
+def _write_through(path: Path, there: os.stat_result, data: bytes) -> None:
+    """Write into a pipe or a character device, which stays what it is; nothing else is taken for a file."""
+    if stat.S_ISDIR(there.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder. Name a file inside it")
+    if not stat.S_ISFIFO(there.st_mode) and not stat.S_ISCHR(there.st_mode):
+        raise OSError(errno.EINVAL, "it is a disk or a socket, no file")
+    with path.open("wb", buffering=0) as stream:
+        left = memoryview(data)
+        while left:
+            left = left[stream.write(left) :]
+
+
+def _take_over(temporary: str, there: os.stat_result | None) -> None:
+    """Give a new file the mode and the owner of the one it replaces, or the mode that any new file of the user gets.
+
+    An owner that only the administrator may give stays behind; then nobody of the old group gets in by the mode.
+    """
+    if there is None:
         mask = os.umask(0)
         os.umask(mask)
         Path(temporary).chmod(0o666 & ~mask)
-        Path(temporary).replace(target)
-    except OSError as fault:
-        with suppress(OSError):
-            Path(temporary).unlink()
-        raise OutputError(
-            f"cannot write '{target}': {fault.strerror}. An earlier file of that name is untouched. "
-            f"Free some space or name another folder.",
-            path=str(target),
-        ) from None
-    return target
+        return
+    mode = stat.S_IMODE(there.st_mode)
+    now = Path(temporary).stat()
+    if (now.st_uid, now.st_gid) != (there.st_uid, there.st_gid):
+        try:
+            os.chown(temporary, there.st_uid, there.st_gid)
+        except OSError:
+            mode &= 0o707
+    Path(temporary).chmod(mode)
+
+
+def _refused(path: Path, fault: Exception, cure: str) -> OutputError:
+    reason = getattr(fault, "strerror", None) or fault
+    return OutputError(f"cannot write '{path}': {reason}. What was there is untouched. {cure}", path=str(path))

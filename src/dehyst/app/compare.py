@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dehyst.app.columns import named_columns
 from dehyst.app.identify import _finite
-from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_unwritable
+from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import IdentificationError, OutputError, ParameterError
 from dehyst.families import Comparison, Entry, all_names, compare
@@ -65,7 +65,7 @@ def run_compare(request: CompareRequest) -> None:
     with _progress(request.json) as told:
         found = compare(records, families, train_fraction=request.train_fraction, seed=request.seed, progress=told)
     if request.save is not None:
-        _save(found, request.save)
+        _save(found, request.save, request.overwrite)
     with ask_progress("drawing", request.json):
         _draw(found, request)
     if request.json:
@@ -74,11 +74,11 @@ def run_compare(request: CompareRequest) -> None:
         _print(found, request)
 
 
-def _save(found: Comparison, path: Path) -> None:
+def _save(found: Comparison, path: Path, overwrite: bool) -> None:
     """Write the model of the best family."""
     if found.chosen.model is None:
         raise IdentificationError("no family could be identified, so there is no model to save; see the reasons.")
-    found.chosen.model.save(path)
+    save_model(path, overwrite, found.chosen.model.save)
 
 
 def _families(text: str | None) -> tuple[str, ...] | None:

@@ -12,7 +12,7 @@ from typing import Any
 from dehyst.app.columns import named_columns
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
-from dehyst.app.targets import MODEL, PAGE, refuse_existing
+from dehyst.app.targets import MODEL, PAGE, refuse_existing, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.grades import Grade, grade_of
@@ -69,7 +69,7 @@ def run_identify(request: IdentifyRequest) -> None:
     request = replace(request, input=input, output=output)
     fit = _identify(request)
     if request.save is not None:
-        fit.model.save(request.save)
+        save_model(request.save, request.overwrite, fit.model.save)
     if request.report is not None or request.figures is not None:
         with ask_progress("drawing", request.json):
             _report(fit, request)

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dehyst.app.muscle_log import LogRequest, read_bench_log
 from dehyst.app.muscle_print import list_models, list_text, print_bench, print_fit, title_of
-from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_unwritable
+from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.muscles import MuscleModel, muscle, muscle_class, names
@@ -197,7 +197,9 @@ def _fit(request: MuscleRequest, model: MuscleModel) -> tuple[MuscleFit | None, 
 def _write(request: MuscleRequest, bench: Bench, fit: MuscleFit | None, provenance: dict[str, Any]) -> None:
     if request.save is not None and fit is not None:
         kept = {"rmse_N": fit.rmse, "held_out_N": fit.held_out, "standard_errors": fit.standard_errors}
-        save_muscle(fit.model, request.save, provenance | kept | {"covers": fit.as_dict()["covers"]})
+        kept["covers"] = fit.as_dict()["covers"]
+        model = fit.model
+        save_model(request.save, request.overwrite, lambda path: save_muscle(model, path, provenance | kept))
     if request.report is not None:
         from dehyst.report.muscle import write_muscle_report
 

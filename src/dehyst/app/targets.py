@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from dehyst.errors import OutputError
@@ -43,7 +46,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     """
     if overwrite or path.is_dir() or not path.exists():  # a folder is refused by whoever writes
         return
-    if path.is_file() and path.stat().st_size == 0:  # nothing to lose
+    if path.is_fifo() or path.is_char_device() or (path.is_file() and path.stat().st_size == 0):  # nothing to lose
         return
     beginning = _beginning(path, _BEGINNING)
     if own is not None and (own in beginning or (own == MODEL and FAMILY_MODEL in beginning)):
@@ -68,6 +71,50 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     )
 
 
+def save_model(path: Path, overwrite: bool, save: Callable[[Path], object]) -> None:
+    """Save a model; one that is there already is replaced if the user said so, or if only its date differs.
+
+    Parameters
+    ----------
+    path
+        File to be written; `refuse_existing` has refused what is no model.
+    overwrite
+        Whether the user said ``--overwrite``.
+    save
+        Writes the model to the path that it is given.
+
+    Raises
+    ------
+    OutputError
+        If another model would be lost, or the file cannot be written.
+    """
+    if overwrite or not path.is_file() or path.stat().st_size == 0:
+        save(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="dehyst-") as place:
+        new = Path(place) / path.name
+        save(new)
+        same = _undated(new) == _undated(path)
+    if same:
+        save(path)
+        return
+    raise OutputError(
+        f"'{path}' exists already and holds another model; saving this one there would lose it. Name another file, or "
+        f"add --overwrite.",
+        path=str(path),
+    )
+
+
+def _undated(path: Path) -> object:
+    """What a model file says, but for when it was made and the checksum over that."""
+    try:
+        said = json.loads(path.read_text(encoding="utf-8"))
+        provenance = {key: value for key, value in said["provenance"].items() if key != "date"}
+        return {**said, "provenance": provenance, "sha256": ""}
+    except (OSError, ValueError, RecursionError, KeyError, TypeError, AttributeError):
+        return None  # damaged: like no other
+
+
 def refuse_unwritable(path: Path, folder: bool = False) -> None:
     """Refuse a place where nothing can be written, before a long run and not after it.
 
@@ -85,7 +132,15 @@ def refuse_unwritable(path: Path, folder: bool = False) -> None:
     """
     if not folder and path.is_dir():
         raise OutputError(f"cannot write '{path}': it is a folder. Name a file inside it.", path=str(path))
-    place = path if folder else path.parent
+    if path.exists() and not folder:
+        if not os.access(path, os.W_OK):
+            raise OutputError(
+                f"cannot write '{path}': it is protected against writing. Name another file, or: chmod u+w",
+                path=str(path),
+            )
+        if not path.is_file():  # a device or a pipe, which is written to as it is
+            return
+    place = path if folder else Path(os.path.realpath(path)).parent
     while folder and not place.exists() and place != place.parent:
         place = place.parent
     if not place.exists():

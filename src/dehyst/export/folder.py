@@ -5,10 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
-import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,6 +15,7 @@ from dehyst import __version__
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.budget import Budget, budget
 from dehyst.export.checks import Check
+from dehyst.export.exchange import is_inside, put, repair
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
@@ -91,7 +89,7 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     refuse_unfit(subject, target)
     refuse_folder(place, overwrite)
     content = contents(subject, target)
-    _write(place, content)
+    put(place, content, {*(exported_files(place) or {}), MANIFEST, VERIFIED})
     return Written(place, tuple(sorted(content)), sum(map(len, content.values())), budget(subject))
 
 
@@ -197,6 +195,7 @@ def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) ->
             f"{quoted(folder.parent)}",
             path=str(folder),
         )
+    repair(folder)
     if not folder.exists() or not any(folder.iterdir()):
         return
     known = exported_files(folder)
@@ -235,18 +234,6 @@ def exported_files(folder: Path) -> dict[str, str] | None:
     return {name: str(checksum) for name, checksum in known.items()} if inside else None
 
 
-def is_inside(name: str) -> bool:
-    """Whether the name of a file in a manifest is relative and stays in its folder.
-
-    Examples
-    --------
-    >>> is_inside("src/pi.c"), is_inside("../x"), is_inside("/etc/x"), is_inside("")
-    (True, False, False, False)
-    """
-    parts = name.split("/")
-    return not any(part in ("", ".", "..") for part in parts) and not any(sign in name for sign in "\\:\0")
-
-
 def files_below(folder: Path) -> list[str]:
     """Return the relative paths of all files of a folder, but for those that file managers and git leave there."""
     found = []
@@ -267,67 +254,6 @@ def _checksum(path: Path) -> str:
 def _some(folder: Path) -> str:
     names = sorted(path.name for path in folder.iterdir())
     return ", ".join(f"'{name:.40}'" for name in names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-
-
-def _write(folder: Path, content: Mapping[str, bytes]) -> None:
-    """Write into a temporary folder; then it becomes the folder, or its files take the place of those there."""
-    there = folder.exists()
-    try:
-        temporary = Path(tempfile.mkdtemp(prefix=".dehyst-", dir=folder if there else folder.absolute().parent))
-        try:
-            for name, data in content.items():
-                path = temporary / "new" / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(data)
-            if there:
-                _exchange(folder, temporary, sorted(content))
-            else:
-                (temporary / "new").replace(folder)
-        finally:
-            shutil.rmtree(temporary, ignore_errors=True)
-    except OSError as fault:
-        raise OutputError(
-            f"cannot write '{folder}': {fault.strerror or fault}. What was there is untouched. Free some space or name "
-            f"another folder.",
-            path=str(folder),
-        ) from None
-
-
-def _exchange(folder: Path, temporary: Path, names: Sequence[str]) -> None:
-    """Move an export out of a folder and a new one in; files of the user stay. A fault moves all of it back.
-
-    Raises
-    ------
-    OutputError
-        If a file of the user has a name that the new export needs.
-    OSError
-        If a file cannot be moved.
-    """
-    old = {*(exported_files(folder) or {}), MANIFEST, VERIFIED}
-    mine = [name for name in names if name not in old and (folder / name).exists()]
-    if mine:
-        raise OutputError(
-            f"cannot write '{folder}': {', '.join(mine[:3])} there {'is' if len(mine) == 1 else 'are'} not of the "
-            f"export, and the new one has {'a file' if len(mine) == 1 else 'files'} of that name. Move "
-            f"{'it' if len(mine) == 1 else 'them'} away, or name another folder.",
-            path=str(folder),
-        )
-    moves = [(folder / name, temporary / "old" / name) for name in sorted(old) if (folder / name).is_file()]
-    moves += [(temporary / "new" / name, folder / name) for name in names]
-    done: list[tuple[Path, Path]] = []
-    try:
-        for source, goal in moves:
-            goal.parent.mkdir(parents=True, exist_ok=True)
-            source.replace(goal)
-            done.append((source, goal))
-    except OSError:
-        for source, goal in reversed(done):
-            source.parent.mkdir(parents=True, exist_ok=True)
-            goal.replace(source)
-        raise
-    for place in sorted({(folder / name).parent for name in old} - {folder}, key=lambda p: -len(p.parts)):
-        with suppress(OSError):  # not empty: it holds files of the new export, or the user's
-            place.rmdir()
 
 
 def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
 from dehyst.export.direct_block import direct_block_subject
+from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
     BUILD,
     EXCERPT,
@@ -23,7 +24,6 @@ from dehyst.export.folder import (
     VERIFIED,
     contents,
     files_below,
-    is_inside,
     parse_manifest,
     read_bytes,
 )

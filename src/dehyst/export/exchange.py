@@ -1,0 +1,224 @@
+"""A folder of files takes the place of another one: whenever it is interrupted, the old one or the new one is whole.
+
+The new files are written beside the folder and the two are exchanged in one step, where the system has one. Where it
+has none, or the folder cannot be moved (one stands in it, it is a mount, nothing may be made beside it), the new files
+are written inside it first, and then take their places one by one; a call that finds this half done finishes it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from dehyst.errors import OutputError
+
+COMING = ".dehyst-coming"  # inside the folder: the new files while they are written; before they are whole
+WHOLE = ".dehyst-whole"  # and when they are: what is half done is finished from here
+GONE = "gone.json"  # in it: names of files that go with the old export
+NEW = "new"
+HERE, EXCHANGE = -100, 2  # AT_FDCWD, RENAME_EXCHANGE of Linux
+
+
+def put(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> None:
+    """Write files into a folder in place of old ones; other files there stay.
+
+    Parameters
+    ----------
+    folder
+        May be there or not; the one above it is there.
+    content
+        Relative name -> bytes of each file.
+    old
+        Relative names of what is to go, there or not.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written, or a file that stays has a name of a new one; what was there is untouched.
+    """
+    try:
+        if not folder.exists():
+            with _beside(folder) as beside:
+                _fill(Path(beside) / NEW, content)
+                (Path(beside) / NEW).replace(folder)
+            return
+        _refuse_others(folder, content, old)
+        if not _exchanged(folder, content, old):
+            _replaced_inside(folder, content, old)
+    except OSError as fault:
+        if (folder / WHOLE).is_dir():
+            repair(folder)
+            return
+        raise OutputError(
+            f"cannot write '{folder}': {fault.strerror or fault}. What was there is untouched. Free some space or name "
+            f"another folder.",
+            path=str(folder),
+        ) from None
+
+
+def repair(folder: Path) -> None:
+    """Finish what an interrupted call left in a folder or beside it; nothing to do is the rule.
+
+    Raises
+    ------
+    OutputError
+        If that cannot be done.
+    """
+    try:
+        if (folder / WHOLE).is_dir():
+            _finish(folder)
+        if (folder / COMING).is_dir():
+            shutil.rmtree(folder / COMING)
+        for left in folder.absolute().parent.glob(_prefix(folder) + 8 * "?"):
+            shutil.rmtree(left, ignore_errors=True)  # another user's stays
+    except (OSError, ValueError) as fault:
+        raise OutputError(
+            f"'{folder}' was left half written when an earlier export was interrupted, and cannot be repaired "
+            f"({getattr(fault, 'strerror', None) or fault}): the new files are in '{folder / WHOLE}'. Allow writing in "
+            f"it and repeat.",
+            path=str(folder),
+        ) from None
+
+
+def is_inside(name: str) -> bool:
+    """Whether the name of a file in a manifest is relative and stays in its folder.
+
+    Examples
+    --------
+    >>> is_inside("src/pi.c"), is_inside("../x"), is_inside("/etc/x"), is_inside("")
+    (True, False, False, False)
+    """
+    parts = name.split("/")
+    return not any(part in ("", ".", "..") for part in parts) and not any(sign in name for sign in "\\:\0")
+
+
+def _prefix(folder: Path) -> str:
+    return f".dehyst-{folder.absolute().name}-"
+
+
+def _beside(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix=_prefix(folder), dir=folder.absolute().parent)
+
+
+def _fill(place: Path, content: Mapping[str, bytes]) -> None:
+    """Write all files, and wait until they are on the disk."""
+    for name, data in content.items():
+        path = place / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+
+
+def _refuse_others(folder: Path, content: Collection[str], old: Collection[str]) -> None:
+    """Refuse if a file of the user has a name that the new export needs."""
+    mine = [name for name in sorted(content) if name not in old and (folder / name).exists()]
+    if mine:
+        raise OutputError(
+            f"cannot write '{folder}': {', '.join(mine[:3])} there {'is' if len(mine) == 1 else 'are'} not of the "
+            f"export, and the new one has {'a file' if len(mine) == 1 else 'files'} of that name. Move "
+            f"{'it' if len(mine) == 1 else 'them'} away, or name another folder.",
+            path=str(folder),
+        )
+
+
+def _exchanged(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> bool:
+    """Make the folder anew beside it and exchange the two; False if that cannot be done here."""
+    if folder.is_symlink() or folder.resolve() == Path.cwd().resolve():
+        return False
+    with suppress(OSError), _beside(folder) as beside:
+        new = Path(beside) / NEW
+
+        def going(place: str, names: list[str]) -> set[str]:
+            here = Path(place).relative_to(folder)
+            return {name for name in names if (here / name).as_posix() in old}
+
+        # What stays is linked, not copied: it is the same file in both, and remains when the old folder goes.
+        shutil.copytree(folder, new, symlinks=True, ignore=going, copy_function=os.link)
+        _remove_empty(new, old)
+        _fill(new, content)
+        was = folder.stat()
+        if (was.st_uid, was.st_gid) != (new.stat().st_uid, new.stat().st_gid):
+            os.chown(new, was.st_uid, was.st_gid)
+        _exchange(new, folder)
+        _rescue(new, folder, {*old, *content})
+        return True
+    return False
+
+
+def _exchange(one: Path, other: Path) -> None:
+    """Let two names change places in one step.
+
+    Raises
+    ------
+    OSError
+        If the system or the file system cannot.
+    """
+    call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if os.name == "posix" else None
+    if call is None:
+        raise OSError("no exchange in one step on this system")
+    if call(HERE, os.fsencode(one), HERE, os.fsencode(other), EXCHANGE) != 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+def _rescue(old: Path, new: Path, known: Collection[str]) -> None:
+    """Carry over what was made or saved anew in the old folder while the new one was being written."""
+    for path in sorted(old.rglob("*")):
+        name = path.relative_to(old)
+        if name.as_posix() in known or (path.is_dir() and not path.is_symlink()):
+            continue
+        goal = new / name
+        if not (goal.exists() and goal.samefile(path)) and not path.is_symlink():
+            goal.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(goal)
+
+
+def _replaced_inside(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> None:
+    """Write the new files whole inside the folder; then let each take its place."""
+    try:
+        _fill(folder / COMING / NEW, content)
+        _fill(folder / COMING, {GONE: json.dumps(sorted({*old} - {*content})).encode()})
+        for name in content:  # what could fail is done while nothing is changed
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / COMING).replace(folder / WHOLE)
+        _finish(folder)
+    finally:
+        if (folder / WHOLE).is_dir():  # Ctrl-C came meanwhile
+            _finish(folder)
+        shutil.rmtree(folder / COMING, ignore_errors=True)
+        _remove_empty(folder, content)
+
+
+def _finish(folder: Path) -> None:
+    """Move what is left of the new files to their places, take the old ones away; may be repeated at any point."""
+    whole = folder / WHOLE
+    gone = json.loads((whole / GONE).read_text(encoding="utf-8"))
+    new = [path.relative_to(whole / NEW).as_posix() for path in sorted((whole / NEW).rglob("*")) if path.is_file()]
+    top = folder.resolve()
+    for name in (*gone, *new):  # a folder that came from elsewhere may tell anything
+        if not is_inside(name) or not (folder / name).parent.resolve().is_relative_to(top):
+            raise ValueError(f"'{name:.80}' would lie outside of it")
+    for name in new:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (whole / NEW / name).replace(folder / name)
+    for name in gone:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            (folder / name).unlink()
+    _remove_empty(folder, gone)
+    whole.replace(folder / COMING)  # from here on there is nothing to finish
+    shutil.rmtree(folder / COMING)
+
+
+def _remove_empty(folder: Path, names: Collection[str]) -> None:
+    """Remove the folders of these files where nothing is left in them."""
+    places = {above for name in names for above in (folder / name).parents if folder in above.parents}
+    for place in sorted(places, key=lambda p: -len(p.parts)):
+        with suppress(OSError):  # not empty: it holds files of the new export, or the user's
+            place.rmdir()
