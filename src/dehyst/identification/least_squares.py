@@ -73,7 +73,8 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     >>> solve_bounded(rows, 0, np.zeros(2)).bounded.tolist()
     [1.0, 0.0]
     """
-    r = triangle(system) if system.shape[0] > system.shape[1] else system
+    reduced = system.shape[0] <= system.shape[1] and not np.any(np.tril(system[:, :free], -1))
+    r = system if reduced else triangle(system)  # below the free unknowns' own rows nothing of them may be left
     n = lower.size
     if r.shape[0] < system.shape[1]:  # fewer equations than unknowns: the missing rows are zero
         r = np.vstack([r, np.zeros((system.shape[1] - r.shape[0], system.shape[1]))])
