@@ -633,3 +633,112 @@ def test_samples_beyond_the_range_of_a_direct_inverse_are_counted(measured):
     assert kept.size == cycles[1].end - cycles[0].begin - 7 and not np.isin(cycles[1].begin, kept)
     nothing = dataclasses.replace(data, inside=np.zeros(data.drive.size, dtype=bool))
     assert nothing.places(cycles[:1]).size == cycles[0].end - cycles[0].begin
+
+
+# --- what mutants showed ------------------------------------------------------------------------------------
+
+
+def test_a_log_gets_its_columns_and_what_the_inverse_misses_from_the_model():
+    x = zigzag([0.0, *[3.0, -1.0] * 4, 0.0], 20)
+    subject = Subject.of(carded({}))
+    y = subject.model.simulate(x) + 0.5
+    record = dehyst.Recording(input=x, output=y)
+    known = opening.with_model(subject, opening.Log(record, ""), Scale((1.0, 2.0), (5.0, 5.0), None)).measured
+    np.testing.assert_allclose(known.inverse_error, known.prediction.drive - x)
+    np.testing.assert_allclose(known.error, y - known.prediction.response)
+    np.testing.assert_allclose(known.columns["gain"], known.prediction.response - 5.0)
+    assert np.abs(known.inverse_error).max() > 0.1
+    unfit = opening.Log(record, "too few")
+    assert opening.with_model(subject, unfit, SCALE) is unfit
+
+
+def test_rows_that_only_one_side_names_say_nothing_of_the_share():
+    logs = [{"sha256": "1", "first_row": 0, "last_row": 9}]
+    model = carded({"logs": logs, "settings": {"train_fraction": 0.6}})
+    record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, provenance={"sha256": "1"})
+    assert opening._fitted_share(model, record) == 0.6
+
+
+def test_a_card_whose_range_is_a_point_or_half_unknown_covers_nothing_to_speak_of():
+    x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
+    for low, high in ((1.0, 1.0), (None, 1.0), (1.0, None)):
+        card = SignalCard("x", "bar", low, high)
+        assert comparable.uncovered(x, card) == ""
+        assert opening.scale_of(Subject.of(carded({}, low, high)), [log_of(x)], None).drive == (0.0, 1.0)
+    findings = []
+    subject = Subject.of(carded({}, None, 3.0))
+    limits.say_what_limits(subject, [log_of(x)], design.PARTS, None, None, SCALE, findings)
+    assert "drift-no-range" in [finding.code for finding in findings]
+    apart = comparable.uncovered(np.array([7.0, 8.0]), SignalCard("p", "bar", 0.0, 1.0))
+    assert "0 % of it" in apart and "100 % of it" not in apart
+
+
+def test_a_unit_that_nobody_knows_is_the_same_unit():
+    record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, input_unit="ticks", output_unit="ticks")
+    card = SignalCard("x", "ticks", 0.0, 1.0)
+    found, findings, why = comparable.in_units_of(record, (card, card))
+    assert (found is record, findings, why) == (True, [], "")
+
+
+def test_loops_of_a_tenth_of_the_range_are_not_tried_where_a_fifth_are_enough():
+    inner = [v for _ in range(3) for v in (0.4, 0.8, 0.72, 0.8)]  # swings of 0.4, and of 0.08, of 2
+    x = zigzag([0.0, 1.0, -1.0, *[v for _ in range(4) for v in (1.0, *inner, -1.0)], 0.0])
+    lower = [a for a in range(4) for _ in range(4)]  # -1 and three of 0.4 in each large one
+    assert len(cycles_of(x, [slice(0, x.size)], -1.0, 1.0)) == len(lower)
+    quarter = [Cycle(k, k + 1, 0.25) for k in range(10)]
+    assert [len(group) for group in groups_of(quarter, 4)] == [2, 3, 2, 3]
+
+
+def test_columns_of_nothing_are_left_out_and_small_ones_are_not(measured):
+    data, cycles = measured
+    still = Prediction(data.prediction.response, data.prediction.loop, data.drive, viscous=np.zeros(data.drive.size))
+    assert "viscous" not in design.columns_of(data.record, data.drive, still, SCALE)
+    small = dataclasses.replace(data, columns={k: 1e-3 * v for k, v in data.columns.items()})
+    parts = ("offset", "gain", "hysteresis")
+    assert design.distinct_parts(small, groups_of(cycles, 12), parts) == parts
+
+
+def test_pairs_need_motions_within_five_percent_whatever_their_size():
+    rule = testing.Rule(0.01, 0.1, None)
+    for size in (0.1, 10.0):
+        for share, wanted in ((1.04, contrast(NOW[:, 0] - THEN[:, 0])), (1.06, contrast(NOW[:, 0], THEN[:, 0]))):
+            changes = testing.changes_of(
+                groups(NOW, motion=share * size), groups(THEN, motion=size), True, SCALE, rule, ""
+            )
+            assert one(changes, "offset").p_value == pytest.approx(wanted.p_value(0.1 / 10.0))
+
+
+def test_errors_below_a_millionth_of_the_range_do_not_grow():
+    changes = testing.changes_of(
+        groups(NOW, counted=9e-6), groups(THEN, counted=1e-6), True, SCALE, testing.Rule(0.01, 1e-9, None), ""
+    )
+    assert one(changes, "error").estimate == pytest.approx(0.0, abs=1e-9)  # both count as 1e-5 of 10
+
+
+def test_a_doubled_error_is_the_root_of_the_mean_square_of_the_groups():
+    """Groups of 1 and 3 after 1: the RMS is 2.24 times as large, the root of the mean cube would be more yet."""
+    later = np.array([1.0, 1.0, 1.0, 1.0, 3.9])
+    assert testing._rms(later) == pytest.approx(np.sqrt((4.0 + 3.9**2) / 5.0))
+
+
+def test_trends_have_the_interval_of_the_blocks_at_the_rate_shared_by_all():
+    """Oracle: the bootstrap of blocks draw by draw."""
+    rng = np.random.default_rng(4)
+    places, values = np.arange(16.0), 0.1 * np.arange(16.0) + rng.standard_normal(16)
+    slope, low, high = trend(places, values, 0.95)
+    assert slope == pytest.approx(np.polyfit(places, values, 1)[0])
+    assert high - slope == pytest.approx(slope - low)
+    narrow = trend(places, values, 0.5)
+    assert (high - low) / (narrow[2] - narrow[1]) == pytest.approx(quantile(0.95, 2) / quantile(0.5, 2))
+    rest = values - np.polyval(np.polyfit(places, values, 1), places)
+    starts = np.random.default_rng(0).integers(0, 16 - 5 + 1, (999, 4))
+    slopes = []
+    for begins in starts:
+        again = np.concatenate([rest[begin : begin + 5] for begin in begins])[:16]
+        slopes.append(np.polyfit(places, again, 1)[0])
+    wanted = np.std(slopes) * np.sqrt(16 / (16 - 5 - 2)) * quantile(0.95, 2)
+    assert high - slope == pytest.approx(wanted, rel=1e-6)
+    assert trend(np.ones(40), np.arange(40.0), 0.95) is None
+    blocks = Blocks(places, values, None, {"gain": -values})
+    error, _ = scoring.trends_of([entry_with(blocks)], 0.02)
+    assert error.high == pytest.approx(100.0 * trend(places, values, 0.99)[2])

@@ -9,12 +9,22 @@ from scipy.optimize import lsq_linear
 import dehyst
 from dehyst.errors import ExcitationError, IdentificationError, ParameterError
 from dehyst.identification import data as prepared
-from dehyst.identification import families, least_squares, memory, orthogonal, programs, regressors, scores, selection
+from dehyst.identification import (
+    families,
+    least_squares,
+    memory,
+    mending,
+    orthogonal,
+    programs,
+    regressors,
+    scores,
+    selection,
+)
 from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.families import Estimate, fit_family
 from dehyst.identification.folds import FOLD_RIDGE, Folds, blocks_of, output_knots
 from dehyst.identification.mending import mended
-from dehyst.identification.normal_equations import accumulate, polynomial, solve
+from dehyst.identification.normal_equations import accumulate, creep, polynomial, solve
 from dehyst.identification.polish import polish
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.static_curve import KNOTS, PIECES, SMOOTHING, curve_of, fit_static, held_out_errors
@@ -101,6 +111,15 @@ def test_a_span_of_ones_own_and_pieces_without_rows():
     assert np.allclose(own.matrix[0, 4], z[:, 3].sum()) and own.samples == 6.0
     factor = orthogonal.reduce(data, bank, span=lambda piece: slice(piece.split, piece.split + 3))
     assert np.allclose((factor.T @ factor)[0, 1:5], z.sum(axis=0))
+    coarse = sums_of(data, bank).coarser(np.array([True, False, True, False]))
+    two = Piece(data.pieces[0].x, data.pieces[0].y, 0, 0, 30, 0, False)
+    wanted = sums_of(data_of(two), regressors.make_bank(data_of(two), R[[0, 2]], "zero"))
+    assert np.allclose(coarse.matrix, wanted.matrix) and coarse.thresholds.tolist() == [0.0, 0.5]
+    with pytest.raises(ParameterError, match="keep the first"):
+        wanted.coarser(np.array([False, True]))
+    with pytest.raises(ParameterError, match="same thresholds"):
+        wanted + sums_of(data, bank)
+    assert np.array_equal((wanted + wanted).matrix, 2.0 * wanted.matrix)
     with pytest.raises(AssertionError):
         sums_of(data, bank, span=lambda piece: slice(3, 3))
 
@@ -113,6 +132,8 @@ def test_operators_that_stand_still_in_the_fitted_samples_are_left_out():
     assert [s.size for s in bank.states] == [2]
     still = regressors.make_bank(data_of(Piece(0.0 * x, x, 0, 0, 5, 0, False)), np.array([0.0, 0.3]), "zero")
     assert still.thresholds.tolist() == [0.0]  # the first stays whatever happens
+    step = Piece(np.array([0.0, 1.0, 1.0, 1.0]), np.zeros(4), 0, 0, 4, 0, False)  # the first sample is one of them
+    assert regressors.make_bank(data_of(step), np.array([0.0, 0.5]), "zero").thresholds.tolist() == [0.0, 0.5]
     parts = list(regressors.blocks(x, R, np.zeros(4), slice(7, 30), 9))
     assert [(p.start, p.stop) for p, _ in parts] == [(7, 16), (16, 25), (25, 30)]
     assert np.allclose(np.vstack([z for _, z in parts]), plays(x, R, np.zeros(4))[7:30])
@@ -229,13 +250,19 @@ def test_refinement_brings_back_the_optimum_of_the_modified_model():
     assert polish(sums, 0.9, MAP, FEW, freed) is freed
 
 
+def test_matrices_that_are_kept_for_the_next_program_cannot_be_changed():
+    for kept in (programs.unit_ridge("stop", 3), programs._smoothing(FEW, 3, (1.0, 1.0))):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0, 0] = 1.0
+
+
 def test_gains_and_maps_follow_from_their_slopes():
     def made(family, weights, slopes=None, parameters=(0.0,)):
         slopes = None if slopes is None else np.array(slopes)
         return Estimate(family, np.array(parameters), 0.0, np.array(weights), slopes, None, None, 0.0)
 
     assert families.gain_of(made("pi", [0.2, -0.1, 0.4])) == pytest.approx(10.0)
-    assert families.gain_of(made("static", [1.0], [9.0], (7.0, 0.25, 0.5))) == pytest.approx(4.0)
+    assert families.gain_of(made("static", [1.0], [9.0], (0.1, 0.25, 0.5))) == pytest.approx(4.0)
     assert families.gain_of(made("modified-pi", [0.5], [0.2, 2.0])) == pytest.approx(4.0)
     assert families.gain_of(made("modified-pi", [0.5], [0.2, 0.3])) == pytest.approx(1.0)  # continued at 0.5
     assert families.gain_of(made("pi", [0.0])) == pytest.approx(1e300)
@@ -333,6 +360,9 @@ def test_a_piece_may_count_from_its_own_extremes_where_they_are_nearly_the_datas
     assert not seen
     assert memory.usable_index(20, 11, -0.9, 0.9, visited) == 7 and seen == [(-0.9, 0.9)]
     assert memory.usable_index(20, 11, -0.95, 0.95, lambda a, b: 15) == 11
+    back = np.tile([0.0, 0.94, 0.0, -0.93], 10)
+    assert (memory.known_after_break(back), memory.known_after_break(0.5 * back)) == (3, 40)
+    assert memory.known_after_break(np.tile([0.0, 0.94, 0.0], 10)) == 30
     assert memory.largest_radius("rest", 0.5, -1.0, 2.0) == 1.5
     assert memory.largest_radius("rising", 0.5, -3.0, 2.0) == 3.0
 
@@ -376,6 +406,7 @@ def test_held_out_errors_are_those_of_fits_to_the_other_blocks(data):
     knots = output_knots()
     whole = fit_family("modified-pi", sums_of(data, bank, knots), 0.02, knots, FEW)
     residual = families.mapped(whole, whole.offset + rows[:, 1:5] @ whole.weights, knots) - rows[:, 5]
+    assert knots.tolist() == pytest.approx(np.linspace(-1.0, 1.0, 21).tolist())
     assert one[1] == pytest.approx(np.sqrt(np.average(residual**2, weights=count)), rel=1e-6)
 
 
@@ -408,6 +439,7 @@ def test_the_curve_is_the_best_one_by_rows(data):
     x, y = rows[:, 1], rows[:, 5]
     for smallest in (1e-3, 0.5):
         estimate, error = fit_static(data, "zero", smallest)
+        assert np.array_equal(estimate.slopes, estimate.parameters[1:]) and estimate.slopes.min() >= smallest
         values, wanted = curve_by_rows(x, y, count, smallest)
         assert error == pytest.approx(wanted, rel=1e-8)
         curve = curve_of(estimate, data)
@@ -538,6 +570,7 @@ def recording(**more):
 def test_data_are_scaled_split_and_cut():
     record = recording(breaks=(30,))
     data = prepared.prepare([record], 0.5)
+    assert [p.known for p in data.pieces] == [memory.known_from(p.x, -1.0, 1.0) for p in data.pieces] == [23, 43]
     half = 36
     low, high = record.output[:half].min(), record.output[:half].max()
     assert (data.center, data.half_range, data.trend) == (5.0, 2.0, -1)
@@ -603,6 +636,15 @@ def test_the_trend_is_the_correlation_where_that_is_clear_and_the_increments_els
     rise = np.arange(100.0)
     assert prepared.trend_of_increments(lambda part: (rise[part], rise[part]), 100, 50.0) == 1
     assert prepared.trend_of_increments(lambda part: (rise[part], -rise[part]), 100, 50.0) == -1
+    asked = []
+
+    def read(part):
+        asked.append((part.start, part.stop))
+        return rise[:2], rise[:2]
+
+    assert prepared.trend_of_increments(read, 200_000, 1.0) == 1 and asked == [(0, 200_000)]
+    prepared.trend_of_increments(read, 400_000, 1.0)
+    assert asked[1:] == [(20_000 * k, 20_000 * k + 2_500) for k in range(20)]
     noisy = rise / 100.0 + 0.009 * (-1.0) ** np.arange(100)  # noise of less than a step of 2 % decides nothing
     other = rise / 100.0 - 0.09 * (-1.0) ** np.arange(100)
     assert np.sum(np.diff(noisy) * np.diff(other)) < 0.0
@@ -627,6 +669,51 @@ def test_threshold_grids_are_powers_up_to_the_largest_radius():
     assert len(listed) == 1 + 2 + 2 * len(selection.REGULARISATIONS)
     groups = selection._by_bank([*listed, selection.Choice("stop", "zero", None)])
     assert sorted(map(len, groups)) == [1, 1, 7, 7]
+
+
+def test_choices_are_compared_by_their_folds_in_the_order_they_were_given():
+    choices = [selection.Choice(family, "zero", None) for family in ("pi", "static", "stop", "pi-cumulative")]
+    choices.insert(1, selection.Choice("pi", "rest", None))
+    given = R * HEAVY.half_range
+    short = shorten(HEAVY, "zero", 10_000)
+    found = selection.compare(HEAVY, choices, 4, 0.02, given)
+    assert [choice for choice, _ in found] == choices
+    for choice, errors in found:
+        if choice.family == "static":
+            wanted = held_out_errors(short, blocks_of(short.rows))
+        else:
+            bank = regressors.make_bank(HEAVY, R, choice.initial_state)
+            wanted = Folds(short, bank, 5, ramps=False).errors(choice, 0.02)
+        assert errors == pytest.approx(wanted, rel=1e-12) and errors.size == 5
+    few = data_of(piece_of((1.0, 0.5), 39, 0))
+    assert selection.compare(few, choices, 4, 0.02, given) == []
+    assert selection.firmness(few, choices[0], 4, 0.02, given) == selection.Firmness()
+    assert selection.choose_operators(few, choices[0], 0.02) == (100, choices[0])
+    assert selection.start_of_paper(few, 4, 0.02, given) == "zero"
+
+
+def test_the_start_of_the_paper_is_another_one_only_where_that_halves_the_error():
+    x = 0.7 + 0.3 * loops((0.9, 0.5, 0.8, 1.0), 12)
+    z = plays(x, R, np.full(4, 0.7))
+    noise = np.random.default_rng(0).standard_normal(x.size)
+    given = 3.0 * R
+    for scale, wanted in ((1e-6, "rest"), (0.3, "zero")):
+        piece = Piece(x, z @ W + scale * noise, 0, 0, x.size, 0, False)
+        assert selection.start_of_paper(data_of(piece), 4, 1e-3, given) == wanted
+
+
+def test_the_fewest_operators_within_two_percent_are_taken():
+    x = loops((1.0, 0.6, 0.9, 0.4, 0.8), 20)
+    y = plays(x, [0.0, 0.4], np.zeros(2)) @ [0.5, 0.5]
+    data = data_of(Piece(x, y, 0, 0, x.size, 0, False))
+    n, choice = selection.choose_operators(data, selection.Choice("pi", "zero", None), 1e-3)
+    assert (n, choice.power) == (5, 1.0)  # 0.4 is on the straight grid of five
+    straight = data_of(Piece(x, x, 0, 0, x.size, 0, False))  # any grid will do: that of the family
+    for family, own in (("pi", 1), ("stop", 2)):
+        n, choice = selection.choose_operators(straight, selection.Choice(family, "zero", None), 1e-3)
+        assert (n, choice.power) == (5, own)
+    assert list(selection.OPERATORS) == [round(5 * 2 ** (k / 2)) for k in range(11)]
+    assert np.diff(np.log10(selection.FIRMER)) == pytest.approx([0.1] * 15, abs=0.012)  # ten to a decade
 
 
 def results_of(**errors):
@@ -688,8 +775,9 @@ def test_firmer_bounds_are_tried_until_the_gain_is_not_high():
 # --- sums of one's own, mending -------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("eps", [0.02, 0.7])
 @pytest.mark.parametrize("cumulative", [False, True])
-def test_own_sums_give_the_best_weights_beside_the_extra_columns(cumulative):
+def test_own_sums_give_the_best_weights_beside_the_extra_columns(cumulative, eps):
     x = 4.0 + 2.0 * loops((1.0, 0.6, 0.9), 12)
     beside = polynomial(dehyst.Recording(input=x, output=x), 3)
     scaled = (x - 4.0) / 2.0
@@ -701,17 +789,29 @@ def test_own_sums_give_the_best_weights_beside_the_extra_columns(cumulative):
     weight = np.random.default_rng(3).integers(0, 3, x.size).astype(float)
     record = dehyst.Recording(input=x, output=y)
     sums = accumulate(record, r, extra=lambda rec: polynomial(rec, 3), weights=weight, initial_state="rising")
-    found = solve(sums, 0.02, cumulative=cumulative)
+    found = solve(sums, eps, cumulative=cumulative)
     plain = z - np.column_stack([z[:, 1:], np.zeros(x.size)]) if cumulative else z
-    lower = [-np.inf] * 3 + ([0.02] * 3 if cumulative else [0.02, 0.0, 0.0])
+    lower = [-np.inf] * 3 + ([eps] * 3 if cumulative else [eps, 0.0, 0.0])
     system = np.sqrt(weight)[:, None] * np.column_stack([np.ones(x.size), beside, plain])
     best = lsq_linear(system, np.sqrt(weight) * y, (lower, np.inf), method="bvls", tol=1e-14)
     inner = np.diff(best.x[3:], prepend=0.0) if cumulative else best.x[3:]
     assert found.weights == pytest.approx(inner, abs=1e-8)
     assert found.coefficients == pytest.approx(best.x[1:3], abs=1e-8) and found.offset == pytest.approx(best.x[0])
     assert found.rms == pytest.approx(np.sqrt(2.0 * best.cost / weight.sum()), rel=1e-8)
+    flat = accumulate(record, r, extra=lambda rec: rec.input**2)
+    assert (flat.extra, flat.matrix[0, 4]) == (1, pytest.approx(np.sum(x**2)))
     with pytest.raises(ParameterError, match="auto"):
         accumulate(record, r, initial_state="auto")
+
+
+def test_creep_follows_its_recursion_over_many_time_constants():
+    rng = np.random.default_rng(5)
+    time, x = np.cumsum(rng.uniform(0.001, 0.4, 900)), rng.standard_normal(900)
+    for tau in (0.003, 0.05, 20.0):
+        state = [x[0]]
+        for step, value in zip(np.diff(time), x, strict=False):
+            state.append(value + np.exp(-step / tau) * (state[-1] - value))
+        assert creep(dehyst.Recording(input=x, output=x, time=time), [tau])[:, 0] == pytest.approx(state, abs=1e-12)
 
 
 def test_outliers_are_named_by_value_and_place():
@@ -725,6 +825,10 @@ def test_outliers_are_named_by_value_and_place():
     message = found.findings[0].message
     assert "5 of 400 samples" in message and "is 100, 101, 102, 103, ... in samples 50, 90, 130, 200, ..." in message
     assert "Memory follows" not in message
+    index = np.arange(30)
+    assert mending._numbers((index > 9) & (index < 17)) == "samples 10 to 16"
+    assert mending._numbers((index > 9) & (index < 14)) == "samples 10, 11, 12, 13"
+    assert mending._numbers(np.isin(index, [1, 2, 3, 4, 6])) == "samples 1, 2, 3, 4, ..."
     z = x.copy()
     z[77] = -80.0
     other = mended(dehyst.Recording(input=z, output=2.0 * x))
