@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import os
 import random
 import warnings
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from dehyst.io.inspect import inspect_log
 from dehyst.io.logs import read_log, read_signal
 from dehyst.recording import Recording
 from effort import no_hang
+from structured_files import hostile_hdf5, hostile_mat4, hostile_mat5, hostile_mat73
 
 N = 60
 T = [f"{0.01 * k:.2f}" for k in range(N)]
@@ -344,6 +346,39 @@ def test_mutated_bags_are_read_or_refused(tmp_path: Path, capfd: pytest.CaptureF
         attempt(path, f"{kind} case {case}: {done}")
     out, err = capfd.readouterr()
     assert (out, err) == ("", "")
+
+
+STRUCTURED = [
+    (hostile_mat5, "mat", 60),
+    (hostile_mat4, "mat", 60),
+    (hostile_hdf5, "h5", 25),
+    (hostile_mat73, "mat", 25),
+]
+
+
+@pytest.mark.parametrize(("make", "ending", "cases"), STRUCTURED, ids=[make.__name__ for make, _, _ in STRUCTURED])
+def test_files_with_lies_in_their_structure_are_read_or_refused(
+    tmp_path: Path, make: Callable[[random.Random], bytes], ending: str, cases: int
+) -> None:
+    """DEHYST_FUZZ=3000 runs so many cases of each; the number of a case is its seed."""
+    path = tmp_path / f"log.{ending}"
+    for case in range(int(os.environ.get("DEHYST_FUZZ", cases))):
+        path.write_bytes(make(random.Random(case)))
+        attempt(path, f"{make.__name__} case {case}")
+
+
+def test_packed_and_plain_variables_may_stand_in_one_file(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    parts = []
+    for k, (name, values) in enumerate(arrays().items()):
+        stream = io.BytesIO()
+        savemat(stream, {name: values[:57]}, do_compression=k % 2 == 0)
+        parts.append(stream.getvalue())
+    path = tmp_path / "log.mat"
+    path.write_bytes(parts[0] + b"".join(part[128:] for part in parts[1:]))
+    recording = attempt(path, "packed and plain")
+    assert recording is not None and len(recording) == 57
 
 
 ENDINGS = ["csv", "txt", "tsv", "dat", "gz", "mat", "npz", "npy", "h5", "bag", "db3", "mcap", "mf4", "mdf", "parquet"]

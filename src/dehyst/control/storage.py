@@ -198,10 +198,16 @@ def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptatio
         air = values.pop("pneumatics")
         volume = tuple(tuple(one) for one in values.pop("volume"))
         parameters = JointControllerParameters(**values, volume=volume, pneumatics=Pneumatics(**air))  # type: ignore[arg-type]
-        made_for = None if partner is None else (str(partner["sha256"]), str(partner["about"]))
+        made_for = None if partner is None else (_words(partner["sha256"]), _words(partner["about"]))
         return parameters, None if learning is None else Adaptation(**learning), made_for
     except (ParameterError, TypeError, KeyError, ValueError, RecursionError) as fault:
         raise _refuse(path, f"holds parameters of no controller: {fault!s:.300}.") from None
+
+
+def _words(told: object) -> str:
+    if not isinstance(told, str):
+        raise TypeError(f"its model is told by a {type(told).__name__} where words belong")
+    return visible(told)[:120]
 
 
 def _refuse(path: object, what: str) -> ModelFileError:

@@ -64,7 +64,8 @@ class _Cursor:
             return first & 0xFFFF, self.data[self.place - 4 : self.place - 4 + (first >> 16)]
         part = self.take(second)
         if first != COMPRESSED:
-            self.place = min(len(self.data), (self.place + 7) // 8 * 8)
+            # Filled up to eights of its own: a packed variable before it may have ended anywhere.
+            self.place = min(len(self.data), self.place + -second % 8)
         return first, part
 
     def numbers(self) -> npt.NDArray[Any]:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure as Canvas
 from dehyst.evaluation import ExcitationPlan
 from dehyst.files import write_atomically
 from dehyst.report.svg import PNG_DPI
-from dehyst.report.text import clean, number
+from dehyst.report.text import clean, number, short
 from dehyst.report.theme import FIFTH, INK, MUTED, OTHER, PAPER, TEST, TRAIN, settings, style
 
 TITLE = "dehyst design: "  # by which a picture is known that may be drawn anew
@@ -46,7 +46,7 @@ def write_excitation_figure(path: str | PathLike[str], plan: ExcitationPlan, tit
     face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": "dehyst design"}
     with settings(style() | face):
         canvas = Canvas(figsize=SIZE, layout="constrained")
-        canvas.suptitle(clean(title), x=0.01, ha="left", fontsize=12.5, fontweight="bold", color=INK.light)
+        canvas.suptitle(short(title, 80), x=0.01, ha="left", fontsize=12.5, fontweight="bold", color=INK.light)
         above, below = canvas.subplots(2, 1, height_ratios=[2.3, 1.0])
         _draw_motion(above, plan)
         _draw_figures(below, plan)
@@ -64,7 +64,7 @@ def _draw_motion(axes: Any, plan: ExcitationPlan) -> None:
         axes.plot(time, np.where(mine, value, np.nan), color=colour.light, lw=1.3, label=name)
     axes.set_xlim(0.0, plan.duration)
     axes.set_xlabel("time [s]", color=MUTED.light)
-    axes.set_ylabel(f"command [{clean(plan.unit)}]" if plan.unit else "command")
+    axes.set_ylabel(f"command [{short(plan.unit, 30)}]" if plan.unit else "command")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=len(drawn))
 
 

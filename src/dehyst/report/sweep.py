@@ -102,7 +102,7 @@ def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Cu
     target = require_picture_name(path)
     rows = list(dict.fromkeys((curve.study, curve.parameter) for curve in curves))[:MOST_ROWS]
     columns = list(dict.fromkeys(curve.figure for curve in curves))[: int(WIDEST / WIDTH)]
-    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": f"sweep {name}"}
+    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": clean(f"sweep {name}")}
     with settings(style() | face):
         width, height = max(WIDTH * len(columns), NARROWEST), HEIGHT * max(len(rows), 1)
         across = max(1, int(width / ENTRY))

@@ -19,6 +19,7 @@ from dehyst.report.figures.panel import (
     draw_path,
     draw_series,
     label_axes,
+    legend_label,
     path_of,
     says,
     time_of,
@@ -256,7 +257,7 @@ def _draw_curve(fit: DirectFit, axes: Axes) -> None:
     label_axes(axes, window, rec.output_label, f"P [{rec.input_unit}]" if rec.input_unit else "P")
     for k, curve in enumerate(curves):
         name = _set_name(model, k) if len(curves) > 1 else "curve"
-        axes.plot(y, curve, color=(CYCLE[k] if len(curves) > 1 else STATIC).light, lw=1.8, label=name)
+        axes.plot(y, curve, color=(CYCLE[k] if len(curves) > 1 else STATIC).light, lw=1.8, label=legend_label(name))
     if len(curves) > 1:
         add_legend(axes)
 

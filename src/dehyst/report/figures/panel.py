@@ -105,7 +105,7 @@ def _scaled(axis: Any, label: str, low: float, high: float) -> str:
     head, bracket, unit = label.rpartition(" [")
     if not bracket:
         return f"{short(label, LABEL_LENGTH - 6)} [{factor}]"
-    return f"{short(head, LABEL_LENGTH - 12)} [{factor} {unit}"
+    return f"{short(head, LABEL_LENGTH - 12)} [{factor} {short(unit, 16)}"
 
 
 def legend_label(text: str) -> str:
