@@ -65,7 +65,7 @@ DESIGNED = functools.cache(design_excitation)
 
 def stand_in(monkeypatch):
     """Let `design`, `sweep` and `reproduce` write and print what they would, without the hours before."""
-    monkeypatch.setattr(dehyst.app.design, "design_excitation", DESIGNED)
+    monkeypatch.setitem(dehyst.app.design.MOTIONS, dehyst.app.design.IDENTIFICATION, DESIGNED)
     monkeypatch.setattr(dehyst.app.sweep, "run_sweep", functools.partial(run_sweep, evaluate=sweep_evaluators.quick))
     monkeypatch.setattr(dehyst.app.reproduce, "reproduce", lambda *_: Reproduction({"none": PLANT}, "paper", {}))
     monkeypatch.setattr(
