@@ -11,6 +11,7 @@ from dehyst.identification.data import prepare
 from dehyst.identification.memory import state_before
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
+from dehyst.identification.split import split_recordings
 from identification_oracles import loops, plays
 from report_samples import fit_by_hand
 
@@ -33,7 +34,7 @@ def test_the_short_signal_has_the_states_of_the_long_one_at_every_row(start, wei
     weights = None
     if weighted:
         weights = (np.random.default_rng(2).integers(0, 3, len(rec)).astype(float),)
-    data = prepare((rec,), 0.5, weights)
+    data = prepare((rec,), split_recordings((rec,), 0.5), weights)
     bank = make_bank(data, np.arange(30) / 30.0, start)
     short = shorten(data, start, 200)
     assert 150 < short.rows <= 201
@@ -48,7 +49,7 @@ def test_the_short_signal_has_the_states_of_the_long_one_at_every_row(start, wei
 
 def test_operators_that_move_are_those_that_every_sample_says():
     rec = noisy(samples=100)
-    data = prepare((rec,), 0.3)
+    data = prepare((rec,), split_recordings((rec,), 0.3))
     for start in ("zero", "rest", "rising", "unknown"):
         r = np.linspace(0.0, 2.5, 60)
         bank, piece = make_bank(data, r, start), data.pieces[0]

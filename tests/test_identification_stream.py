@@ -18,9 +18,10 @@ from dehyst.errors import ExcitationError, LogError, OutputError, ParameterError
 from dehyst.identification.data import prepare as prepare_in_memory
 from dehyst.identification.facts import branches as branches_in_memory
 from dehyst.identification.short_signal import shorten
+from dehyst.identification.split import split_recordings
 from dehyst.identification.stream import spool as spools
 from dehyst.identification.stream.cycles import Cycles
-from dehyst.identification.stream.data import branches, prepare
+from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import read
 from dehyst.identification.stream.outline import Outline
 from dehyst.identification.stream.tape import Tape
@@ -326,7 +327,9 @@ def test_pieces_of_a_stream_say_what_those_in_memory_say(monkeypatch):
     time, x, y = time[keep], x[keep], y[keep]
     source = Chunks(x, y, time)
     log = read(source, Tape(source, "made", Watch(None), copied=False))
-    streamed, whole = prepare([log], 0.6), prepare_in_memory([recording(time, x, y, (61_000,))], 0.6)
+    rec = recording(time, x, y, (61_000,))
+    streamed = prepare([log], split_logs([log], 0.6))
+    whole = prepare_in_memory([rec], split_recordings([rec], 0.6))
     for name in ("center", "half_range", "level", "amplitude", "trend", "output_range"):
         assert getattr(streamed, name) == getattr(whole, name)
     for a, b in zip(streamed.pieces, whole.pieces, strict=True):

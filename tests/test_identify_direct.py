@@ -19,11 +19,17 @@ from dehyst.identification.direct.evidence import Evidence, permutation_p
 from dehyst.identification.direct.program import blocks_of, solve_shape
 from dehyst.identification.direct.times import longest_hold, separable
 from dehyst.identification.least_squares import solve_bounded
+from dehyst.identification.split import split_recordings
 from dehyst.models import ModelCard, Schedule, SignalCard
 from direct_samples import TIPS, asked, log, motion
 
 STOPS = ((0.4, 0.5), (3.0, 0.3))
 UNSEEN = (-0.9, 0.6, -0.3, 0.8, -0.7, 0.2)
+
+
+def prepared(record, share):
+    """One recording as the data of a direct inverse."""
+    return prepare_direct((record,), split_recordings((record,), share), {})
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +80,7 @@ def test_the_prediction_is_what_the_saved_model_answers(plain, plain_fit, tmp_pa
 
 @pytest.mark.parametrize("shape", [Shape(5), Shape(3, ("stops", "path", "creep", "viscous"), by_output=True)])
 def test_the_program_reaches_the_optimum_that_another_solver_reaches(plain, shape):
-    data = prepare_direct((plain,), 0.5, {})
+    data = prepared(plain, 0.5)
     layout = Layout(Bank(RADII[::4], np.array([0.2, 1.0]), np.array([0.5, 5.0])), 0)
     rows = np.concatenate(list(fitted_rows(layout, data, "rest")))
     found = solve_shape(layout, shape, rows, rows.shape[0], ridge=1e-4)
@@ -149,9 +155,9 @@ def test_creep_in_a_log_without_holds_comes_with_a_warning():
 def test_a_hold_is_one_of_the_output_or_of_the_input():
     t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
     creeping = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((6.0, 3.0),))
-    held = prepare_direct((log(t, y, creeping),), 1.0, {})
+    held = prepared(log(t, y, creeping), 1.0)
     assert longest_hold(held) == pytest.approx(3.0, abs=1.0)
-    swapped = prepare_direct((log(t, creeping, y),), 1.0, {})
+    swapped = prepared(log(t, creeping, y), 1.0)
     assert longest_hold(swapped) == pytest.approx(longest_hold(held), rel=0.01)
 
 
@@ -201,7 +207,7 @@ def test_the_reason_is_given_where_a_small_error_is_not_enough(plain):
 def test_a_difference_within_the_spread_of_blocks_does_not_make_a_forward_family_better(plain, plain_fit):
     def found(rival_percent, uncertainty):
         rivals = (replace(plain_fit.rivals[0], inverse_percent=rival_percent * plain_fit.judged.rmse_percent),)
-        data = prepare_direct((plain,), 0.5, {})
+        data = prepared(plain, 0.5)
         findings = about_direct_fit(
             (plain,), data, plain_fit.judged, plain_fit.static_test, rivals, plain_fit.certificate, False,
             uncertainty * plain_fit.judged.rmse_percent, True,
@@ -493,7 +499,7 @@ def test_several_recordings_are_fitted_together(plain):
 
 def test_what_a_log_separates_and_how_long_it_holds_is_measured():
     t, y = motion((1.0, -1.0), stroke=2.0, hold=5.0)
-    data = prepare_direct((log(t, y, y),), 1.0, {})
+    data = prepared(log(t, y, y), 1.0)
     low, high = separable(data)
     assert high == pytest.approx(t[-1] / 3)
     assert low == pytest.approx(max(0.06, high / 300))

@@ -32,7 +32,11 @@ TimeUnit = Annotated[
 Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log holds several.")]
 Runs = Annotated[list[str] | None, typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")]
 TrainFraction = Annotated[
-    float, typer.Option("--train-fraction", help="Share of each log that is fitted; the rest is the test.")
+    float | None,
+    typer.Option(
+        "--train-fraction",
+        help="Share of each log that is fitted; the rest is the test. By default half, or of three logs whole ones.",
+    ),
 ]
 Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
 Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
@@ -97,7 +101,7 @@ def identify(
     initial_state: Annotated[
         str, typer.Option("--initial-state", help="auto, zero, rest, rising, falling or unknown.")
     ] = "auto",
-    train_fraction: TrainFraction = 0.5,
+    train_fraction: TrainFraction = None,
     shear: Annotated[
         str | None,
         typer.Option("--shear", metavar="auto|K", help="Fit the loop around the diagonal, input + K output (pi only)."),
@@ -515,7 +519,7 @@ def compare(
     families: Annotated[
         str | None, typer.Option("--families", help="Only these, with commas, e.g. pi,preisach,bouc-wen; default all.")
     ] = None,
-    train_fraction: TrainFraction = 0.5,
+    train_fraction: TrainFraction = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the searches of families whose fit is not convex.")] = 0,
     save: Annotated[
         Path | None, typer.Option("--save", help="Write the model of the best family to this JSON file.")

@@ -42,7 +42,7 @@ class CompareRequest:
     start: float | None
     stop: float | None
     families: str | None
-    train_fraction: float
+    train_fraction: float | None
     seed: int
     save: Path | None
     report: Path | None

@@ -41,7 +41,7 @@ class IdentifyRequest:
     eps: str | None
     thresholds: str | None
     initial_state: str
-    train_fraction: float
+    train_fraction: float | None
     save: Path | None
     report: Path | None
     figures: Path | None

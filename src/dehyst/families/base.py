@@ -143,7 +143,7 @@ class LoopModel(ABC):
 
     @classmethod
     def identify(
-        cls, recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5, seed: int = 0
+        cls, recordings: Recording | Sequence[Recording], *, train_fraction: float | None = None, seed: int = 0
     ) -> FamilyFit:
         """Identify a model of this family from recordings: `dehyst.identify_family` with its name."""
         from dehyst.families.fitting import identify_family  # knows the registry

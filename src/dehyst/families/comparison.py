@@ -19,6 +19,7 @@ from dehyst.identification import Fit, identify
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.scores import Part, parts
 from dehyst.identification.settings import check_recordings
+from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.recording import Recording
 from dehyst.ties import rank
@@ -154,7 +155,7 @@ def compare(
     recordings: Recording | Sequence[Recording],
     families: Sequence[str] | None = None,
     *,
-    train_fraction: float = 0.5,
+    train_fraction: float | None = None,
     seed: int = 0,
     progress: Callable[[str, int, int], object] | None = None,
 ) -> Comparison:
@@ -208,7 +209,7 @@ def compare(
     auto = identify(records, train_fraction=train_fraction)
     spent = time.thread_time() - begun
     with single_blas():
-        data = prepare(records, train_fraction)
+        data = prepare(records, split_recordings(records, train_fraction))
         part = parts(records, data, auto.certificate.initial_state)
         baseline = entry_of(auto, part, data.output_range, spent)
         orientation, found = orientation_of(data), []
@@ -235,7 +236,7 @@ def _entry(
     data: DataSet,
     part: tuple[Part, Part],
     orientation: str,
-    train_fraction: float,
+    train_fraction: float | None,
     seed: int,
 ) -> Entry:
     title = TITLES.get(name) or family(name).title

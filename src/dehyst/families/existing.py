@@ -21,7 +21,11 @@ TITLES = {
 
 
 def existing(
-    name: str, records: tuple[Recording, ...], part: tuple[Part, Part], output_range: float, train_fraction: float
+    name: str,
+    records: tuple[Recording, ...],
+    part: tuple[Part, Part],
+    output_range: float,
+    train_fraction: float | None,
 ) -> Entry:
     """Identify one of these families and score it on the samples of the comparison.
 
@@ -78,7 +82,11 @@ def static_of(fit: Fit, part: tuple[Part, Part], output_range: float) -> Entry:
 
 
 def _direct(
-    records: tuple[Recording, ...], part: tuple[Part, Part], output_range: float, train_fraction: float, begun: float
+    records: tuple[Recording, ...],
+    part: tuple[Part, Part],
+    output_range: float,
+    train_fraction: float | None,
+    begun: float,
 ) -> Entry:
     fit = identify_direct(records, train_fraction=train_fraction)
     return Entry(

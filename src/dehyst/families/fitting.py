@@ -25,6 +25,7 @@ from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.scores import Part, inverse_miss, parts, score
 from dehyst.identification.settings import check_recordings
+from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import ModelCard, SignalCard
 from dehyst.recording import Recording
@@ -113,7 +114,7 @@ class FamilyFit:
 
 
 def identify_family(
-    recordings: Recording | Sequence[Recording], name: str, *, train_fraction: float = 0.5, seed: int = 0
+    recordings: Recording | Sequence[Recording], name: str, *, train_fraction: float | None = None, seed: int = 0
 ) -> FamilyFit:
     """Identify a model of a family of the literature.
 
@@ -154,7 +155,7 @@ def identify_family(
     """
     records = check_recordings(recordings)
     with single_blas():
-        data = prepare(records, train_fraction)
+        data = prepare(records, split_recordings(records, train_fraction))
         return fit_one(name, records, data, parts(records, data, "zero"), orientation_of(data), seed)
 
 

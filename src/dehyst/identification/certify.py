@@ -18,6 +18,7 @@ from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
 from dehyst.identification.selection import Choice, Firmness
 from dehyst.identification.settings import PAPER_EPS
+from dehyst.identification.split import tested_on
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
 from dehyst.recording import Recording
@@ -81,7 +82,13 @@ def certify(
     if choice.family == STATIC and candidates:
         findings = (*findings, no_hysteresis(candidates))
     verdict = judge.verdict(
-        choice.family, train, test, measured.static_test or measured.static_train, certificate, findings
+        choice.family,
+        train,
+        test,
+        measured.static_test or measured.static_train,
+        certificate,
+        findings,
+        tested_on(settings),
     )
     card = _card(measured.recordings, settings, choice, train, test, verdict)
     return Fit(

@@ -32,6 +32,7 @@ from dehyst.identification.settings import (
     paper_eps,
 )
 from dehyst.identification.short_signal import ShortSignal, shorten
+from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.threads import in_parallel, single_blas
 from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
@@ -145,7 +146,7 @@ def cross_validate(
     shear: Sequence[float] = (0.0,),
     starts: Sequence[str] = ("zero",),
     eps: float = PAPER_EPS,
-    train_fraction: float = 1.0,
+    train_fraction: float | None = 1.0,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
 ) -> CrossValidation:
     r"""Compare settings by their errors on held-out blocks, all combinations of them.
@@ -203,7 +204,7 @@ def cross_validate(
     """
     records = check_recordings(recordings)
     sample_weights = check_weights(weights, records)
-    fraction = parameter_number(train_fraction, "train_fraction")
+    split = split_recordings(records, train_fraction, sample_weights)
     for name, listed in (("families", families), ("n", n), ("powers", powers), ("shear", shear), ("starts", starts)):
         if isinstance(listed, str) or np.ndim(listed) != 1 or not len(listed):
             raise ParameterError(f"{name} = {listed!r} must be a list of at least one setting: {name}=[{listed!r}].")
@@ -220,7 +221,7 @@ def cross_validate(
             for k in shear
             for trial in _of_shear(
                 records, parameter_number(k, "shear"), list(families), list(n), list(powers), list(starts),
-                float(eps), fraction, sample_weights,
+                float(eps), split, sample_weights,
             )
         ]  # fmt: skip
     order = {(f, c, float(p), float(k), s): i for i, (f, c, p, k, s) in
@@ -254,11 +255,11 @@ def _of_shear(
     powers: list[float],
     starts: list[str],
     eps: float,
-    fraction: float,
+    split: Split,
     weights: tuple[Array, ...] | None,
 ) -> list[Trial]:
     turned = tuple(replace(rec, input=rec.input + k * rec.output) for rec in records) if k else records
-    data = prepare(turned, fraction, weights)
+    data = prepare(turned, split, weights)
     eps_of = {f: paper_eps(eps, turned[0], data) if f == "pi" else eps for f in families}
     views = {unknown: _view(turned, data, k, "unknown" if unknown else "zero") for unknown in
              {start == "unknown" for start in starts}}  # fmt: skip

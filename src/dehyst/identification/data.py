@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.memory import known_after_break, known_from
+from dehyst.identification.split import Split
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
@@ -140,34 +141,33 @@ def extremes(x: Signal, span: slice) -> tuple[float, float]:
     return streamed.extremes(span)
 
 
-def prepare(recordings: Sequence[Recording], train_fraction: float, weights: Sequence[Array] | None = None) -> DataSet:
+def prepare(recordings: Sequence[Recording], split: Split, weights: Sequence[Array] | None = None) -> DataSet:
     """Split, scale and cut recordings into pieces.
 
     Raises
     ------
     ParameterError
-        If the fraction lies outside (0, 1].
+        If nothing that is fitted carries weight.
     ExcitationError
         If input or output is constant over the training part.
     """
-    check_fraction(train_fraction)
     weights = counting(recordings, weights)
-    splits = [split_within(recording, train_fraction) for recording in recordings]
-    inputs = [recording.input[:k] for recording, k in zip(recordings, splits, strict=True)]
+    inputs = [recording.input[:k] for recording, k in zip(recordings, split.ends, strict=True)]
     # Plays remember every input; what has no weight says nothing about the output.
     counted = [_counted(x, weights, index) for index, x in enumerate(inputs)]
-    outputs = [_counted(rec.output[:k], weights, i) for i, (rec, k) in enumerate(zip(recordings, splits, strict=True))]
+    ends = enumerate(zip(recordings, split.ends, strict=True))
+    outputs = [_counted(rec.output[:k], weights, i) for i, (rec, k) in ends]
     _refuse_weightless(outputs)
-    center, half = middle(recordings[0], range_over(inputs), "input", train_fraction)
-    level, amplitude = middle(recordings[0], range_over(outputs), "output", train_fraction)
+    center, half = middle(recordings[0], range_over(inputs), "input", split.fitted_part)
+    level, amplitude = middle(recordings[0], range_over(outputs), "output", split.fitted_part)
     require_gain(recordings[0], half, amplitude)
     trend = _trend(counted, outputs, (center, half), (level, amplitude))
     pieces: list[Piece] = []
-    for index, (recording, split) in enumerate(zip(recordings, splits, strict=True)):
+    for index, (recording, end) in enumerate(zip(recordings, split.ends, strict=True)):
         for order, span in enumerate(recording.pieces):
             x = _scaled(recording.input[span], center, half)
             y = _scaled(recording.output[span], level, trend * amplitude)
-            inside = min(max(split - span.start, 0), x.size)
+            inside = min(max(end - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
             known = known_after_break(x) if order else known_from(x, -1.0, 1.0)
             pieces.append(Piece(x, y, index, span.start, inside, known, order > 0, weight))
@@ -183,29 +183,6 @@ def counting(recordings: Sequence[Recording], weights: Sequence[Array] | None) -
     for weight, recording in zip(found, recordings, strict=True):
         weight[list(recording.left_out)] = 0.0
     return found
-
-
-def check_fraction(train_fraction: float) -> None:
-    """Refuse a share outside (0, 1]."""
-    if not 0.0 < train_fraction <= 1.0:
-        raise ParameterError(
-            f"train_fraction = {train_fraction:g} must lie in (0, 1]: the share of each recording that is fitted. "
-            f"0.5 fits the first half and tests on the second; 1 fits all and tests nothing.",
-            train_fraction=train_fraction,
-        )
-
-
-def split_of(samples: int, fraction: float) -> int:
-    """Number of samples of a recording that are fitted."""
-    return samples if fraction >= 1.0 else max(1, min(samples - 1, int(fraction * samples)))
-
-
-def split_within(recording: Recording, fraction: float) -> int:
-    """First sample that is held out, such that this share of the samples that count lies before it."""
-    counted = np.delete(np.arange(len(recording)), np.array(recording.left_out, dtype=np.int64))
-    if counted.size < 2 or fraction >= 1.0 or not recording.left_out:
-        return split_of(len(recording), fraction)
-    return int(counted[split_of(counted.size, fraction)])
 
 
 def _counted(values: Array, weights: Sequence[Array] | None, index: int) -> Array:
@@ -242,14 +219,16 @@ def _scaled(values: Array, origin: float, unit: float) -> Array:
     return scaled
 
 
-def middle(first: Recording, extremes: tuple[float, float], role: str, fraction: float) -> tuple[float, float]:
-    """Mid-range and half range of a signal from its extremes; refuse one that does not move, or not by numbers."""
+def middle(first: Recording, extremes: tuple[float, float], role: str, part: str) -> tuple[float, float]:
+    """Mid-range and half range of a signal from its extremes; refuse one that does not move, or not by numbers.
+
+    `part` is where it was looked at, in words.
+    """
     low, high = extremes
     span, largest = high - low, max(abs(low), abs(high))
     if span >= RESOLVED * largest and LEAST_SPAN <= span <= MOST_SPAN:
         return low + 0.5 * span, 0.5 * span
     name = first.input_label if role == "input" else first.output_label
-    part = "" if fraction >= 1.0 else f" in the first {100 * fraction:g} % of the recording, which is fitted"
     if span == 0.0:
         raise ExcitationError(
             f"{role} '{name}' stays at {low:g}{part}. A loop needs a signal that moves, so nothing can be "

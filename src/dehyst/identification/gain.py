@@ -43,7 +43,7 @@ BETTER = 0.9
 
 def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[Array, ...] | None, gain: float) -> Fit:
     """Fit with the eps that keeps the inverse's gain within G, and check that it does. [input/output]"""
-    data = prepare(records, call.train_fraction, weights)
+    data = prepare(records, call.split, weights)
     slope = data.amplitude / data.half_range
     eps = eps_of_gain(gain)
     if eps > slope:
@@ -124,7 +124,7 @@ def _scale(
         eps=call.eps,
         max_inverse_gain=gain,
         initial_state="zero" if call.initial_state == "auto" else call.initial_state,
-        train_fraction=call.train_fraction,
+        train_fraction=call.split.train_fraction,
         weights=weights,
     )
     return choice.shear, choice
@@ -134,7 +134,7 @@ def _eps(
     call: Call, turned: tuple[Recording, ...], weights: tuple[Array, ...] | None, k: float, gain: float | None
 ) -> float:
     """Bound that keeps 1/w_1 - k within the gain: of w_1 for "pi", relative to the slope for the others."""
-    data = prepare(turned, call.train_fraction, weights)
+    data = prepare(turned, call.split, weights)
     slope = data.amplitude / data.half_range
     if gain is None:
         return min(call.eps, LARGEST_EPS * slope) if call.family == "pi" else call.eps

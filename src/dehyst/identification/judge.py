@@ -74,10 +74,11 @@ def verdict(
     static: Score,
     certificate: Certificate,
     findings: tuple[Finding, ...],
+    tested: str,
 ) -> str:
-    """The judgement in one line."""
+    """The judgement in one line; `tested` says what was held out, if anything was."""
     judged = test if test is not None else train
-    where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
+    where = f"on {tested}" if test is not None else "on the fitted samples (none held out)"
     codes = {finding.code for finding in findings}
     serious = sorted(codes & SERIOUS)
     if codes & UNUSABLE:

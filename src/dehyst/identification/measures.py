@@ -119,7 +119,7 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
             round_trip=round_trip(model, records[0].input),
             inverse_miss=inverse_miss(records, demands, fitted if test is None else held_out),
             beyond=_beyond_training(records, held_out, data),
-            levels_apart=_levels_apart(records, outputs, fitted),
+            levels_apart=_levels_apart(records, outputs, fitted, held_out),
             rate=_rate(records, better, fitted, held_out, turns, data.output_range),
             drift=change,
         )
@@ -146,13 +146,13 @@ def _rate(
     return 0.0, None
 
 
-def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], part: Part) -> float:
-    """Largest difference of the mean residuals of two recordings. [output]"""
+def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], fitted: Part, held_out: Part) -> float:
+    """Largest difference of the mean residuals of two recordings, where they are fitted if they are. [output]"""
     if len(records) < 2:
         return 0.0
     measured = [record.output for record in records]
-    found = [part.moments(measured, outputs, index) for index in range(len(records))]
-    levels = [about.mean for about in found if about.count]
+    parts_of = [[part.moments(measured, outputs, k) for part in (fitted, held_out)] for k in range(len(records))]
+    levels = [next(about.mean for about in found if about.count) for found in parts_of if any(a.count for a in found)]
     return max(levels) - min(levels)
 
 

@@ -44,10 +44,10 @@ from dehyst.identification.settings import (
     paper_eps,
     refuse_both,
 )
+from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.static_curve import NO_MEMORY, fit_static
 from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
-from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording, require_recordings
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def identify(  # type: ignore[overload-overlap]
     eps: float | str | None = ...,
     thresholds: npt.ArrayLike | None = ...,
     initial_state: str = ...,
-    train_fraction: float = ...,
+    train_fraction: float | None = ...,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
     shear: float | str | None = ...,
     max_inverse_gain: float | None = ...,
@@ -91,7 +91,7 @@ def identify(
     eps: float | str | None = ...,
     thresholds: npt.ArrayLike | None = ...,
     initial_state: str = ...,
-    train_fraction: float = ...,
+    train_fraction: float | None = ...,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
     shear: float | str | None = ...,
     max_inverse_gain: float | None = ...,
@@ -106,7 +106,7 @@ def identify(
     eps: float | str | None = None,
     thresholds: npt.ArrayLike | None = None,
     initial_state: str = "auto",
-    train_fraction: float = 0.5,
+    train_fraction: float | None = None,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
     shear: float | str | None = None,
     max_inverse_gain: float | None = None,
@@ -149,7 +149,9 @@ def identify(
         visited do not count), "origin" (came from rest at input 0), or "auto": by held-out error; for the family
         "pi" it is "zero" unless another start halves the error.
     train_fraction
-        Share of each recording that is fitted; the rest is the test. 1 fits everything and tests nothing.
+        Share of each recording that is fitted; the rest is the test. 1 fits everything and tests nothing. None, the
+        default, fits the first half of one recording or two; of three or more, whole ones are held out, about half of
+        the samples, such that the input of these stays within the range that is fitted.
     weights
         How much each sample counts, (T,), 0 or more, or one such array for each recording: squared errors are
         multiplied by it, in the fit and in the scores. 2 is the same as a sample that was logged twice; 0 leaves
@@ -203,9 +205,9 @@ def identify(
     records = check_recordings(recordings)
     begun, chosen = eps_of_call(family, eps)
     given = check_settings(family, n, begun, thresholds, initial_state)
-    fraction = parameter_number(train_fraction, "train_fraction")
     sample_weights = check_weights(weights, records)
-    call = call_of(family, n, (begun, chosen), given, initial_state, fraction, sample_weights is not None)
+    split = split_recordings(records, train_fraction, sample_weights)
+    call = call_of(family, n, (begun, chosen), given, initial_state, split, sample_weights is not None)
     if eps is not None:
         refuse_both(eps, shear, max_inverse_gain)
     if shear is None and max_inverse_gain is None:
@@ -222,12 +224,15 @@ def solve_in_memory(
 ) -> Fit:
     """Fit recordings that are in memory, with settings that were checked."""
     with single_blas():
-        data = prepare(records, call.train_fraction, weights)
+        data = prepare(records, call.split, weights)
         return solve(call, records[0], data, facts.branches(data), measure or measure_in_memory(records), records)
 
 
 def _identify_direct(
-    recordings: Recording | Sequence[Recording], initial_state: str, train_fraction: float, given: dict[str, bool]
+    recordings: Recording | Sequence[Recording],
+    initial_state: str,
+    train_fraction: float | None,
+    given: dict[str, bool],
 ) -> DirectFit:
     from dehyst.identification.direct import identify_direct  # which compares itself with the families of this module
 
@@ -249,7 +254,7 @@ def call_of(
     eps: tuple[float, bool],
     given: Array | None,
     initial_state: str,
-    train_fraction: float,
+    split: Split,
     weighted: bool = False,
 ) -> Call:
     """Settings of a call that were checked; "auto" for n stands for the paper's number until it is chosen.
@@ -257,7 +262,7 @@ def call_of(
     `eps` is what `eps_of_call` says.
     """
     operators = given.size if given is not None else PAPER_OPERATORS if isinstance(n, str) else int(n)
-    return Call(family, operators, *eps, given, initial_state, train_fraction, isinstance(n, str), weighted)
+    return Call(family, operators, *eps, given, initial_state, split, isinstance(n, str), weighted)
 
 
 @dataclass(frozen=True)
@@ -273,7 +278,7 @@ class Call:
     choose_eps: bool
     given: Array | None
     initial_state: str
-    train_fraction: float
+    split: Split
     choose_operators: bool = False
     weighted: bool = False
 
@@ -286,7 +291,7 @@ class Call:
             "eps": self.eps,
             "thresholds": "grid" if self.given is None else "given",
             "initial_state": self.initial_state,
-            "train_fraction": self.train_fraction,
+            **self.split.settings,
             **({"weights": "given"} if self.weighted else {}),
         }
 
@@ -364,7 +369,7 @@ def solve(
     )
 
 
-def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float = 0.5) -> Fit:
+def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float | None = None) -> Fit:
     """Identify with the 2012 paper's own settings: n = 100, w_1 >= eps = 0.001, w >= 0, z0 = 0.
 
     The same as ``identify(recordings, family="pi")``: the input is centred, an offset is identified along, and z0 is

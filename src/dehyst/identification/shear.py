@@ -13,6 +13,7 @@ from dehyst.identification.cross_validation import Trial, cross_validate
 from dehyst.identification.data import prepare
 from dehyst.identification.families import HIGH_GAIN
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings
+from dehyst.identification.split import split_recordings
 from dehyst.models.arrays import parameter_number
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
@@ -73,7 +74,7 @@ def choose_shear(
     eps: float = PAPER_EPS,
     max_inverse_gain: float | None = None,
     initial_state: str = "zero",
-    train_fraction: float = 0.5,
+    train_fraction: float | None = None,
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
 ) -> ShearChoice:
     r"""Choose the scale k of the sheared loop :math:`x = u + k y` by the held-out error of the inverse.
@@ -130,7 +131,7 @@ def choose_shear(
     """
     records = check_recordings(recordings)
     check_family(family)
-    data = prepare(records, 1.0)
+    data = prepare(records, split_recordings(records, 1.0))
     ratio = data.trend * robust_range([record.input for record in records]) / robust_range([r.output for r in records])
     trials: list[Trial] = []
     bounds: list[float] = []

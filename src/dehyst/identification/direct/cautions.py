@@ -176,19 +176,20 @@ def direct_verdict(
     static: Score,
     rivals: tuple[Rival, ...],
     certificate: DirectCertificate,
-    held_out: bool,
+    tested: str | None,
     findings: tuple[Finding, ...],
 ) -> str:
-    """The judgement in one line."""
+    """The judgement in one line; `tested` says what was held out, None if nothing was."""
     codes = {finding.code for finding in findings}
     serious = sorted(codes & SERIOUS_DIRECT)
     if codes & {"poor-fit", "static-as-good", "never-turns"}:
         grade = "do not compensate with it"
-    elif judged.rmse_percent <= GOOD_PERCENT and held_out and not serious:
+    elif judged.rmse_percent <= GOOD_PERCENT and tested and not serious:
         grade = "good for compensation"
     else:
-        grade = "usable with care" + (f" ({reasons})" if (reasons := reasons_of(judged, held_out, serious)) else "")
-    where = "on held-out loops" if held_out else "on the fitted samples (none held out)"
+        reasons = reasons_of(judged, bool(tested), serious)
+        grade = "usable with care" + (f" ({reasons})" if reasons else "")
+    where = f"on {tested}" if tested else "on the fitted samples (none held out)"
     best = min(rivals, key=lambda rival: rank(rival.inverse_percent), default=None)
     against = f", {best.inverse_percent:.2f} % for the best forward family ({best.family})" if best else ""
     return (

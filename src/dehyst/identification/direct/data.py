@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
-from dehyst.identification.data import check_fraction, middle, prepare, range_over, require_gain, split_within
+from dehyst.identification.data import middle, prepare, range_over, require_gain
 from dehyst.identification.memory import known_after_break, known_from
+from dehyst.identification.split import Split
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
 
@@ -109,7 +110,7 @@ class DirectData:
 
 
 def prepare_direct(
-    records: Sequence[Recording], train_fraction: float, given: Mapping[str, tuple[tuple[Array, ...], str]]
+    records: Sequence[Recording], split: Split, given: Mapping[str, tuple[tuple[Array, ...], str]]
 ) -> DirectData:
     """Split, scale and cut recordings into pieces.
 
@@ -123,22 +124,15 @@ def prepare_direct(
     ExcitationError
         If input, output or a scheduling signal does not move, too few samples are left, or the output falls while
         the input rises.
-    ParameterError
-        If the fraction lies outside (0, 1].
     """
-    check_fraction(train_fraction)
-    splits = [split_within(record, train_fraction) for record in records]
-    level, amplitude = middle(
-        records[0], range_over([r.input[:k] for r, k in zip(records, splits, strict=True)]), "input", train_fraction
-    )
-    center, half = middle(
-        records[0], range_over([r.output[:k] for r, k in zip(records, splits, strict=True)]), "output", train_fraction
-    )
+    fitted = list(zip(records, split.ends, strict=True))
+    level, amplitude = middle(records[0], range_over([r.input[:k] for r, k in fitted]), "input", split.fitted_part)
+    center, half = middle(records[0], range_over([r.output[:k] for r, k in fitted]), "output", split.fitted_part)
     require_gain(records[0], amplitude, half)
-    _refuse_falling(records, train_fraction)
-    ranges = tuple(_given_range(name, parts, unit, splits) for name, (parts, unit) in given.items())
+    _refuse_falling(records, split)
+    ranges = tuple(_given_range(name, parts, unit, split.ends) for name, (parts, unit) in given.items())
     pieces = []
-    for index, (record, split) in enumerate(zip(records, splits, strict=True)):
+    for index, (record, end) in enumerate(fitted):
         left_out = np.array(record.left_out, dtype=np.int64)
         for order, span in enumerate(record.pieces):
             y = (record.output[span] - center) / half
@@ -150,7 +144,7 @@ def prepare_direct(
             pieces.append(
                 DirectPiece(
                     y, (record.input[span] - level) / amplitude, time, _rate(time, y), shares, index, span.start,
-                    min(max(split - span.start, 0), y.size), known, order > 0,
+                    min(max(end - span.start, 0), y.size), known, order > 0,
                     left_out[(left_out >= span.start) & (left_out < span.stop)] - span.start,
                 )
             )  # fmt: skip
@@ -172,8 +166,8 @@ def _rate(time: Array | None, y: Array) -> Array:
     return np.zeros(y.size) if time is None or y.size < 3 else facts.velocity(time, y)
 
 
-def _refuse_falling(records: Sequence[Recording], train_fraction: float) -> None:
-    data = prepare(records, train_fraction)
+def _refuse_falling(records: Sequence[Recording], split: Split) -> None:
+    data = prepare(records, split)
     if data.trend < 0:
         first = records[0]
         raise ExcitationError(
@@ -184,8 +178,8 @@ def _refuse_falling(records: Sequence[Recording], train_fraction: float) -> None
         )
 
 
-def _given_range(name: str, parts: tuple[Array, ...], unit: str, splits: Sequence[int]) -> GivenRange:
-    low, high = range_over([part[:k] for part, k in zip(parts, splits, strict=True)])
+def _given_range(name: str, parts: tuple[Array, ...], unit: str, ends: Sequence[int]) -> GivenRange:
+    low, high = range_over([part[:k] for part, k in zip(parts, ends, strict=True)])
     if not high - low > 1e-9 * max(abs(low), abs(high), 1e-300):
         raise ExcitationError(
             f"the scheduling signal '{name}' stays at {low:g} {unit}".rstrip()

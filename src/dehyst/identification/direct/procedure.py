@@ -21,14 +21,14 @@ from dehyst.identification.direct.evidence import Evidence, evidence
 from dehyst.identification.direct.fit import DirectCertificate, DirectFit
 from dehyst.identification.direct.forward import follow
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
-from dehyst.identification.direct.rivals import compare_forward
+from dehyst.identification.direct.rivals import Compared, compare_forward
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
 from dehyst.identification.direct.times import AUTO, check_creep, holds_still, time_constants
 from dehyst.identification.fit import Candidate, Score
 from dehyst.identification.settings import check_recordings
+from dehyst.identification.split import HALF, Split, split_recordings, tested_on
 from dehyst.identification.threads import single_blas
 from dehyst.models import DirectInverse, ModelCard, SignalCard
-from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
 from dehyst.ties import rank
 
@@ -49,7 +49,7 @@ def identify_direct(
     units: Mapping[str, str] | None = None,
     position_schedule: bool = True,
     initial_state: str = AUTO,
-    train_fraction: float = 0.5,
+    train_fraction: float | None = None,
     stops_only: bool = False,
 ) -> DirectFit:
     r"""Identify the compensator itself: the input that an actuator needs, as a function of its measured output.
@@ -122,10 +122,12 @@ def identify_direct(
     records = check_recordings(recordings)
     times = check_creep(creep, creep_times)
     starts = _check_start(initial_state)
-    fraction = parameter_number(train_fraction, "train_fraction")
     given = _check_schedules(records, {LOAD: load, MEAN_PRESSURE: mean_pressure}, units or {})
+    if given and train_fraction is None:
+        train_fraction = HALF  # a recording may be all that there is at one load
+    split = split_recordings(records, train_fraction)
     with single_blas():
-        data = prepare_direct(records, fraction, given)
+        data = prepare_direct(records, split, given)
         _refuse_untimed(data, creep, times, records)
         asked = times is not None or not isinstance(creep, str)
         bank = Bank(RADII, LENGTHS, time_constants(data, creep, times) if data.timed else np.zeros(0))
@@ -137,8 +139,9 @@ def identify_direct(
         viscous = ("viscous",) if data.timed and not stops_only else ()
         optional = (*lags, *(creeps if not asked else ()), *viscous)
         chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
-        settings = _settings(creep, times, initial_state, fraction, chosen.shape, bank, data)
-        return _fitted(records, data, layout, trials, chosen, bool(required), settings)
+        settings = _settings(creep, times, initial_state, split, chosen.shape, bank, data)
+        compared = compare_forward(records, train_fraction)
+        return _fitted(records, data, layout, trials, chosen, bool(required), settings, compared)
 
 
 def _check_start(initial_state: str) -> tuple[str, ...]:
@@ -174,7 +177,7 @@ def _settings(
     creep: int | str,
     times: Array | None,
     initial_state: str,
-    fraction: float,
+    split: Split,
     shape: Shape,
     bank: Bank,
     data: DirectData,
@@ -184,7 +187,7 @@ def _settings(
         "creep": creep if times is None else "given",
         "creep_times": bank.time_constants.tolist() if "creep" in shape.groups else [],
         "initial_state": initial_state,
-        "train_fraction": fraction,
+        **split.settings,
         "schedules": [given.name for given in data.given],
         "degree": shape.degree,
         "groups": list(shape.groups),
@@ -213,6 +216,7 @@ def _fitted(
     chosen: TriedShape,
     asked: bool,
     settings: dict[str, Any],
+    compared: Compared,
 ) -> DirectFit:
     shape = chosen.shape
     rows, samples = trials.rows(shape.start)
@@ -227,7 +231,6 @@ def _fitted(
     (forward_train, forward_test), (static_train, static_test) = forward, curves
     if train is None or forward_train is None or static_train is None:
         raise AssertionError("no fitted samples")  # prepare_direct has counted them
-    compared = compare_forward(records, settings["train_fraction"])
     found = _evidence(data, layout, trials, shape)
     certificate = DirectCertificate(
         estimate.kkt_residual, model.nonzero_weights, layout.terms_of(shape).size * len(layout.sets_of(shape)),
@@ -245,7 +248,13 @@ def _fitted(
     )  # fmt: skip
     unique = tuple({(finding.code, finding.message): finding for finding in findings}.values())
     verdict = direct_verdict(
-        judged, forward_test or forward_train, static, compared.rivals, certificate, test is not None, unique
+        judged,
+        forward_test or forward_train,
+        static,
+        compared.rivals,
+        certificate,
+        None if test is None else tested_on(settings),
+        unique,
     )
     provenance = _provenance(records, settings, train, test, verdict)
     return DirectFit(

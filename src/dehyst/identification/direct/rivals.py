@@ -23,7 +23,7 @@ class Compared(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def compare_forward(records: tuple[Recording, ...], train_fraction: float) -> Compared:
+def compare_forward(records: tuple[Recording, ...], train_fraction: float | None) -> Compared:
     """Identify every forward family and score it.
 
     A family that cannot be identified is left out; if none can, the fault of the last one is raised.

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import DehystError
-from dehyst.identification.data import split_of
 from dehyst.identification.direct.fit import DirectFit
 from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.drift.cycles import groups_of, samples_of
@@ -22,6 +21,7 @@ from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import identify
 from dehyst.identification.settings import AUTO
+from dehyst.identification.split import end_of
 from dehyst.models import DirectInverse, ModelCard, ShearedPrandtlIshlinskii
 from dehyst.models.storage import model_to_dict
 
@@ -98,7 +98,7 @@ def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
     found = []
     share = max(1, MOST_PAIRS // len(logs))
     for log in logs:
-        split = split_of(len(log.record), FITTED)
+        split = end_of(len(log.record), FITTED)
         held = [cycle for cycle in log.cycles if cycle.begin >= split]
         if log.measured is None or not held:
             continue

@@ -72,12 +72,15 @@ def _fitted_share(model: Model, record: Recording) -> float | None:
     given: Mapping[str, Any] = model.card.provenance
     stamp = record.provenance.get("sha256")
     listed = given.get("logs")
-    for log in listed if isinstance(listed, list) else []:
+    for place, log in enumerate(listed if isinstance(listed, list) else []):
         if isinstance(log, dict) and stamp is not None and log.get("sha256") == stamp:
             if any(log.get(key) != record.provenance.get(key) for key in ("run", "input", "output")):
                 continue
             settings = given.get("settings")
             share = settings.get("train_fraction", 1.0) if isinstance(settings, dict) else 1.0
+            held = settings.get("held_out") if isinstance(settings, dict) else None
+            if isinstance(held, list) and held:
+                share = 0.0 if place in held else 1.0
             window, whole = _rows(log), _rows(record.provenance)
             if window is None or whole is None or not isinstance(share, int | float):
                 return float(share) if isinstance(share, int | float) else 1.0

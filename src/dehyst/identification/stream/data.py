@@ -10,15 +10,23 @@ import numpy.typing as npt
 from dehyst.identification.data import (
     DataSet,
     Piece,
-    check_fraction,
     clear_trend,
     middle,
     require_gain,
-    split_of,
     trend_of_increments,
 )
 from dehyst.identification.facts import Branches, shares, spread, strokes
 from dehyst.identification.memory import VISITED, usable_index
+from dehyst.identification.split import (
+    HALF,
+    LEAST_RECORDINGS,
+    Outline,
+    Split,
+    checked,
+    end_of,
+    whole,
+    whole_recordings,
+)
 from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
 from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
@@ -31,21 +39,35 @@ Rows = npt.NDArray[np.int64]
 SWING = 0.1
 
 
-def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
+def split_logs(logs: Sequence[Log], train_fraction: float | None) -> Split:
+    """What is fitted of each log, as `dehyst.identification.split.split_recordings` says it of recordings."""
+    share, sizes = checked(train_fraction), [log.samples for log in logs]
+    if share is None and len(logs) >= LEAST_RECORDINGS:
+        held = whole_recordings([_outline(log) for log in logs])
+        if held:
+            return whole(sizes, held)
+    share = HALF if share is None else share
+    return Split(tuple(end_of(size, share) for size in sizes), share)
+
+
+def _outline(log: Log) -> Outline:
+    low, high = log.reader.extremes(0, log.samples, OUTPUT)
+    return Outline(log.samples, *log.reader.extremes(0, log.samples, INPUT), high - low)
+
+
+def prepare(logs: Sequence[Log], split: Split) -> DataSet:
     """Split, scale and cut logs into pieces, as `dehyst.identification.data.prepare` does with recordings."""
-    check_fraction(train_fraction)
-    splits = [split_of(log.samples, train_fraction) for log in logs]
-    center, half = middle(logs[0].recording, _range(logs, splits, INPUT), "input", train_fraction)
-    level, amplitude = middle(logs[0].recording, _range(logs, splits, OUTPUT), "output", train_fraction)
+    center, half = middle(logs[0].recording, _range(logs, split.ends, INPUT), "input", split.fitted_part)
+    level, amplitude = middle(logs[0].recording, _range(logs, split.ends, OUTPUT), "output", split.fitted_part)
     require_gain(logs[0].recording, half, amplitude)
-    trend = clear_trend(_moments(logs, splits)) or _trend(logs, splits, half)
+    trend = clear_trend(_moments(logs, split.ends)) or _trend(logs, split.ends, half)
     pieces = []
-    for index, (log, split) in enumerate(zip(logs, splits, strict=True)):
+    for index, (log, end) in enumerate(zip(logs, split.ends, strict=True)):
         for order, span in enumerate(log.pieces):
             size = span.stop - span.start
             x = Column(log.reader, INPUT, span.start, size, center, half)
             y = Column(log.reader, OUTPUT, span.start, size, level, trend * amplitude)
-            inside = min(max(split - span.start, 0), size)
+            inside = min(max(end - span.start, 0), size)
             pieces.append(
                 Piece(x, y, index, span.start, inside, _known_from(log, span, center, half, order > 0), order > 0)
             )
@@ -55,7 +77,7 @@ def prepare(logs: Sequence[Log], train_fraction: float) -> DataSet:
 
 
 def _range(logs: Sequence[Log], ends: Sequence[int], signal: int) -> tuple[float, float]:
-    found = [log.reader.extremes(0, end, signal) for log, end in zip(logs, ends, strict=True)]
+    found = [log.reader.extremes(0, end, signal) for log, end in zip(logs, ends, strict=True) if end]
     return min(low for low, _ in found), max(high for _, high in found)
 
 

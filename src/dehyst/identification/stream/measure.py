@@ -148,7 +148,7 @@ class _Comparison:
     ) -> None:
         self.logs, self.data, self.bank, self.model, self.static = logs, data, bank, model, static
         self.parts = {NEITHER: Errors(), FITTED: Errors(), HELD_OUT: Errors()}
-        self.levels = [Sum() for _ in logs]
+        self.levels = [(Sum(), Sum()) for _ in logs]  # fitted, held out
         self.kept = [Kept(log.places, np.empty((2, log.places.size))) for log in logs]
         # Rate dependence is looked for in the first log with time and without breaks.
         timed = [k for k, log in enumerate(logs) if log.reader.tape.has_time and not log.gaps.breaks]
@@ -179,8 +179,8 @@ class _Comparison:
             x, y = log.reader.read(begin, end, INPUT), log.reader.read(begin, end, OUTPUT)
             output, asked, curve = simulate.simulate(x)[0], ask.simulate(y)[0], self.static.simulate(x)
             self._add(self.parts[kind], x, y, output, asked, curve)
-            if kind == FITTED:
-                self.levels[piece.recording].add(y - output)
+            if kind in (FITTED, HELD_OUT):
+                self.levels[piece.recording][kind == HELD_OUT].add(y - output)
             self.kept[piece.recording].put(begin, end, (output, asked))
             if piece.recording == self.timed:
                 usable = np.full(x.size, float(kind != NEITHER))
@@ -206,7 +206,7 @@ class _Comparison:
         better = 0 if train[0].rmse <= train[1].rmse else 1
         span = robust_range([log.recording.input for log in self.logs])
         scored = held_out if test else fitted
-        levels = [part.moments.mean for part in self.levels if part.count]
+        levels = [next(p.moments.mean for p in each if p.count) for each in self.levels if any(p.count for p in each)]
         beyond = held_out.excursion.largest / data.half_range - 1.0
         train_masks, test_masks = (tuple(self._masks(kind)) for kind in (FITTED, HELD_OUT))
         return Measured(

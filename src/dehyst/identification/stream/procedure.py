@@ -14,14 +14,14 @@ from dehyst.findings import Finding
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import Call, call_of, solve
 from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, check_settings, eps_of_call
-from dehyst.identification.stream.data import branches, prepare
+from dehyst.identification.split import checked
+from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import Log, read
 from dehyst.identification.stream.measure import measure_streamed
 from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import Progress, Watch
 from dehyst.identification.threads import single_blas
-from dehyst.models.arrays import parameter_number
 
 
 def identify_stream(
@@ -32,7 +32,7 @@ def identify_stream(
     eps: float | str | None = None,
     thresholds: npt.ArrayLike | None = None,
     initial_state: str = "auto",
-    train_fraction: float = 0.5,
+    train_fraction: float | None = None,
     progress: Callable[[Progress], object] | None = None,
     copy: bool | None = None,
     spool_dir: str | os.PathLike[str] | None = None,
@@ -87,8 +87,7 @@ def identify_stream(
     listed = _sources(sources)
     begun, chosen = eps_of_call(family, eps)
     given = check_settings(family, n, begun, thresholds, initial_state)
-    fraction = parameter_number(train_fraction, "train_fraction")
-    call = call_of(family, n, (begun, chosen), given, initial_state, fraction)
+    checked(train_fraction)  # before hours of reading
     watch = Watch(progress)
     folder = None if spool_dir is None else os.fspath(spool_dir)
     tapes = [
@@ -100,14 +99,15 @@ def identify_stream(
             watch.begin("reading")
             logs = [_noted(read(source, tape)) for source, tape in zip(listed, tapes, strict=True)]
             check_recordings([log.recording for log in logs])
-            return _identify(call, logs, watch)
+            split = split_logs(logs, train_fraction)
+            return _identify(call_of(family, n, (begun, chosen), given, initial_state, split), logs, watch)
     finally:
         for tape in tapes:
             tape.close()
 
 
 def _identify(call: Call, logs: list[Log], watch: Watch) -> Fit:
-    data = prepare(logs, call.train_fraction)
+    data = prepare(logs, call.split)
     watch.begin("looking")
     found = branches(data)
     return solve(call, logs[0].recording, data, found, measure_streamed(logs, watch.begin), entering=watch.begin)
