@@ -123,3 +123,14 @@ def test_streams_hold_out_what_recordings_do():
     whole = dehyst.identify(listed, "pi", n=20)
     assert fit.settings["held_out"] == whole.settings["held_out"] == [1, 2]
     assert fit.test.rmse == pytest.approx(whole.test.rmse, rel=1e-6)
+
+
+def test_an_inverse_that_makes_full_strokes_of_noise_is_not_to_be_used():
+    """A loop as flat after its reversals as only an eps below the usual one leaves it."""
+    x = recording(1.0, 0).input
+    flat = dehyst.PrandtlIshlinskii([0.0, 0.1], [1.0 / 3000.0, 1.0]).simulate(x)
+    fit = dehyst.identify(dehyst.Recording(input=x, output=flat), "pi", thresholds=[0.0, 0.1], eps=1e-9)
+    gain = fit.certificate.inverse_gain * np.ptp(flat) / np.ptp(x)
+    assert 2e3 < gain < 1e4
+    assert "inverse-useless" in {finding.code for finding in fit.warnings}
+    assert "do not compensate" in fit.verdict

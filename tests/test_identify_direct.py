@@ -201,7 +201,7 @@ def test_a_load_in_one_stretch_of_the_log_ends_in_a_finding_and_not_in_a_traceba
 
 def test_the_reason_is_given_where_a_small_error_is_not_enough(plain):
     fit = dehyst.identify_direct(plain, initial_state="rest", train_fraction=1.0)
-    assert fit.verdict.endswith("usable with care (no-held-out).")
+    assert fit.verdict.endswith("usable with care (nothing held out).")
 
 
 def test_a_difference_within_the_spread_of_blocks_does_not_make_a_forward_family_better(plain, plain_fit):

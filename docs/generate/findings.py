@@ -337,7 +337,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Identify the part of the log that is like the use (--from, --to).",
         ),
         "inverse-useless": (
-            "The inverse amplifies by more than {USELESS_GAIN} times the ratio of the ranges: a ten-thousandth of the "
+            "The inverse amplifies by more than {USELESS_GAIN} times the ratio of the ranges: a two-thousandth of the "
             "output's range may ask for the whole of the input's. The verdict is no.",
             "Raise --eps, and see the other warnings for the reason: a loop that is flat right after its reversals, or "
             "a log that is not of one actuator.",

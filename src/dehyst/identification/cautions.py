@@ -22,8 +22,9 @@ RATE_SIZE = 0.007
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
 BEYOND = 0.02
-# An inverse that turns a ten-thousandth of the output's range into the whole of the input's is of no use ...
-USELESS_GAIN = 1e4
+# An inverse that turns a two-thousandth of the output's range into the whole of the input's is of no use; the least
+# eps alone keeps it at half of that ...
+USELESS_GAIN = 2e3
 # ... nor is a model of an actuator that became another one.
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
