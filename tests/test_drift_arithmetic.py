@@ -739,6 +739,7 @@ def test_trends_have_the_interval_of_the_blocks_at_the_rate_shared_by_all():
     wanted = np.std(slopes) * np.sqrt(16 / (16 - 5 - 2)) * quantile(0.95, 2)
     assert high - slope == pytest.approx(wanted, rel=1e-6)
     assert trend(np.ones(40), np.arange(40.0), 0.95) is None
+    assert trend(0.05 * places, values, 0.95) == pytest.approx((20.0 * slope, 20.0 * low, 20.0 * high))
     blocks = Blocks(places, values, None, {"gain": -values})
     error, _ = scoring.trends_of([entry_with(blocks)], 0.02)
     assert error.high == pytest.approx(100.0 * trend(places, values, 0.99)[2])

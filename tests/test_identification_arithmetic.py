@@ -440,6 +440,7 @@ def test_the_curve_is_the_best_one_by_rows(data):
     for smallest in (1e-3, 0.5):
         estimate, error = fit_static(data, "zero", smallest)
         assert np.array_equal(estimate.slopes, estimate.parameters[1:]) and estimate.slopes.min() >= smallest
+        assert estimate.weights.tolist() == [1.0]
         values, wanted = curve_by_rows(x, y, count, smallest)
         assert error == pytest.approx(wanted, rel=1e-8)
         curve = curve_of(estimate, data)
@@ -749,6 +750,13 @@ def test_a_block_at_standstill_does_not_decide_and_candidates_say_their_errors()
     assert candidate.uncertainty_percent == pytest.approx(np.std(percent, ddof=1) / np.sqrt(5))
 
 
+@pytest.mark.parametrize(("share", "family"), [(1.7, "pi"), (1.9, "stop")])
+def test_a_block_without_error_counts_as_a_tenth_of_the_best_rms(share, family):
+    """0.01 (share^4 0.1)^(1/5) against 0.01: equal at 1.78."""
+    errors = np.array([0.01 * share] * 4 + [1e-12])
+    assert selection.choose(results_of(pi=errors, stop=np.full(5, 0.01)))[0].family == family
+
+
 def test_firmer_bounds_are_tried_until_the_gain_is_not_high():
     def fitting(cost, need):
         """Error 1 + cost * eps; the gain is 1 / eps, and high below `need` times 0.05."""
@@ -770,6 +778,16 @@ def test_firmer_bounds_are_tried_until_the_gain_is_not_high():
     assert firm.times(2.0)[:2] == (0.63, None)
     assert selection._raised(2.0, 1.0) == pytest.approx(1.0)
     assert selection._raised(0.0, 1e-9) == pytest.approx(0.0, abs=1e-6)  # both are rounding
+
+
+def test_a_loop_that_starts_flat_gets_the_bound_that_its_gain_asks_for():
+    x = loops((1.0, 0.6, 0.9, 0.4, 0.8), 20)
+    data = data_of(Piece(x, plays(x, [0.0, 0.4], np.zeros(2)) @ [0.0, 1.0], 0, 0, x.size, 0, False))
+    given = np.array([0.0, 0.4]) * data.half_range
+    found = selection.firmness(data, selection.Choice("pi", "zero", None), 2, 0.001, given)
+    assert found.enough == 0.063 and found.cost > 0.05 and found.strain == 0.0  # 1 / 0.063 <= 0.9 * 20
+    curve = selection.firmness(data, selection.Choice("static", "zero", None), 2, 0.001, given)
+    assert curve == selection._firmness(lambda eps: fit_static(data, "zero", eps), 0.001)
 
 
 # --- sums of one's own, mending -------------------------------------------------------------------------------
