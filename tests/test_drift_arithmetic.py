@@ -681,7 +681,7 @@ def test_a_unit_that_nobody_knows_is_the_same_unit():
 
 
 def test_loops_of_a_tenth_of_the_range_are_not_tried_where_a_fifth_are_enough():
-    inner = [v for _ in range(3) for v in (0.4, 0.8, 0.72, 0.8)]  # swings of 0.4, and of 0.08, of 2
+    inner = [v for _ in range(3) for v in (0.4, 0.8, 0.66, 0.8)]  # swings of 0.4, and of 0.14, of 2
     x = zigzag([0.0, 1.0, -1.0, *[v for _ in range(4) for v in (1.0, *inner, -1.0)], 0.0])
     lower = [a for a in range(4) for _ in range(4)]  # -1 and three of 0.4 in each large one
     assert len(cycles_of(x, [slice(0, x.size)], -1.0, 1.0)) == len(lower)

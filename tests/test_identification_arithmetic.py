@@ -363,6 +363,8 @@ def test_a_piece_may_count_from_its_own_extremes_where_they_are_nearly_the_datas
     back = np.tile([0.0, 0.94, 0.0, -0.93], 10)
     assert (memory.known_after_break(back), memory.known_after_break(0.5 * back)) == (3, 40)
     assert memory.known_after_break(np.tile([0.0, 0.94, 0.0], 10)) == 30
+    assert memory.known_after_break(np.tile([0.0, 1.0, 0.0, -1.0], 10)) == 3
+    assert memory.known_after_break(np.tile([0.0, -1.0, 0.0, 1.0], 10)) == 3
     assert memory.largest_radius("rest", 0.5, -1.0, 2.0) == 1.5
     assert memory.largest_radius("rising", 0.5, -3.0, 2.0) == 3.0
 
@@ -637,6 +639,8 @@ def test_the_trend_is_the_correlation_where_that_is_clear_and_the_increments_els
     rise = np.arange(100.0)
     assert prepared.trend_of_increments(lambda part: (rise[part], rise[part]), 100, 50.0) == 1
     assert prepared.trend_of_increments(lambda part: (rise[part], -rise[part]), 100, 50.0) == -1
+    falling = dehyst.Recording(input=1000.0 + x, output=0.98 * np.cos(angle) - 0.2 * x)  # far from zero, and wide
+    assert prepared.prepare([falling], 1.0).trend == -1
     asked = []
 
     def read(part):
