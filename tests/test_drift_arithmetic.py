@@ -743,3 +743,20 @@ def test_trends_have_the_interval_of_the_blocks_at_the_rate_shared_by_all():
     blocks = Blocks(places, values, None, {"gain": -values})
     error, _ = scoring.trends_of([entry_with(blocks)], 0.02)
     assert error.high == pytest.approx(100.0 * trend(places, values, 0.99)[2])
+
+
+def test_a_reference_without_time_stamps_has_no_speed_that_could_be_another():
+    x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
+    timed, free = log_of(x, 0.1 * np.arange(x.size)), log_of(x, reference=True)
+    assert limits.moved_alike(timed, free, []) and limits.moved_alike(log_of(x), dataclasses.replace(free), [])
+
+
+def test_what_the_inverse_misses_is_in_percent_of_the_range_of_the_drive():
+    found = dataclasses.replace(groups(NOW), inverse=np.full(5, 0.3))
+    assert scoring.percents(found, Scale((0.0, 3.0), (2.0, 5.0), None))[1] == pytest.approx(5.0)
+
+
+def test_parts_that_the_model_lacks_are_kept_where_loops_tell_them_apart(measured):
+    data, cycles = measured
+    parts = ("offset", "gain", "bend")
+    assert design.distinct_parts(data, groups_of(cycles, 3), parts) == parts

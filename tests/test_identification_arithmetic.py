@@ -583,6 +583,8 @@ def test_data_are_scaled_split_and_cut():
     assert data.pieces[1].x == pytest.approx((record.input[30:] - 5.0) / 2.0)
     assert data.pieces[1].y == pytest.approx((record.output[30:] - data.level) / -data.amplitude)
     assert not data.weighted and HEAVY.weighted
+    light = prepared.prepare([record], 0.5, [np.where(np.arange(73) < 20, 0.5, 0.0)])  # a little is not nothing
+    assert light.amplitude == pytest.approx(0.5 * np.ptp(record.output[:20]))
     assert prepared.prepare([recording()], 1.0).pieces[0].split == 73
     piece = Piece(np.zeros(10), np.zeros(10), 0, 0, 6, 8, False)
     assert (piece.fitted("zero"), piece.held_out("zero")) == (slice(0, 6), slice(6, 10))
