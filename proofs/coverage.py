@@ -18,8 +18,12 @@ from pathlib import Path
 from outcome import CORE, said, sources, tool
 
 TESTS = CORE.parent / "tests"
-RUNS = (("core_bits", ()), ("block_random", ("6000", "1")))
-EXPLAINED: dict[tuple[str, str], str] = {}
+RUNS = (("core_bits", ()), ("core_claims", ()), ("block_random", ("6000", "1")))
+EXPLAINED = {
+    ("joint_image.c", "return numbers && (step >= value || value - step < value);"): (
+        "what is no number is refused by reals_are_good before"
+    )
+}
 """(file, text of the line): why no input takes one of its branches."""
 
 

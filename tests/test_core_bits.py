@@ -1,4 +1,4 @@
-"""The core keeps its bits: those of exports that are in use, and of every compiler. And the soak, for a few seconds."""
+"""The core does what its text says, and keeps its bits, which exports in use have. And the soak, for a few seconds."""
 
 import sys
 from pathlib import Path
@@ -22,6 +22,14 @@ def bits(folder, *options, sources=SOURCES):
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_every_part_of_the_core_has_the_bits_that_were_recorded(level, tmp_path):
     assert bits(tmp_path, level) == RECORDED
+
+
+@pytest.mark.parametrize("level", [["-O3"], ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]])
+def test_the_claims_of_the_core_hold(level, tmp_path):
+    program = PROGRAM.with_name("core_claims.c")
+    options = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", *level]
+    run(tool("gcc", "clang", "cc"), *options, f"-I{CORE}", program, *SOURCES, "-lm", "-o", tmp_path / "claims")
+    assert run(tmp_path / "claims") == "0 claims do not hold\n"
 
 
 def test_one_changed_sign_changes_them(tmp_path):

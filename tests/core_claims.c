@@ -1,0 +1,318 @@
+/* What the core says of itself, each with the answer that its text promises: no recorded bits. Prints what does not hold.
+ * Rows of numbers are as long as they must be, so that a sanitizer sees who reads beyond. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dehyst.h"
+
+static int wrong;
+
+#define CLAIM(holds) ((holds) ? (void)0 : (void)(++wrong, fprintf(stderr, "line %d: %s\n", __LINE__, #holds)))
+
+static int near(double a, double b) { return fabs(a - b) <= 1e-12 * (1 + fabs(b)); }
+
+/* A block of two operators, H = 0.75 P_0 + 0.25 P_0.5. */
+static double r[2] = {0, 0.5}, w[2] = {0.75, 0.25}, slope[2], loading[2], start[2];
+static dehyst_block block_of(void)
+{
+    dehyst_pi_tables(2, r, w, slope, loading);
+    const dehyst_block block = {{{0, NULL, NULL}, {2, r, slope, loading, 0, 0}, {0, NULL, NULL}}, start, -1, 1, -2, 2, -2, 2, 1, 0, 0.5, 7};
+    return block;
+}
+
+static void maps_and_models(void)
+{
+    dehyst_block block = block_of();
+    double z[2] = {0.25, 0.125}, plays[2] = {0, 0};
+    dehyst_state state = {z, 9, 3};
+    dehyst_model_reset(&block.model, &state, start);
+    CLAIM(state.flags == 0 && z[0] == 0 && z[1] == 0 && state.output == 0);
+    double *one = malloc(sizeof *one), *its = malloc(sizeof *its); /* nothing behind them */
+    if (one == NULL || its == NULL) exit(2);
+    *one = 0.5;
+    *its = 0;
+    dehyst_play_step(1, one, 2, its);
+    CLAIM(*its == 1.5);
+    free(one);
+    free(its);
+    CLAIM(dehyst_bounded(0, -1) == 0 && dehyst_bounded(2, 1) == 1 && dehyst_bounded(-2, 1) == -1 && dehyst_bounded(NAN, 1) == 0);
+    /* Its output is at the limit, not beyond: nothing holds it back, and all operators have moved. */
+    double h = 0;
+    CLAIM(dehyst_pi_step(&block.model.hysteresis, plays, 1, -0.875, 0.875, &h) == DEHYST_MOVED && h == 0.875);
+    CLAIM(plays[0] == 1 && plays[1] == 0.5);
+    CLAIM(dehyst_block_check(&block) == DEHYST_IMAGE_GOOD);
+    block.fade = 1e-12; /* as the header allows */
+    CLAIM(dehyst_block_check(&block) == DEHYST_IMAGE_GOOD);
+    block.fade = 0.99e-12;
+    CLAIM(dehyst_block_check(&block) == DEHYST_IMAGE_INVALID);
+    block.fade = 1;
+    for (int low = 0; low < 2; ++low) { /* an argument of half the limit is the largest */
+        double far[2] = {-1, 1};
+        const double points[2] = {-1, 1};
+        const dehyst_map map = {2, points, far};
+        block.model.before = map;
+        far[low] = low ? 0.45e100 : -0.45e100;
+        CLAIM(dehyst_block_check(&block) == DEHYST_IMAGE_GOOD);
+        far[low] *= 1.2;
+        CLAIM(dehyst_block_check(&block) == DEHYST_IMAGE_INVALID);
+    }
+}
+
+/* w'_1 = 1/S_1 and w'_i = -w_i / (S_i S_{i-1}) to ten digits, however small a weight is beside the first. */
+static void inverses(void)
+{
+    const double thresholds[3] = {0, 0.25, 1}, z[3] = {0, 0, 0};
+    double none[9];
+    for (int at = 0; at < 3; ++at) { /* a slope of 0 has no inverse, and which it is is told */
+        const double flat[3] = {at == 0 ? 0 : 0.5, at == 1 ? -0.5 : 0.25, at == 2 ? -0.75 : 0.25};
+        CLAIM(dehyst_pi_invert(3, thresholds, flat, z, none, none + 3, none + 6) == at + 1);
+    }
+    for (int k = 0; k < 200; ++k) {
+        const double weights[3] = {0.001 + 1e-5 * k, (k % 2 ? -1 : 1) * pow(10, -2 - 0.07 * k), 0.3};
+        double ri[3], wi[3], zi[3], sum = weights[0];
+        CLAIM(dehyst_pi_invert(3, thresholds, weights, z, ri, wi, zi) == (sum + weights[1] > 0 ? 0 : 2));
+        for (int i = 1; i < 3 && sum + weights[i] > 0; sum += weights[i], ++i) {
+            const double exact = -weights[i] / sum / (sum + weights[i]);
+            CLAIM(fabs(wi[i] - exact) <= 1.01e-10 * fabs(exact));
+        }
+    }
+}
+
+static void stacks(void)
+{
+    const double u[2] = {-1, 1}, v[2] = {-1e250, 1e250}, thresholds[3] = {0, 0.25, 0.5}, weights[3] = {1, 1, 1}, zero[3] = {0, 0, 0};
+    double slopes[3], loadings[3], table[3][4], bound[2][3], floor[2][4], z[3];
+    dehyst_stack_segment segment[3];
+    dehyst_stack_model model;
+    dehyst_stack_state state = {.segment = segment, .bound = {bound[0], bound[1]}, .start = floor[0], .start_sum = floor[1]};
+    dehyst_pi_tables(3, thresholds, weights, slopes, loadings);
+    dehyst_model plain = {{0, NULL, NULL}, {3, thresholds, slopes, loadings, 0, 0}, {0, NULL, NULL}};
+    dehyst_stack_prepare(&plain, table[0], table[1], table[2], &model);
+    CLAIM(model.added == 0 && memcmp(table[2], loadings, sizeof loadings) == 0);
+    dehyst_stack_reset(&model, &state, zero);
+    CLAIM(dehyst_stack_step(&model, &state, 0.25) == 0.25);
+    dehyst_stack_play(&model, &state, z);
+    CLAIM(z[0] == 0.25 && z[1] == 0 && z[2] == 0 && state.end == 1); /* at the edge of the second: it does not move yet */
+    CLAIM(dehyst_stack_step(&model, &state, 1) == 1 + 0.75 + 0.5 && state.end == 3);
+    CLAIM(dehyst_stack_step(&model, &state, 0.5) == 0.5 + 0.75 + 0.5 && state.end == 1);
+    /* Where the map leads beyond every input a sample is rejected and the output held. */
+    const dehyst_map map = {2, u, v};
+    plain.before = map;
+    dehyst_stack_prepare(&plain, table[0], table[1], table[2], &model);
+    dehyst_stack_reset(&model, &state, zero);
+    const double before = state.output;
+    CLAIM(dehyst_stack_step(&model, &state, 1e90) == before && state.flags == (DEHYST_REJECTED | DEHYST_REJECTED_EVER));
+}
+
+static double number_at(const uint32_t *image, int at)
+{
+    double x;
+    memcpy(&x, image + at, sizeof x);
+    return x;
+}
+
+static void put_number(uint32_t *image, int words, int at, double x)
+{
+    memcpy(image + at, &x, sizeof x);
+    image[words - 1] = dehyst_image_sum(image, words - 1);
+}
+
+/* An image is taken back if a block can have made it: off it has no share, and a share lies within 0 .. 1. */
+static void images_of_blocks(void)
+{
+    enum { WORDS = DEHYST_STATE_WORDS(2), SHARE = 5 + 2 * DEHYST_REAL_WORDS };
+    const dehyst_block block = block_of();
+    uint32_t image[WORDS];
+    double z[2];
+    dehyst_block_state state = {{z, 0, 0}, 0, 0, 0, 0};
+    const double share[] = {0, 1, 0.5, -0.5, 1.5, NAN};
+    dehyst_block_reset(&block, &state);
+    for (uint32_t started = 0; started < 3; ++started) {
+        for (int k = 0; k < 6; ++k) {
+            CLAIM(dehyst_block_save(&block, &state, image, WORDS) == DEHYST_IMAGE_GOOD);
+            image[4] = started;
+            put_number(image, WORDS, SHARE, share[k]);
+            const int good = k == 0 ? started < 2 : k < 3 && started == 1;
+            dehyst_block_state taken = state;
+            CLAIM(dehyst_block_restore(&block, &taken, image, WORDS) == (good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID));
+            CLAIM(!good || (taken.share == share[k] && taken.started == (int32_t)started));
+        }
+    }
+}
+
+static void directs(void)
+{
+    const double length[1] = {0.5}, gain[1] = {0.25}, weight[3] = {1, 0.5, 0.25};
+    const int32_t group[2] = {0, 0};
+    double memory[4];
+    dehyst_direct direct = {1, 0, 1, 1, 0, 1, 0, NULL, length, gain, weight, group, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, -1, 3, -9, 9};
+    dehyst_direct_state state = {.memory = memory};
+    dehyst_direct_reset(&direct, &state, 0); /* what crept before may have been at the farther end */
+    CLAIM(memory[0] == 0 && memory[1] == 0.5 && memory[2] == 0 && memory[3] == 3);
+    direct.input_low = direct.input_high = 1; /* a range of one point leaves no doubt */
+    dehyst_direct_reset(&direct, &state, 5);
+    CLAIM(state.last == 1 && memory[2] == 1 && memory[3] == 0);
+    const dehyst_direct_block block = {direct, 2, 1, 0.5};
+    dehyst_direct_block_state inside = {{.memory = memory}, 0.75, 8, 3, 1};
+    dehyst_direct_block_reset(&block, &inside);
+    CLAIM(inside.share == 0 && inside.output == 3 && inside.flags == 0 && inside.started == 0);
+}
+
+static void learning(void)
+{
+    const dehyst_adaptation slow = {.rate = 1, .memory = 1, .noise = 1, .dead_zone = 0.5, .most_error = 100, .first_error = 1,
+                                    .patience = 1, .lowest = 0, .highest = 9, .unit = 1};
+    dehyst_adaptation adaptation = slow;
+    dehyst_learning state;
+    double *part = malloc(2 * sizeof *part); /* nothing behind it */
+    if (part == NULL) exit(2);
+    part[0] = 2;
+    part[1] = 0;
+    for (int error = -1; error < 2; ++error) { /* within the dead zone nothing is learned */
+        dehyst_learning_reset(&adaptation, &state);
+        CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + 0.4 * error, 0) == 1);
+        CLAIM(state.scale[0] == 1 && state.scale[1] == 1 && state.offset == 0);
+    }
+    for (int sign = -1; sign < 2; sign += 2) { /* beyond it the step of a projection, at most a whole one */
+        for (int whole = 0; whole < 2; ++whole) {
+            adaptation.rate = whole ? 30 : 1;
+            dehyst_learning_reset(&adaptation, &state);
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + sign, 0) == 1);
+            CLAIM(near(state.scale[0], 1 + (whole ? 1 : 0.25) * sign * 0.5 * 2 / (1 + 4)) && state.scale[1] == 1);
+        }
+    }
+    const dehyst_learning before = state; /* what is no number teaches nothing and is no contact */
+    CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, NAN, 0) == 0);
+    CLAIM(state.scale[0] == before.scale[0] && state.error == before.error && state.usual == before.usual && state.resting == before.resting);
+    free(part);
+}
+
+/* A joint whose torque is dp / 1000. */
+static dehyst_joint joint_of(const dehyst_direct *direct)
+{
+    const dehyst_joint joint = {
+        .period = 1.0 / 2048, .inertia = 4, .pole = 6, .observer_pole = 60, .pressure_gain = 60, .b = {0.001},
+        .volume = {{0.001}, {0.001}}, .angle_low = -0.5, .angle_high = 0.5, .pressure_low = 2e4, .pressure_high = 6e5,
+        .compensator_unit = 1, .direct = direct, .adaptation = {1, 1, 1, 0, 9, 0, 1, 1, 1, 2, 3, 1, 1},
+        .pneumatics = {801300, 101300, 84091, 1.26, 1.185, 2e-08, 0.3, 0}, .angle_step = 1e-4, .frozen_samples = 3, .hold_samples = 5};
+    return joint;
+}
+
+static void observers(void)
+{
+    dehyst_joint joint = joint_of(NULL);
+    joint.inertia = 0;
+    dehyst_observer seen = {0, 0, 0};
+    dehyst_observer_predict(&joint, &seen, 1e-9); /* as that of 1e-9 kg m^2 */
+    CLAIM(near(seen.velocity, joint.period) && near(seen.angle, joint.period * joint.period / 2));
+}
+
+/* A reset leaves nothing of what was before, whatever it is, and without good readings it is a failure at rest. */
+static void resets(void)
+{
+    enum { WORDS = DEHYST_JOINT_WORDS(0, -1) };
+    const dehyst_joint joint = joint_of(NULL);
+    static uint32_t image[2][WORDS];
+    dehyst_joint_state state[2];
+    const dehyst_joint_sensors good = {0.25, {3e5, 2e5}};
+    for (int k = 0; k < 2; ++k) {
+        memset(&state[k], 0x3f * k, sizeof state[k]);
+        dehyst_joint_reset(&joint, &state[k], &good, NULL);
+        CLAIM(state[k].mean.value == 0 && state[k].difference.value == 0 && state[k].integrator.value == 0 && state[k].exchanged.value == 0);
+        CLAIM(state[k].flags == 0 && state[k].observer.angle == 0.25 && state[k].observer.load == 0 && state[k].pressure[1] == 2e5);
+        CLAIM(dehyst_joint_save(&joint, &state[k], 1, image[k], WORDS) == DEHYST_IMAGE_GOOD);
+    }
+    CLAIM(memcmp(image[0], image[1], sizeof image[0]) == 0);
+    for (int k = 0; k < 3; ++k) {
+        dehyst_joint_sensors bad = good;
+        *(k == 0 ? &bad.angle : &bad.pressure[k - 1]) = k == 1 ? INFINITY : NAN;
+        dehyst_joint_reset(&joint, &state[0], &bad, NULL);
+        CLAIM(state[0].flags == (DEHYST_FAILED | DEHYST_FAULT_EVER));
+        CLAIM(state[0].observer.angle == 0 && state[0].pressure[0] == 0 && state[0].pressure[1] == 0);
+    }
+}
+
+static void senses(void)
+{
+    dehyst_joint joint = joint_of(NULL);
+    const dehyst_joint_sensors at_rest = {-0.25, {3e5, 3e5}};
+    dehyst_joint_state state;
+    for (int k = 0; k < 3; ++k) { /* an observer that is beyond all physics begins again at the last good reading */
+        memset(&state, 0, sizeof state);
+        dehyst_joint_reset(&joint, &state, &at_rest, NULL);
+        joint.period = 0;
+        state.started = 1;
+        *(k == 0 ? &state.observer.angle : k == 1 ? &state.observer.velocity : &state.observer.load) = 1e120;
+        const dehyst_joint_sensors none = {NAN, {3e5, 3e5}};
+        CLAIM(dehyst_joint_sense(&joint, &state, &none) & DEHYST_ANGLE_FAULT);
+        CLAIM(state.observer.angle == -0.25 && state.observer.velocity == 0 && state.observer.load == 0);
+        joint = joint_of(NULL);
+    }
+    /* At the ends of its range a joint is stopped by something the observer does not know: no way is missed there. */
+    for (int end = -1; end < 2; ++end) {
+        const double speed = end < 0 ? -1 : 1, there = end == 0 ? 0.25 : 0.5 * end;
+        const dehyst_joint_sensors stopped = {there, {3e5, 3e5}};
+        memset(&state, 0, sizeof state);
+        dehyst_joint_reset(&joint, &state, &stopped, NULL);
+        state.started = 1;
+        state.observer.velocity = speed;
+        state.observer.angle = there - speed * joint.period; /* exactly: the prediction leads to the end */
+        (void)dehyst_joint_sense(&joint, &state, &stopped);
+        CLAIM(end == 0 ? state.travel == joint.period : state.travel == 0 && state.travel_most == 0);
+    }
+}
+
+/* Every number of a joint comes back; a learned scale outside its bounds does not, and 1 is always inside. */
+static void images_of_joints(void)
+{
+    const double weight[1] = {1};
+    dehyst_direct direct = {.coefficients = 1, .groups = 1, .weight = weight, .input_low = -1, .input_high = 1, .output_low = -9, .output_high = 9};
+    enum { WORDS = DEHYST_JOINT_WORDS(0, 0), SCALE = 4 + 2 * DEHYST_GROUPS + 2 * DEHYST_GROUPS + 3 + 3 * DEHYST_GROUPS };
+    static uint32_t image[WORDS], again[WORDS];
+    double none[1] = {0};
+    dehyst_joint joint = joint_of(&direct);
+    dehyst_joint_state state, other;
+    const dehyst_joint_sensors good = {0.25, {3e5, 2e5}}, elsewhere = {-0.125, {2e5, 4e5}};
+    memset(&state, 0, sizeof state);
+    state.wanted.memory = state.seen.memory = none;
+    dehyst_joint_reset(&joint, &state, &good, NULL);
+    state.compensator.output = 0.375;
+    state.angle.equal = INT32_MAX; /* of a joint that has stood still for long */
+    other = state;
+    dehyst_joint_reset(&joint, &other, &elsewhere, NULL);
+    CLAIM(dehyst_joint_save(&joint, &state, 1, image, WORDS) == DEHYST_IMAGE_GOOD);
+    CLAIM(dehyst_joint_restore(&joint, &other, 1, image, WORDS) == DEHYST_IMAGE_GOOD);
+    CLAIM(dehyst_joint_save(&joint, &other, 1, again, WORDS) == DEHYST_IMAGE_GOOD);
+    CLAIM(memcmp(image, again, sizeof image) == 0 && other.compensator.output == 0.375);
+    const int at = 15 + DEHYST_REAL_WORDS * (40 + SCALE);
+    const double scale[] = {0.25, 1, 1.5, 2.5, 3.5}, lowest[] = {0.5, 2, 2}, highest[] = {2, 3, 0.5};
+    CLAIM(number_at(image, at) == 1);
+    for (int k = 0; k < 3; ++k) { /* an adaptation that is off may have any bounds */
+        joint.adaptation.lowest = lowest[k];
+        joint.adaptation.highest = highest[k];
+        for (int j = 0; j < 5; ++j) {
+            const double low = fmin(lowest[k], 1), high = fmax(highest[k], 1);
+            put_number(image, WORDS, at, scale[j]);
+            const int taken = dehyst_joint_restore(&joint, &other, 1, image, WORDS) == DEHYST_IMAGE_GOOD;
+            CLAIM(taken == (scale[j] >= low && scale[j] <= high));
+        }
+    }
+}
+
+int main(void)
+{
+    maps_and_models();
+    inverses();
+    stacks();
+    images_of_blocks();
+    directs();
+    learning();
+    observers();
+    resets();
+    senses();
+    images_of_joints();
+    printf("%d claims do not hold\n", wrong);
+    return wrong > 0;
+}
