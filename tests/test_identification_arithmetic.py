@@ -19,6 +19,7 @@ from dehyst.identification import (
     regressors,
     scores,
     selection,
+    split,
 )
 from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.families import Estimate, fit_family
@@ -572,7 +573,7 @@ def recording(**more):
 
 def test_data_are_scaled_split_and_cut():
     record = recording(breaks=(30,))
-    data = prepared.prepare([record], 0.5)
+    data = prepared.prepare([record], split.split_recordings([record], 0.5))
     assert [p.known for p in data.pieces] == [memory.known_from(p.x, -1.0, 1.0) for p in data.pieces] == [23, 43]
     half = 36
     low, high = record.output[:half].min(), record.output[:half].max()
@@ -583,9 +584,11 @@ def test_data_are_scaled_split_and_cut():
     assert data.pieces[1].x == pytest.approx((record.input[30:] - 5.0) / 2.0)
     assert data.pieces[1].y == pytest.approx((record.output[30:] - data.level) / -data.amplitude)
     assert not data.weighted and HEAVY.weighted
-    light = prepared.prepare([record], 0.5, [np.where(np.arange(73) < 20, 0.5, 0.0)])  # a little is not nothing
+    light = prepared.prepare(
+        [record], split.split_recordings([record], 0.5), [np.where(np.arange(73) < 20, 0.5, 0.0)]
+    )  # a little is not nothing
     assert light.amplitude == pytest.approx(0.5 * np.ptp(record.output[:20]))
-    assert prepared.prepare([recording()], 1.0).pieces[0].split == 73
+    assert prepared.prepare([recording()], split.split_recordings([recording()], 1.0)).pieces[0].split == 73
     piece = Piece(np.zeros(10), np.zeros(10), 0, 0, 6, 8, False)
     assert (piece.fitted("zero"), piece.held_out("zero")) == (slice(0, 6), slice(6, 10))
     assert (piece.fitted("unknown"), piece.held_out("unknown")) == (slice(8, 8), slice(8, 10))
@@ -595,10 +598,10 @@ def test_data_are_scaled_split_and_cut():
 
 def test_splits_leave_a_sample_on_either_side_and_count_what_counts():
     asked = [(10, 0.5), (10, 0.01), (10, 0.99), (10, 1.0), (1, 0.5), (7, 0.3), (100, 0.999)]
-    assert [prepared.split_of(*a) for a in asked] == [5, 1, 9, 10, 1, 2, 99]
+    assert [split.end_of(*a) for a in asked] == [5, 1, 9, 10, 1, 2, 99]
     record = recording(left_out=tuple(range(30)))
-    assert prepared.split_within(record, 0.5) == 30 + 21
-    assert prepared.split_within(record, 1.0) == 73 and prepared.split_within(recording(), 0.5) == 36
+    assert split._end_within(record, 0.5) == 30 + 21
+    assert split._end_within(record, 1.0) == 73 and split._end_within(recording(), 0.5) == 36
     found = prepared.counting([record, recording()], None)
     assert found[0].tolist() == [0.0] * 30 + [1.0] * 43 and found[1].tolist() == [1.0] * 73
     given = [np.full(73, 2.0), np.ones(73)]
@@ -606,7 +609,7 @@ def test_splits_leave_a_sample_on_either_side_and_count_what_counts():
     assert given[0][0] == 2.0 and prepared.counting([recording()], given) is given
     for fraction in (0.0, -0.1, 1.01):
         with pytest.raises(ParameterError, match="train_fraction"):
-            prepared.check_fraction(fraction)
+            split.checked(fraction)
     assert [(s.start, s.stop) for s in prepared.chunks(slice(3, 10), 3)] == [(3, 6), (6, 9), (9, 10)]
     long = np.zeros(70_000)
     long[[5, 69_999]] = -1.0, 2.0
@@ -616,12 +619,12 @@ def test_splits_leave_a_sample_on_either_side_and_count_what_counts():
 
 def test_signals_that_do_not_move_by_numbers_are_refused():
     first = recording()
-    assert prepared.middle(first, (1.0, 4.0), "input", 0.5) == (2.5, 1.5)
-    assert prepared.middle(first, (1e12 - 4, 1e12 + 4), "input", 0.5) == (1e12, 4.0)
+    assert prepared.middle(first, (1.0, 4.0), "input", " in the first 50 %") == (2.5, 1.5)
+    assert prepared.middle(first, (1e12 - 4, 1e12 + 4), "input", " in the first 50 %") == (1e12, 4.0)
     for pair, said in (((2.0, 2.0), "stays at 2 in the first 50 %"), ((1e12, 1e12 + 0.5), "offset of 1e"),
                        ((0.0, 1e-96), "times 1e[+]96"), ((-1e95, 1e95), "times 1e-95")):  # fmt: skip
         with pytest.raises(ExcitationError, match=said):
-            prepared.middle(first, pair, "output", 0.5)
+            prepared.middle(first, pair, "output", " in the first 50 %")
     prepared.require_gain(first, 1.0, 1e95)
     prepared.require_gain(first, 1.0, 1e-95)
     for gain in (1.1e95, 0.9e-95):
@@ -642,7 +645,7 @@ def test_the_trend_is_the_correlation_where_that_is_clear_and_the_increments_els
     assert prepared.trend_of_increments(lambda part: (rise[part], rise[part]), 100, 50.0) == 1
     assert prepared.trend_of_increments(lambda part: (rise[part], -rise[part]), 100, 50.0) == -1
     falling = dehyst.Recording(input=1000.0 + x, output=0.98 * np.cos(angle) - 0.2 * x)  # far from zero, and wide
-    assert prepared.prepare([falling], 1.0).trend == -1
+    assert prepared.prepare([falling], split.split_recordings([falling], 1.0)).trend == -1
     asked = []
 
     def read(part):
