@@ -28,7 +28,12 @@ LEVELS: dict[str, tuple[str, ...]] = {
     "portable": ("-DLANES_LEVEL=0",),
     "avx2": ("-DLANES_LEVEL=1", "-mavx2", "-mfma"),
 }
-COUNTED = {"evaluate": "engine_evaluator_run", "gram": "engine_gram_add"}
+COUNTED = {
+    "evaluate": "engine_evaluator_run",
+    "gram": "engine_gram_add",
+    "plays": "engine_plays",
+    "lugre": "engine_lugre_run",
+}
 SAMPLES = 200_000
 
 SIGNALS = ("smooth", "noisy", "white")
@@ -44,6 +49,9 @@ LIMITS: dict[tuple[str, str, int], tuple[float, ...]] = {
     ("gram", "portable", 100): (30, 435),
     ("gram", "avx2", 100): (13, 145),
     ("gram", "avx2", 1000): (64,),
+    ("plays", "portable", 14): (43, 55, 307),
+    ("plays", "portable", 100): (50, 182, 359),
+    ("lugre", "portable", 4): (355,),
 }
 
 

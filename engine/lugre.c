@@ -26,16 +26,18 @@ void engine_lugre_run(const engine_lugre *p, int64_t samples, const double *x, c
                       double *y, double *columns)
 {
     double before = memory[0], z = memory[1];
-    for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 50); ++t) {
-        double rate = 0.0, speed = 0.0;
-        z = step(p, before, z, x[t], dt[t], &rate, &speed);
-        y[t] = sum_of(p, x[t], z, rate, speed);
-        if (columns) {
-            columns[3 * t] = z;
-            columns[3 * t + 1] = rate;
-            columns[3 * t + 2] = speed;
+    for (int64_t t = 0, end; (end = engine_until(t, samples, 50)) > t;) {
+        for (; t < end; ++t) {
+            double rate = 0.0, speed = 0.0;
+            z = step(p, before, z, x[t], dt[t], &rate, &speed);
+            y[t] = sum_of(p, x[t], z, rate, speed);
+            if (columns) {
+                columns[3 * t] = z;
+                columns[3 * t + 1] = rate;
+                columns[3 * t + 2] = speed;
+            }
+            before = x[t];
         }
-        before = x[t];
     }
     memory[0] = before;
     memory[1] = z;

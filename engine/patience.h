@@ -25,6 +25,13 @@ static inline int engine_stops(int64_t *left, int64_t work)
     return engine_asked();
 }
 
+/* Where loops of cheap samples ask next: for (t = 0; (end = engine_until(t, samples, work)) > t;) for (; t < end; ++t) ... */
+static inline int64_t engine_until(int64_t from, int64_t samples, int64_t work)
+{
+    const int64_t part = work < ENGINE_BETWEEN ? ENGINE_BETWEEN / work : 1;
+    return from > 0 && engine_asked() ? from : samples - from < part ? samples : from + part;
+}
+
 #ifdef __cplusplus
 }
 #endif

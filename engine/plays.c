@@ -42,36 +42,54 @@ static void write_row(const machine *m, int32_t front, double *z)
     }
 }
 
-int engine_plays(int32_t n, const double *threshold, double *state, int64_t samples, const double *x, int64_t rows,
-                 const int64_t *row, double *out)
-{
+typedef struct task {
     machine m;
-    const int front = make(&m, n, threshold, state);
-    if (front < 0) {
-        return -1;
-    }
-    stack *const k = &m.stack;
-    double last = state[0];
-    int64_t next = 0;
-    for (int64_t j = 0, left = ENGINE_BETWEEN; j < samples && !engine_stops(&left, 20); ++j) {
+    double last;
+    int32_t n, front;
+    int64_t next, rows; /* number of the next row, and of all */
+    const int64_t *row;
+    double *out;
+} task;
+
+/* Samples from .. end: a loop of its own, so that who asks whether to go on costs it no register. */
+static void follow(task *t, const double *x, int64_t from, int64_t end)
+{
+    stack *const k = &t->m.stack;
+    double last = t->last;
+    int64_t wanted = t->next < t->rows ? t->row[t->next] : -1;
+    for (int64_t j = from; j < end; ++j) {
         const stack_segment *top = &k->segment[k->top];
         const double low = top->b > 1 && top->s > 0 ? last : k->low, high = top->b > 1 && top->s < 0 ? last : k->high;
         if (low <= x[j] && x[j] <= high) {
             last = x[j];
         } else if (dehyst_accept(x[j])) {
             k->segment[k->top].e = last;
-            stack_event(&m.grid, k, x[j]);
+            stack_event(&t->m.grid, k, x[j]);
             last = x[j];
         }
-        if (next < rows && row[next] == j) {
+        if (wanted == j) {
             k->segment[k->top].e = last;
-            write_row(&m, front, out + next * n);
-            ++next;
-            left -= n;
+            write_row(&t->m, t->front, t->out + t->next * t->n);
+            ++t->next;
+            wanted = t->next < t->rows ? t->row[t->next] : -1;
         }
     }
-    k->segment[k->top].e = last;
-    write_row(&m, front, state);
-    machine_free(&m);
+    t->last = last;
+}
+
+int engine_plays(int32_t n, const double *threshold, double *state, int64_t samples, const double *x, int64_t rows,
+                 const int64_t *row, double *out)
+{
+    task t = {.last = state[0], .n = n, .rows = rows, .row = row, .out = out};
+    t.front = make(&t.m, n, threshold, state);
+    if (t.front < 0) {
+        return -1;
+    }
+    for (int64_t j = 0, end; (end = engine_until(j, samples, 20 + n)) > j; j = end) {
+        follow(&t, x, j, end);
+    }
+    t.m.stack.segment[t.m.stack.top].e = t.last;
+    write_row(&t.m, t.front, state);
+    machine_free(&t.m);
     return 0;
 }

@@ -41,11 +41,13 @@ int64_t engine_turning_points(int64_t samples, const double *x, double swing, in
     add_point(&s, 0);
     int rising = -1; /* unknown yet */
     if (swing > 0.0) {
-        for (int64_t k = 1, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 2); ++k) {
-            if (x[k] == x[k - 1]) continue;
-            const int up = x[k] > x[k - 1];
-            if (rising >= 0 && up != rising) look(&s, k - 1);
-            rising = up;
+        for (int64_t k = 1, end; (end = engine_until(k, samples, 2)) > k;) {
+            for (; k < end; ++k) {
+                if (x[k] == x[k - 1]) continue;
+                const int up = x[k] > x[k - 1];
+                if (rising >= 0 && up != rising) look(&s, k - 1);
+                rising = up;
+            }
         }
         if (rising >= 0) look(&s, samples - 1);
     }
@@ -113,18 +115,20 @@ void engine_bin_sums(int64_t samples, const double *x, const double *y, const do
                      double high, double *sums)
 {
     const double scale = bins / (high - low), last = bins;
-    for (int64_t k = 0, left = ENGINE_BETWEEN; k < samples && !engine_stops(&left, 5); ++k) {
-        double place = (x[k] - low) * scale;
-        place = place > 0.0 ? place : 0.0;
-        place = place < last ? place : last;
-        int32_t bin = (int32_t)place;
-        bin = bin < bins ? bin : bins - 1;
-        const double w = weight ? weight[k] : 1.0, t = place - bin;
-        double *sum = sums + 5 * (int64_t)bin;
-        sum[0] += w;
-        sum[1] += w * t;
-        sum[2] += w * t * t;
-        sum[3] += w * y[k];
-        sum[4] += w * t * y[k];
+    for (int64_t k = 0, end; (end = engine_until(k, samples, 5)) > k;) {
+        for (; k < end; ++k) {
+            double place = (x[k] - low) * scale;
+            place = place > 0.0 ? place : 0.0;
+            place = place < last ? place : last;
+            int32_t bin = (int32_t)place;
+            bin = bin < bins ? bin : bins - 1;
+            const double w = weight ? weight[k] : 1.0, t = place - bin;
+            double *sum = sums + 5 * (int64_t)bin;
+            sum[0] += w;
+            sum[1] += w * t;
+            sum[2] += w * t * t;
+            sum[3] += w * y[k];
+            sum[4] += w * t * y[k];
+        }
     }
 }

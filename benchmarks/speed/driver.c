@@ -1,4 +1,4 @@
-/* One run of the engine, to be counted by callgrind: driver evaluate|gram LEVEL N SIGNAL SAMPLES.
+/* One run of the engine, to be counted by callgrind: driver evaluate|gram|plays|lugre LEVEL N SIGNAL SAMPLES.
  *
  * Signals as in signals.py, with a generator of its own for the noise. Built by benchmarks/instructions.py. */
 #include <math.h>
@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "lugre.h"
 
 static uint64_t random_state = 1;
 
@@ -52,6 +53,25 @@ int main(int count, char **arguments)
         }
         (void)engine_evaluator_run(evaluator, samples, x, y);
         engine_evaluator_free(evaluator);
+    } else if (strcmp(arguments[1], "plays") == 0) { /* every hundredth row */
+        const int64_t rows = samples / 100;
+        int64_t *row = calloc((size_t)rows, sizeof *row);
+        double *out = calloc((size_t)rows * (size_t)n, sizeof *out);
+        for (int64_t k = 0; k < rows && row != NULL; ++k) row[k] = 100 * k;
+        if (row == NULL || out == NULL || engine_plays(n, r, z, samples, x, rows, row, out) != 0) {
+            return 3;
+        }
+        free(row);
+        free(out);
+    } else if (strcmp(arguments[1], "lugre") == 0) {
+        const engine_lugre model = {n, w, {1.0, 0.01, 0.1}, 0.1, 0.5, 2.0};
+        double *dt = malloc((size_t)samples * sizeof *dt);
+        for (int64_t k = 0; k < samples && dt != NULL; ++k) dt[k] = 1e-3;
+        if (dt == NULL) {
+            return 3;
+        }
+        engine_lugre_run(&model, samples, x, dt, z, y, NULL);
+        free(dt);
     } else {
         engine_gram *gram = engine_gram_new(n, r, z, 1);
         const double *targets[1] = {y};

@@ -93,7 +93,8 @@ void bind_engine(nb::module_ &m)
         .def(nb::init<const In &, const In &, double, double, const In &>(), "thresholds"_a, "weights"_a, "center"_a,
              "offset"_a, "state"_a)
         .def("run", &Evaluator::run, "x"_a, "out"_a.none() = nb::none(),
-             "Outputs (T,), continuing from the present state; into `out` if given, which may be x.")
+             "Outputs (T,), continuing from the present state; into `out` if given, which may be x. Ctrl-C leaves the state of "
+             "a sample on the way, and `out` half written: what goes on needs a new one.")
         .def("method", &Evaluator::method, "method"_a, "-1 automatic, 0 events, a dense prefix, or ENGINE_DENSE.")
         .def_prop_ro("state", &Evaluator::state, nb::rv_policy::move, "Play states (n,).")
         .def_prop_ro("events", &Evaluator::events, "Events so far: what a sample costs follows them.")

@@ -161,9 +161,11 @@ void bind_gram(nb::module_ &m)
     nb::class_<Gram>(m, "Gram", "Streaming normal equations of [1 | cells | targets]: memory does not depend on T.")
         .def(nb::init<const In &, const In &, int32_t>(), "thresholds"_a, "state"_a, "targets"_a)
         .def("add", &Gram::add, "x"_a, "targets"_a, "weights"_a.none() = nb::none(),
-             "Add the samples x (T,) with targets (m, T) and weights (T,) >= 0, ones if None.")
-        .def("skip", &Gram::skip, "x"_a, "Advance the state by x without adding anything.")
-        .def("take", &Gram::take, "Sums (1 + n + m, 1 + n + m) since the last take; the state goes on.")
+             "Add the samples x (T,) with targets (m, T) and weights (T,) >= 0, ones if None. Ctrl-C during a call leaves part "
+             "of its samples in the sums, or of the sums taken: what goes on needs a new one.")
+        .def("skip", &Gram::skip, "x"_a, "Advance the state by x without adding anything; Ctrl-C as with add.")
+        .def("take", &Gram::take,
+             "Sums (1 + n + m, 1 + n + m) since the last take; the state goes on. Ctrl-C as with add.")
         .def("method", &Gram::method, "prefix"_a, "-1: the signal decides; 0: events only; a dense prefix of 4, 8, ..., or ENGINE_DENSE.")
         .def("only_targets", &Gram::only_targets, "only"_a, "Leave out sums of cells with cells and with ones.")
         .def_prop_ro("events", &Gram::events, "Events so far, behind the dense prefix of the time.")
