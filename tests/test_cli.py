@@ -136,7 +136,7 @@ def test_several_logs_and_several_runs_are_fitted_together(run, folder, tmp_path
     assert run("identify", tmp_path / "runs.csv", "--run", "a", "--run", "c", *tail)[0] == 0
     logs = dehyst.load_model(target).card.provenance["logs"]
     assert [log["run"] for log in logs] == ["a", "c"]
-    assert run("identify", folder / "log.csv", folder / "log.csv", *tail)[0] == 0
+    assert run("identify", folder / "log.csv", folder / "log.csv", *tail, "--overwrite")[0] == 0
     assert len(dehyst.load_model(target).card.provenance["logs"]) == 2
     status, _, err = run("identify", tmp_path / "runs.csv", *tail)
     assert status == 2 and err.startswith("RunError") and "--run" in err

@@ -163,6 +163,8 @@ def faulty(kind: str) -> dict[str, np.ndarray]:
         columns["pressure_bar"][7] = 1e6
     elif kind == "clock-restart":
         columns["time_s"][300:] -= 6.0
+        for name in ("pressure_bar", "angle_deg"):  # signals that go on smoothly say that only the clock was set
+            columns[name][300:] = columns[name][37:237]
     elif kind == "not-readable":
         columns["time_s"] = np.random.default_rng(0).permutation(T)
     return columns

@@ -137,7 +137,7 @@ def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands
     assert f"{fit.static_test.rmse_percent:.2f}" in text
     for finding in fit.warnings:
         assert finding.code in text and finding.message in text
-    assert "dehyst compensate 'elbow model.json' reference.csv --output angle" in text
+    assert 'dehyst compensate "elbow model.json" reference.csv --output angle' in text
     assert "load_model('elbow model.json')" in text
     assert "ab" * 32 in text  # the checksum of the log
 
@@ -145,7 +145,7 @@ def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands
 def test_commands_name_the_columns_of_the_log_not_the_labels(tmp_path):
     log = maxwell_slip_log(provenance={"input": "pressure_bar", "output": "angle [deg]"})
     text = read(write_report(fit_by_hand(log), tmp_path / "r.html")).text
-    assert "--output 'angle [deg]'" in text and "--input pressure_bar" in text
+    assert '--output "angle [deg]"' in text and "--input pressure_bar" in text
 
 
 def test_axes_carry_names_and_units(page):

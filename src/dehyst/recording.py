@@ -71,13 +71,13 @@ class Recording:
     breaks
         Indices k, increasing, such that nothing is known about the input between samples k-1 and k: the
         memory of the actuator is unknown after each.
-    left_out
-        Indices of samples that count in no fit and no score: at least one of their values is none that was measured.
-        `identify` and its relatives add the outliers that they find.
     findings
         What reading the log found and cured.
     provenance
         Where the samples came from: file, columns, rows.
+    left_out
+        Indices of samples that count in no fit and no score: at least one of their values is none that was measured.
+        `identify` and its relatives add the outliers that they find.
 
     Raises
     ------

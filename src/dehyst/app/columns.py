@@ -23,10 +23,12 @@ def named_columns(
     ----------
     command
         That is going to read them, for the line to type.
-    logs, run, time_unit
-        What is read.
+    logs
+        Files to read.
     input, output
         As typed, "" if they were not.
+    run, time_unit
+        What of them is read.
     quiet
         Whether the standard output is for the result alone: then it is said on the error stream.
 

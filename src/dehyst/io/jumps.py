@@ -15,7 +15,7 @@ from dehyst.loops import turning_points
 
 Rows = npt.NDArray[np.int64]
 
-JUMPS_MOST = 200  # more are no clock that was set now and then
+JUMPS_MOST, JUMPS_SHARE = 6, 0.01  # this many, or this share of the steps: more are no clock that was set now and then
 FEWEST = 32  # samples below which nothing is judged
 BACK_SAMPLES = 50  # within so many samples ...
 BACK_SHARE = 0.01  # ... or this share of the log a jump is taken back
@@ -39,7 +39,7 @@ def mend_jumps(samples: Samples, about: Context, findings: list[Finding]) -> Sam
     step = np.diff(t)
     typical = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
     places = np.flatnonzero((step < 0.0) | (step > gap_limit(step))) + 1
-    if typical == 0.0 or not 0 < places.size <= JUMPS_MOST:
+    if typical == 0.0 or not 0 < places.size <= max(JUMPS_MOST, JUMPS_SHARE * step.size):
         return samples
     size = step[places - 1] - typical
     shift = np.zeros(places.size)
