@@ -55,7 +55,7 @@ CASES = [
 @pytest.mark.parametrize(("family", "truth", "eps_binds"), CASES)
 def test_weights_equal_qpoases_and_50_digits(family, truth, eps_binds):
     rec = recording(truth, noise=0.03)
-    fit = dehyst.identify(rec, family, initial_state="zero")
+    fit = dehyst.identify(rec, family, initial_state="zero", eps=0.001)
     problem = scaled_problem([rec], 100, 0.001, family)
     v = weights_in_the_problem(fit, problem, family)
     assert (v[0] <= 0.001 * (1 + 1e-9)) == eps_binds

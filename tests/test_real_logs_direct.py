@@ -16,6 +16,8 @@ pytestmark = pytest.mark.skipif(
     not (table.DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs in ../shared"
 )
 BETTER = [run for run in table.RUNS if run[0] in (table.PIEZO, table.ARM, table.CAVATAPPI)]
+# Since eps is chosen, the inverse of a forward family is closer on these (decision 33).
+FORWARD_CLOSER = {"cavatappi_muscle 200g_s2_t1", "cavatappi_muscle 200g_s3_t1", "cavatappi_muscle 400g_s3_t1"}
 DECISION = next((ROOT / "docs" / "decisions").glob("0025-*.md"))
 
 
@@ -23,7 +25,7 @@ DECISION = next((ROOT / "docs" / "decisions").glob("0025-*.md"))
 def test_the_input_is_closer_than_through_any_forward_family_and_the_decision_shows_it(run):
     row = table.measure(*run)
     assert row["held_out"]
-    assert row["input"] < row["input_forward"]
+    assert (row["input"] < row["input_forward"]) == (row["log"] not in FORWARD_CLOSER)
     lines = [line for line in DECISION.read_text(encoding="utf-8").splitlines() if line.startswith(f"| {row['log']} |")]
     assert len(lines) == 1
     shown = [float(cell.strip("* ").split()[0].strip("*")) for cell in lines[0].split("|")[2:6]]

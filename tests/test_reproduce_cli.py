@@ -227,7 +227,7 @@ def refused(tmp_path, monkeypatch, capsys):
         ("--out kept", "kept/figures.json' exists already and is no result of dehyst reproduce"),
         ("--json my.json", "my.json' exists already and is no result of dehyst reproduce"),
         ("--json mine", "'mine': it is a folder"),
-        ("--json nowhere/x.json", "there is no folder 'nowhere'"),
+        ("--json nowhere/x.json", "there is no folder"),
         ("--figures afile", "'afile' is a file"),
     ],
     ids=str,

@@ -113,7 +113,7 @@ def test_failed_runs_are_counted_with_the_line_that_tries_them_again(request_, c
     run_sweep_command(request_)
     out, err = capsys.readouterr()
     assert "4 of 24 runs failed" in err and "ZeroDivisionError: no such plant" in err
-    assert "dehyst sweep 'my sweep.toml' --workers 0 --retry" in err
+    assert 'dehyst sweep "my sweep.toml" --workers 0 --retry' in err
     assert "2 (2 failed)" in out
     use(monkeypatch, sweep_evaluators.fails_at_scale_2)
     run_sweep_command(SweepRequest(request_.sweep, workers=0, retry=True))
@@ -133,7 +133,7 @@ def test_ctrl_c_says_the_line_to_go_on(request_, capsys, monkeypatch):
     with pytest.raises(SystemExit) as ended:
         run_sweep_command(request_)
     assert ended.value.code == 130
-    assert "To go on: dehyst sweep 'my sweep.toml' --workers 0\n" in capsys.readouterr().err
+    assert 'To go on: dehyst sweep "my sweep.toml" --workers 0\n' in capsys.readouterr().err
     use(monkeypatch, sweep_evaluators.quick)
     run_sweep_command(request_)
     assert "5 of 24 runs, 5 of them from the journal" in capsys.readouterr().err

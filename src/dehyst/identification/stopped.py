@@ -27,7 +27,7 @@ def stopped_at(x: Array, y: Array) -> int | None:
     --------
     >>> x = np.sin(np.arange(2000) / 10)
     >>> stopped_at(x, 2 * x), stopped_at(x, np.where(np.arange(2000) < 1000, 2 * x, -2.1))
-    (None, 958)
+    (None, 927)
     """
     span, tail = robust_range([y]), y[-max(FEWEST, int(SHARE * y.size)) :]
     if float(np.ptp(tail)) > 2.0 * STAYS * span:

@@ -1,6 +1,6 @@
 """Branches of the core that the C programs of the tests take, counted by gcov.
 
-    python proofs/coverage.py            a line a file, and each branch that is never taken
+    python proofs/branches.py            a line a file, and each branch that is never taken
 
 The core is compiled without optimisation, so that every branch of the text is one. Ends with status 1 if a branch is
 missed that is not in EXPLAINED.
