@@ -155,10 +155,14 @@ def _against(records: tuple[Recording, ...], turned: tuple[Recording, ...]) -> M
 
 
 def _card(fit: Fit, records: tuple[Recording, ...]) -> ModelCard:
-    """Card with the log's own input instead of u + k y."""
+    """Card with the log's own input instead of u + k y, and what the inverse misses of it."""
     first = records[0]
     low, high = range_over([record.input for record in records])
-    return replace(fit.model.card, input=SignalCard(first.input_name, first.input_unit, low, high))
+    inverse = {"rmse_percent": fit.certificate.inverse_miss_percent}
+    provenance = {**fit.model.card.provenance, "inverse": inverse}
+    return replace(
+        fit.model.card, provenance=provenance, input=SignalCard(first.input_name, first.input_unit, low, high)
+    )
 
 
 def _named(fit: Fit, k: float, record: Recording, chosen: bool) -> Fit:

@@ -34,6 +34,8 @@ LEVEL, WORTH = 0.01, 0.1
 MOST_PAIRS, FEWEST_PAIRS = 16, 4
 OPERATORS, EPS = 100, 0.001
 CUMULATIVE = ("pi", "pi-cumulative")
+# What of a card's provenance tells how good the model is, on cycles that were held out.
+JUDGED = ("test", "inverse", "verdict")
 
 
 def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
@@ -48,8 +50,7 @@ def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
         return Acceptance(False, "no log is comparable, so nothing was identified; the old model stays")
     try:
         fit = _identified(subject.model, logs, FITTED)
-        renewed = Subject.of(fit.model)
-        pairs = _pairs(renewed, logs) if renewed.backward == subject.backward else []
+        pairs = _pairs(Subject.of(fit.model), logs)
     except DehystError as fault:
         return Acceptance(False, f"no new model could be identified; the old one stays ({fault})")
     if len(pairs) < FEWEST_PAIRS:
@@ -86,7 +87,9 @@ def _identified(model: Model, logs: Sequence[Log], share: float) -> Fit | Direct
     n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
     if settings.get("eps_by") or (known == "pi" and settings.get("family", known) != "pi"):
         eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
-    return identify(records, known, n=n, eps=eps, train_fraction=share, shear=shear)
+    limit = settings.get("max_inverse_gain")
+    bound = {"eps": eps} if limit is None else {"max_inverse_gain": limit}  # which sets eps
+    return identify(records, known, n=n, train_fraction=share, shear=shear, **bound)
 
 
 def _scheduled(model: DirectInverse) -> list[str]:
@@ -126,7 +129,7 @@ def _decide(new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
 def _signed(new: Model, judged: Model, old: Model, reason: str) -> Model:
     """The new model, with what its family was judged by, what it replaces and why in its provenance."""
     provenance = dict(new.card.provenance)
-    provenance |= {key: judged.card.provenance[key] for key in ("test", "verdict")}
+    provenance |= {key: judged.card.provenance[key] for key in JUDGED if key in provenance}
     provenance["replaces"] = {"sha256": model_to_dict(old)["sha256"], "reason": reason}
     card: ModelCard = replace(new.card, provenance=provenance)
     return new.with_card(card)

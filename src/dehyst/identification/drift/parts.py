@@ -56,14 +56,17 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Subject:
-    """A model in the direction in which it runs.
+    """A model in the direction in which it is used.
+
+    A sheared model runs as its compensator, whatever k: forward it may not exist, and the errors of the output on its
+    card are those of a loop that sees the output in its input.
 
     Attributes
     ----------
     model
         As it was saved.
     runs
-        What is run: the model, or the compensator where only that exists.
+        What is run: the model, or the compensator of a sheared one.
     backward
         Whether it is driven by the log's output and predicts its input.
     """
@@ -78,7 +81,7 @@ class Subject:
         if isinstance(model, DirectInverse):
             return cls(model, model, True)
         if isinstance(model, ShearedPrandtlIshlinskii):
-            return cls(model, model.as_play(), False) if model.has_forward else cls(model, model.inverse(), True)
+            return cls(model, model.inverse(), True)
         return cls(model, model, False)
 
     @property
