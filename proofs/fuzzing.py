@@ -46,6 +46,15 @@ def built(folder: Path, name: str, block: Block) -> Path:
     return program
 
 
+def plain_block(operators: int) -> bytes:
+    """Return an input from which the fuzzer of parameters builds a block that is let in."""
+    zero, one = 124, 188  # bytes of these reals
+    thresholds, slopes = [zero, *[one] * operators], [one] * (operators + 1)
+    centre_and_offset, ranges, line = [zero] * 3, [60, one, one] * 3, [zero] * 3
+    head, fade, all_reals, steps = [7, operators - 1, 0, 0], 128, 1, [1, one, 1, zero]
+    return bytes([*head, *thresholds, *slopes, *centre_and_offset, *ranges, *line, fade, all_reals, *steps])
+
+
 def fuzzed(name: str, runs: int, seed: int) -> int:
     """Build and run a fuzzer; return how many runs it made.
 
@@ -57,8 +66,12 @@ def fuzzed(name: str, runs: int, seed: int) -> int:
     block, _, longest = FUZZERS[name]
     with tempfile.TemporaryDirectory() as folder:
         program = built(Path(folder), name, block)
+        begin = Path(folder, "begin")
+        begin.mkdir()
+        for operators in range(1, 7) if name == "load" else ():
+            (begin / str(operators)).write_bytes(plain_block(operators))
         options = [f"-runs={runs}", f"-max_len={longest}", "-detect_leaks=0", f"-seed={seed}", "-print_final_stats=0"]
-        done = subprocess.run([program, *options], cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run([program, *options, begin], cwd=folder, capture_output=True, text=True, check=False)
     made = DONE.search(done.stderr)
     if done.returncode or not made:
         raise Failed(f"fuzzer {name} found something:\n{done.stderr[-1500:]}")
