@@ -138,7 +138,7 @@ def test_several_logs_and_several_runs_are_fitted_together(run, folder, tmp_path
     assert [log["run"] for log in logs] == ["a", "c"]
     assert run("identify", folder / "log.csv", folder / "log.csv", *tail, "--overwrite")[0] == 0
     assert len(dehyst.load_model(target).card.provenance["logs"]) == 2
-    status, _, err = run("identify", tmp_path / "runs.csv", *tail)
+    status, _, err = run("identify", tmp_path / "runs.csv", *tail, "--overwrite")
     assert status == 2 and err.startswith("RunError") and "--run" in err
 
 

@@ -371,8 +371,7 @@ MEMORY = """
 
 
 def run(code, *arguments):
-    begin = f"import sys; sys.path[:0] = {[path for path in sys.path if path]!r}\n"
-    command = [sys.executable, "-S", "-c", begin + textwrap.dedent(code), *arguments]
+    command = [sys.executable, "-c", textwrap.dedent(code), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -14,8 +14,10 @@ import pytest
 import dehyst
 from command_samples import COMMANDS, PAIR, QUICK, X, make_folder, stand_in
 from dehyst.errors import OutputError
-from dehyst.export import exchange
+from dehyst.export import exchange, export, subject_of
+from dehyst.export.folder import contents
 from dehyst.files import write_atomically
+from dehyst.models import ModelCard, SignalCard
 
 posix = pytest.mark.skipif(os.name != "posix", reason="devices, modes and signals of POSIX")
 
@@ -83,6 +85,7 @@ def faults(monkeypatch):
 
 
 KINDS = (KeyboardInterrupt, Killed, OSError)
+CARD = ModelCard(SignalCard("p", "bar", -1.0, 1.0), SignalCard("angle", "deg", -2.0, 2.0))
 
 
 # One file.
@@ -167,6 +170,42 @@ def test_another_model_is_not_replaced_by_save_unless_it_is_said(run, made, tmp_
         assert model.read_bytes() == before
         assert run(*words, *other, "--save", model, "--overwrite")[0] == 0
         assert model.read_bytes() != before
+
+
+OTHERS = (
+    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "worn.csv", *PAIR, *QUICK)),
+    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, "--family", "stop")),
+    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, *QUICK, "--eps", "0.02")),
+    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, *QUICK[:-1], "20")),
+    ("compare", ("compare", "log.csv", *PAIR, "--families", "pi"), ("compare", "worn.csv", *PAIR, "--families", "pi")),
+    ("muscle", FIT, [word.replace("bench", "other") for word in FIT]),
+)
+
+
+@pytest.mark.parametrize(("name", "words", "other"), OTHERS)
+def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
+    run, made, tmp_path, monkeypatch, name, words, other
+):
+    monkeypatch.chdir(made)
+    (made / "other.csv").write_text((made / "bench.csv").read_text().replace("0.01", "0.011"))
+    model = tmp_path / "m.json"
+    words = (*words, "--eps", "0.01") if "0.02" in other else words
+    assert run(*words, "--save", model)[0] == 0
+    before = model.read_bytes()
+    reads = {"identify": "_read", "compare": "_read", "muscle": "read_bench_log"}
+    monkeypatch.setattr(getattr(dehyst.app, name), reads[name], lambda *_: pytest.fail("it was read"))
+    status, _, err = run(*other, "--save", model)
+    assert status == 2 and "holds another model" in err and "--overwrite" in err
+    assert model.read_bytes() == before
+
+
+def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(run, made, tmp_path, monkeypatch):
+    monkeypatch.chdir(made)
+    monkeypatch.setattr(dehyst.app.identify, "_read", lambda *_: pytest.fail("it was read"))
+    (tmp_path / "file").write_text("mine")
+    for option, place in (("--save", ""), ("--save", "no/m.json"), ("--report", "file/r.html"), ("--figures", "file")):
+        status, _, err = run("identify", "log.csv", *PAIR, option, tmp_path / place)
+        assert status == 2 and "cannot write" in err
 
 
 # What is no plain file, modes and owners.
@@ -302,6 +341,28 @@ def test_a_kill_at_any_moment_leaves_one_whole_export(tmp_path):
         assert {*found} in ({*OLD}, {*NEW}) and len(set(found.values())) == 1
         assert {name: content(folder)[name] for name in MINE} == MINE
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_exports_at_once_into_one_folder_are_written_one_after_another(tmp_path):
+    model = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0], card=CARD)
+    subject, folder = subject_of(model, name="unit_1"), tmp_path / "out"
+    whole = {target: {*contents(subject, target)} for target in ("st", "c-header")}
+    children = []
+    for target in 2 * list(whole):
+        child = os.fork()
+        if child == 0:
+            try:
+                for _ in range(15):
+                    export(subject, target, folder)
+            except BaseException as fault:
+                print(fault, file=sys.stderr, flush=True)
+                os._exit(1)
+            os._exit(0)
+        children.append(child)
+    assert [os.waitpid(child, 0)[1] for child in children] == [0, 0, 0, 0]
+    assert {*content(folder)} in whole.values()
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_forged_repair_reaches_nothing_outside(tmp_path):

@@ -11,6 +11,7 @@ import pytest
 
 import dehyst.app.sweep as command
 import sweep_evaluators
+from dehyst.app.status import Status
 from dehyst.app.sweep import SweepRequest, run_sweep_command
 from dehyst.errors import OutputError
 from dehyst.experiments.sweep import run_sweep
@@ -110,13 +111,16 @@ def test_a_picture_of_ones_own_is_not_lost_but_an_earlier_one_of_the_sweep_is_re
 
 def test_failed_runs_are_counted_with_the_line_that_tries_them_again(request_, capsys, monkeypatch):
     use(monkeypatch, sweep_evaluators.fails_at_scale_2)
-    run_sweep_command(request_)
+    with pytest.raises(SystemExit) as ended:
+        run_sweep_command(request_)
     out, err = capsys.readouterr()
+    assert ended.value.code == Status.NO
     assert "4 of 24 runs failed" in err and "ZeroDivisionError: no such plant" in err
     assert 'dehyst sweep "my sweep.toml" --workers 0 --retry' in err
     assert "2 (2 failed)" in out
     use(monkeypatch, sweep_evaluators.fails_at_scale_2)
-    run_sweep_command(SweepRequest(request_.sweep, workers=0, retry=True))
+    with pytest.raises(SystemExit):
+        run_sweep_command(SweepRequest(request_.sweep, workers=0, retry=True))
     assert "20 of 24 runs, 20 of them from the journal" in capsys.readouterr().err
 
 

@@ -382,7 +382,7 @@ def sweep(
     retry: Annotated[bool, typer.Option("--retry", help="Run again what failed in an earlier start.")] = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Run the simulated experiment over many parameters; goes on where it was stopped."""
+    """Run the simulated experiment over many parameters; goes on where it was stopped. Status 1 if runs failed."""
     from dehyst.app.sweep import SweepRequest, run_sweep_command
 
     run_sweep_command(SweepRequest(file, out, figure, workers, dask, restart, retry, overwrite))

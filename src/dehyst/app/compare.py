@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dehyst.app.columns import named_columns
 from dehyst.app.identify import _finite
-from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_unwritable, save_model
+from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import IdentificationError, OutputError, ParameterError
 from dehyst.families import Comparison, Entry, all_names, compare
@@ -118,6 +118,7 @@ def _refuse_clashes(request: CompareRequest) -> None:
         raise OutputError(f"two of --save, --report and --figure name the same file, '{named[-1].name}'. Name others.")
     if request.save is not None:
         refuse_existing(request.save, request.overwrite, own=MODEL)
+        refuse_other_model(request.save, request.overwrite, request.logs, {})
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, own=PAGE)
     if request.figure is not None:

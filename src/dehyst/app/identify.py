@@ -12,7 +12,7 @@ from typing import Any
 from dehyst.app.columns import named_columns
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
-from dehyst.app.targets import MODEL, PAGE, refuse_existing, save_model
+from dehyst.app.targets import MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.grades import Grade, grade_of
@@ -90,13 +90,14 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
     settings: dict[str, Any] = {
         "family": request.family,
         "n": _operators(request.n),
-        "eps": _eps(request.eps),
+        "eps": _eps(request),
         "thresholds": _thresholds(request.thresholds),
         "initial_state": request.initial_state,
         "train_fraction": request.train_fraction,
     }
     if request.shear is not None or request.max_inverse_gain is not None:
-        settings |= {"shear": _shear(request.shear), "max_inverse_gain": request.max_inverse_gain}
+        shear = _number("--shear", request.shear, "k of the sheared loop, input + k output")
+        settings |= {"shear": shear, "max_inverse_gain": request.max_inverse_gain}
         _refuse_streaming(request)
     streams = None if "shear" in settings else open_streams(request)
     if streams is not None:
@@ -133,14 +134,26 @@ def _refuse_clashes(request: IdentifyRequest) -> None:
     for path in targets:
         if path.resolve() in logs:
             raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
-        if not path.parent.is_dir():
-            raise OutputError(f"the folder of '{path}' does not exist. Make it first: mkdir -p {quoted(path.parent)}")
+        refuse_unwritable(path)
     if len({path.resolve() for path in targets}) < len(targets):
         raise OutputError(f"--save and --report both name '{targets[0]}'. Name two files.")
     if request.save is not None:
         refuse_existing(request.save, request.overwrite, MODEL)
+        refuse_other_model(request.save, request.overwrite, request.logs, _known(request))
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, PAGE)
+    if request.figures is not None:
+        refuse_unwritable(request.figures, folder=True)
+
+
+def _known(request: IdentifyRequest) -> dict[str, Any]:
+    """Settings that stand in the model file as they were typed."""
+    given = (request.shear, request.max_inverse_gain, request.thresholds)
+    if given != (None, None, None) or request.family == DIRECT:
+        return {}  # which come to others
+    typed = {"n": _operators(request.n), "eps": _eps(request)}
+    kept = {name: value for name, value in typed.items() if value not in (None, "auto")}
+    return {"family": request.family, "initial_state": request.initial_state, **kept}
 
 
 def _operators(text: str) -> int | str:
@@ -154,26 +167,17 @@ def _operators(text: str) -> int | str:
         ) from None
 
 
-def _eps(text: str | None) -> float | str | None:
+def _eps(request: IdentifyRequest) -> float | str | None:
+    return _number("--eps", request.eps, "the smallest slope after a reversal, such as 0.1")
+
+
+def _number(option: str, text: str | None, meaning: str) -> float | str | None:
     if text is None or text == "auto":
         return text
     try:
         return float(text)
     except ValueError:
-        raise ParameterError(
-            f"--eps {text!r} is neither a number nor auto; it is the smallest slope after a reversal, such as 0.1."
-        ) from None
-
-
-def _shear(text: str | None) -> float | str | None:
-    if text is None or text == "auto":
-        return text
-    try:
-        return float(text)
-    except ValueError:
-        raise ParameterError(
-            f"--shear {text!r} is neither a number nor auto; it is k of the sheared loop, input + k output."
-        ) from None
+        raise ParameterError(f"{option} {text!r} is neither a number nor auto; it is {meaning}.") from None
 
 
 def _refuse_streaming(request: IdentifyRequest) -> None:

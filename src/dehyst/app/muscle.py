@@ -16,7 +16,7 @@ from rich.text import Text
 
 from dehyst.app.muscle_log import LogRequest, read_bench_log
 from dehyst.app.muscle_print import list_models, list_text, print_bench, print_fit, title_of
-from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_unwritable, save_model
+from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
 from dehyst.muscles import MuscleModel, muscle, muscle_class, names
@@ -94,6 +94,8 @@ def _refuse_clashes(request: MuscleRequest) -> None:
         refuse_unwritable(path)
     if request.save is not None:
         refuse_existing(request.save, request.overwrite, MUSCLE)
+        if request.log is not None:
+            refuse_other_model(request.save, request.overwrite, [request.log.path], {})
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, PAGE)
     if request.figure is not None:

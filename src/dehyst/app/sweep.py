@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.ending import concluding
 from dehyst.app.status import Status
 from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import tell, terminal
@@ -41,7 +42,7 @@ class SweepRequest:
 
 
 def run_sweep_command(request: SweepRequest) -> None:
-    """Run what is not done yet, write table and picture, print medians."""
+    """Run what is not done yet, write table and picture, print medians; exit status 1 if runs failed."""
     spec = load_sweep(request.sweep)
     out = request.out or Path(f"{request.sweep.stem}.csv")
     figure = require_picture_name(request.figure or out.with_suffix(".svg"))
@@ -62,13 +63,20 @@ def run_sweep_command(request: SweepRequest) -> None:
         tell(f"stopped; finished runs are kept in {out}.journal. To go on: {_line(request)}")
         raise SystemExit(Status.STOPPED) from None
     write_sweep_figure(figure, spec.name, _curves(result))
-    _print(result)
-    tell(f"wrote {result.out} ({len(result.points)} rows) and {figure}")
-    if result.failed:
+    if not result.failed:
+        _tell(result, figure)
+        return
+    with concluding(Status.NO):
+        _tell(result, figure)
         tell(
             f"{result.failed} of {result.runs} runs failed; the reason stands in the column 'error', for the first: "
             f"{next(filter(None, result.columns['error']))}\nTo try them again: {_line(request, '--retry')}"
         )
+
+
+def _tell(result: SweepResult, figure: Path) -> None:
+    _print(result)
+    tell(f"wrote {result.out} ({len(result.points)} rows) and {figure}")
 
 
 def _line(request: SweepRequest, *more: str) -> str:

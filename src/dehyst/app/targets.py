@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from dehyst.errors import OutputError
+from dehyst.shell import quoted
 
 # How the files begin that dehyst itself writes again and again; enough of a file is read to see it.
 MODEL = '"format": "dehyst-model"'
@@ -71,6 +74,50 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     )
 
 
+def refuse_other_model(path: Path, overwrite: bool, logs: Iterable[Path], settings: Mapping[str, Any]) -> None:
+    """Refuse, before any work, to replace a model that the new one is not going to be.
+
+    Parameters
+    ----------
+    path
+        File to be written; `refuse_existing` has refused what is no model.
+    overwrite
+        Whether the user said ``--overwrite``.
+    logs
+        That the new model is going to be of.
+    settings
+        That it is going to have; those that the file does not name say nothing.
+
+    Raises
+    ------
+    OutputError
+        If the model in the file is of other logs or has other settings. What only the result can tell, `save_model`
+        asks.
+    """
+    there = None if overwrite or not path.is_file() or path.stat().st_size == 0 else _said(path)
+    if there is None:
+        return
+    provenance = there["provenance"]
+    had = {**there, **provenance, **provenance.get("settings", {})}
+    old = {log.get("sha256") for log in provenance.get("logs", [provenance])}
+    for name, value in settings.items():
+        if had.get(name, value) != value:
+            raise _other_model(path, f"of {name} {had[name]}, where this one is of {value}")
+    for log in logs:
+        if log.is_file() and None not in old:
+            with log.open("rb") as stream:
+                if hashlib.file_digest(stream, "sha256").hexdigest() not in old:
+                    raise _other_model(path, f"that is not of '{log.name}' as it is now")
+
+
+def _other_model(path: Path, what: str = "") -> OutputError:
+    return OutputError(
+        f"'{path}' exists already and holds another model{what and ', one '}{what}; saving this one there would lose "
+        f"it. Name another file, or add --overwrite.",
+        path=str(path),
+    )
+
+
 def save_model(path: Path, overwrite: bool, save: Callable[[Path], object]) -> None:
     """Save a model; one that is there already is replaced if the user said so, or if only its date differs.
 
@@ -98,21 +145,27 @@ def save_model(path: Path, overwrite: bool, save: Callable[[Path], object]) -> N
     if same:
         save(path)
         return
-    raise OutputError(
-        f"'{path}' exists already and holds another model; saving this one there would lose it. Name another file, or "
-        f"add --overwrite.",
-        path=str(path),
-    )
+    raise _other_model(path)
 
 
 def _undated(path: Path) -> object:
     """What a model file says, but for when it was made and the checksum over that."""
+    said = _said(path)
+    if said is None:
+        return None
+    provenance = {key: value for key, value in said["provenance"].items() if key != "date"}
+    return {**said, "provenance": provenance, "sha256": ""}
+
+
+def _said(path: Path) -> dict[str, Any] | None:
+    """What a model file says; None if it is damaged, and so like no other."""
     try:
         said = json.loads(path.read_text(encoding="utf-8"))
-        provenance = {key: value for key, value in said["provenance"].items() if key != "date"}
-        return {**said, "provenance": provenance, "sha256": ""}
+        provenance = said["provenance"]
+        tables = [said, provenance, provenance.get("settings", {}), *provenance.get("logs", [])]
+        return said if all(isinstance(table, dict) for table in tables) else None
     except (OSError, ValueError, RecursionError, KeyError, TypeError, AttributeError):
-        return None  # damaged: like no other
+        return None
 
 
 def refuse_unwritable(path: Path, folder: bool = False) -> None:
@@ -144,7 +197,10 @@ def refuse_unwritable(path: Path, folder: bool = False) -> None:
     while folder and not place.exists() and place != place.parent:
         place = place.parent
     if not place.exists():
-        raise OutputError(f"cannot write '{path}': there is no folder '{place}'. Make it first.", path=str(path))
+        raise OutputError(
+            f"cannot write '{path}': there is no folder '{place}'. Make it first: mkdir -p {quoted(place)}",
+            path=str(path),
+        )
     if not place.is_dir():
         raise OutputError(f"cannot write to '{path}': '{place}' is a file. Name another folder.", path=str(path))
     if not os.access(place, os.W_OK):

@@ -18,7 +18,7 @@ from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, terminal
 from dehyst.errors import OutputError
 from dehyst.export import Check, compilers
-from dehyst.export.exchange import repair
+from dehyst.export.exchange import alone, repair
 from dehyst.export.folder import MANIFEST, VERIFIED, exported_files
 from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
@@ -30,7 +30,8 @@ STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 def run_verify(folder: Path, as_json: bool) -> None:
     """Check, print, write `VERIFIED` if all passed and its code ran; exit status 1 otherwise."""
-    repair(folder)
+    with alone(folder):
+        repair(folder)
     withdraw(folder)
     with ask_progress("compiling and running", as_json):
         found = verify_folder(folder)

@@ -106,8 +106,7 @@ def design_excitation(
     limits = limits_of(low, high, rate, acceleration)
     taus = _time_constants(time_constants)
     check_period(period)
-    scale = 0.5 * (high - low)
-    share = Limits(limits.rate / scale, limits.acceleration / scale)
+    share = limits.shares(0.5 * (high - low))
     home = home_section(share)
     found = list(candidates(home, share, time_limit, max(taus)))
     if not found:
@@ -149,7 +148,7 @@ def planned(
         )
     middle, scale = 0.5 * (low + high), 0.5 * (high - low)
     scaled = tuple(replace(each, tips=tuple(middle + scale * tip for tip in each.tips)) for each in sections)
-    loop = _one_loop(Limits(limits.rate / scale, limits.acceleration / scale), duration)
+    loop = _one_loop(limits.shares(scale), duration)
     return ExcitationPlan(low, high, unit, period, limits, scaled, figure, separable_by((loop,), taus))
 
 

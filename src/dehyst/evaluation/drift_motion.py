@@ -68,8 +68,7 @@ def design_drift_motion(
     """
     limits = limits_of(low, high, rate, acceleration)
     check_period(period)
-    scale = 0.5 * (high - low)
-    share = Limits(limits.rate / scale, limits.acceleration / scale)
+    share = limits.shares(0.5 * (high - low))
     tried = [_sections(share, *pace) for pace in PACES]
     sections = next((each for each in tried if _duration(each) <= time_limit), None)
     if sections is None:

@@ -76,6 +76,16 @@ class Limits:
         """
         return Limits(self.rate / factor, self.acceleration / factor**2)
 
+    def shares(self, size: float) -> Limits:
+        """Return the limits where positions are counted in multiples of `size`.
+
+        Examples
+        --------
+        >>> Limits(10.0, 100.0).shares(5.0)
+        Limits(rate=2.0, acceleration=20.0)
+        """
+        return Limits(self.rate / size, self.acceleration / size)
+
 
 def sampled(points: Array, stroke_s: Array, hold_s: Array, period: float) -> tuple[Array, Array, npt.NDArray[np.int64]]:
     """Sample strokes with holds.

@@ -12,8 +12,8 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Collection, Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dehyst.errors import OutputError
@@ -25,8 +25,23 @@ NEW = "new"
 HERE, EXCHANGE = -100, 2  # AT_FDCWD, RENAME_EXCHANGE of Linux
 
 
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Wait until nobody else writes an export into the folder that this one lies in, and keep others waiting.
+
+    The folder above is locked, which leaves no file behind and ends with the process. Where the system or the file
+    system has no locks, nobody waits.
+    """
+    above = _locked(folder)
+    try:
+        yield
+    finally:
+        if above is not None:
+            os.close(above)
+
+
 def put(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> None:
-    """Write files into a folder in place of old ones; other files there stay.
+    """Write files into a folder in place of old ones, `alone`; other files there stay.
 
     Parameters
     ----------
@@ -63,7 +78,7 @@ def put(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> Non
 
 
 def repair(folder: Path) -> None:
-    """Finish what an interrupted call left in a folder or beside it; nothing to do is the rule.
+    """Finish what an interrupted call left in a folder or beside it, `alone`; nothing to do is the rule.
 
     Raises
     ------
@@ -98,6 +113,25 @@ def is_inside(name: str) -> bool:
     return not any(part in ("", ".", "..") for part in parts) and not any(sign in name for sign in "\\:\0")
 
 
+def _locked(folder: Path) -> int | None:
+    """Lock the folder above; its number as an open file, None where there are no locks."""
+    try:
+        import fcntl
+
+        above = os.open(Path(os.path.realpath(folder)).parent, os.O_RDONLY)
+    except (ImportError, OSError):
+        return None
+    try:
+        fcntl.flock(above, fcntl.LOCK_EX)
+        return above
+    except OSError:
+        os.close(above)
+        return None
+    except KeyboardInterrupt:
+        os.close(above)
+        raise
+
+
 def _prefix(folder: Path) -> str:
     return f".dehyst-{folder.absolute().name}-"
 
@@ -106,12 +140,16 @@ def _beside(folder: Path) -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=_prefix(folder), dir=folder.absolute().parent)
 
 
+def _make_way(path: Path) -> Path:
+    """Make the folders above a file that is going to be written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
 def _fill(place: Path, content: Mapping[str, bytes]) -> None:
     """Write all files, and wait until they are on the disk."""
     for name, data in content.items():
-        path = place / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("xb") as stream:
+        with _make_way(place / name).open("xb") as stream:
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
@@ -176,8 +214,7 @@ def _rescue(old: Path, new: Path, known: Collection[str]) -> None:
             continue
         goal = new / name
         if not (goal.exists() and goal.samefile(path)) and not path.is_symlink():
-            goal.parent.mkdir(parents=True, exist_ok=True)
-            path.replace(goal)
+            path.replace(_make_way(goal))
 
 
 def _replaced_inside(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> None:
@@ -186,7 +223,7 @@ def _replaced_inside(folder: Path, content: Mapping[str, bytes], old: Collection
         _fill(folder / COMING / NEW, content)
         _fill(folder / COMING, {GONE: json.dumps(sorted({*old} - {*content})).encode()})
         for name in content:  # what could fail is done while nothing is changed
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            _make_way(folder / name)
         (folder / COMING).replace(folder / WHOLE)
         _finish(folder)
     finally:
@@ -206,8 +243,7 @@ def _finish(folder: Path) -> None:
         if not is_inside(name) or not (folder / name).parent.resolve().is_relative_to(top):
             raise ValueError(f"'{name:.80}' would lie outside of it")
     for name in new:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (whole / NEW / name).replace(folder / name)
+        (whole / NEW / name).replace(_make_way(folder / name))
     for name in gone:
         with suppress(FileNotFoundError, NotADirectoryError):
             (folder / name).unlink()

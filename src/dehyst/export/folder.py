@@ -15,7 +15,7 @@ from dehyst import __version__
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.budget import Budget, budget
 from dehyst.export.checks import Check
-from dehyst.export.exchange import is_inside, put, repair
+from dehyst.export.exchange import alone, is_inside, put, repair
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
@@ -89,7 +89,9 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     refuse_unfit(subject, target)
     refuse_folder(place, overwrite)
     content = contents(subject, target)
-    put(place, content, {*(exported_files(place) or {}), MANIFEST, VERIFIED})
+    with alone(place):
+        _refuse_folder(place, overwrite)  # again: others may have written it meanwhile
+        put(place, content, {*(exported_files(place) or {}), MANIFEST, VERIFIED})
     return Written(place, tuple(sorted(content)), sum(map(len, content.values())), budget(subject))
 
 
@@ -178,6 +180,11 @@ def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) ->
     OutputError
         If something would be lost, or the folder above does not exist.
     """
+    with alone(folder):
+        _refuse_folder(folder, overwrite, inputs)
+
+
+def _refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) -> None:
     try:
         place = folder.absolute().resolve()
         here = Path.cwd()
