@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 import dehyst
-from dehyst.identification.drift import comparable, design, limits, opening, scoring, testing, words
+from dehyst.identification.drift import acceptance, comparable, design, limits, opening, scoring, testing, words
 from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.parts import Prediction, Subject, memoryless
@@ -760,3 +760,12 @@ def test_parts_that_the_model_lacks_are_kept_where_loops_tell_them_apart(measure
     data, cycles = measured
     parts = ("offset", "gain", "bend")
     assert design.distinct_parts(data, groups_of(cycles, 3), parts) == parts
+
+
+def test_a_gain_that_too_few_cycles_confirm_is_told_with_what_to_log():
+    pairs = np.array([[1.0, 0.5], [9.0, 3.0], [0.4, 0.4], [0.5, 0.6]])
+    decision = acceptance._decide(None, pairs, Scale((0.0, 1.0), (0.0, 1.0), None))
+    assert not decision.accepted and decision.p_value > acceptance.LEVEL
+    assert "dehyst design --for drift" in decision.reason
+    worse = acceptance._decide(None, pairs[:, ::-1], Scale((0.0, 1.0), (0.0, 1.0), None))
+    assert not worse.accepted and "design" not in worse.reason

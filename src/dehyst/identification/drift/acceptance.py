@@ -122,6 +122,8 @@ def _decide(new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
         f"{old:.3g} % (p = {p_value:.2g})"
     )
     rule = f"accepted are gains of more than {100 * WORTH:g} % with p < {LEVEL:g}"
+    if new < (1.0 - WORTH) * old:
+        rule += ". So few cycles, or so different ones, do not confirm it: log more (dehyst design --for drift)"
     reason = f"{numbers}: the new model is accepted" if better else f"{numbers}: the old model stays; {rule}"
     return Acceptance(better, reason, new_model, old, new, p_value, len(pairs))
 
