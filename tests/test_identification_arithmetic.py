@@ -349,18 +349,17 @@ def test_where_memory_is_known_beyond_the_first_thousand_samples():
     assert memory.known_from(np.array([3.92, 0.08]), 0.0, 4.0) == 1
 
 
-def test_a_piece_may_count_from_its_own_extremes_where_they_are_nearly_the_datas():
-    seen = []
+def test_a_piece_counts_from_its_own_extremes_with_a_level_of_its_own_where_those_of_the_data_come_late():
+    def found(size, low, high, whole, own):
+        seen = {(-1.0, 1.0): whole, (low, high): own}
+        return memory.known_of(size, low, high, lambda a, b: seen[a, b])
 
-    def visited(low, high):
-        seen.append((low, high))
-        return 7
-
-    assert memory.usable_index(20, 10, -0.95, 0.95, visited) == 10  # early enough
-    assert memory.usable_index(20, 11, -0.85, 0.94, visited) == 11  # 1.79 of 2: too small
-    assert not seen
-    assert memory.usable_index(20, 11, -0.9, 0.9, visited) == 7 and seen == [(-0.9, 0.9)]
-    assert memory.usable_index(20, 11, -0.95, 0.95, lambda a, b: 15) == 11
+    assert found(20, -0.95, 0.95, 10, 7) == (10, None)  # early enough
+    assert found(20, -0.85, 0.94, 14, 7) == (7, (-0.85, 0.94))
+    assert found(20, -0.85, 0.94, 14, 8) == (14, None)  # 6 samples won, 6 without a level
+    assert found(20, -0.85, 0.94, 15, 8) == (8, (-0.85, 0.94))
+    assert found(20, -0.5, -0.31, 20, 7) == (20, None)  # no tenth of the range
+    assert found(20, -0.5, -0.29, 20, 7) == (7, (-0.5, -0.29))
     back = np.tile([0.0, 0.94, 0.0, -0.93], 10)
     assert (memory.known_after_break(back), memory.known_after_break(0.5 * back)) == (3, 40)
     assert memory.known_after_break(np.tile([0.0, 0.94, 0.0], 10)) == 30
@@ -574,7 +573,8 @@ def recording(**more):
 def test_data_are_scaled_split_and_cut():
     record = recording(breaks=(30,))
     data = prepared.prepare([record], split.split_recordings([record], 0.5))
-    assert [p.known for p in data.pieces] == [memory.known_from(p.x, -1.0, 1.0) for p in data.pieces] == [23, 43]
+    assert [(p.known, p.within) for p in data.pieces] == [memory.known_within(p.x) for p in data.pieces]
+    assert [p.known for p in data.pieces] == [23, 41]
     half = 36
     low, high = record.output[:half].min(), record.output[:half].max()
     assert (data.center, data.half_range, data.trend) == (5.0, 2.0, -1)

@@ -72,6 +72,13 @@ def memoryless():
     return dehyst.Recording(input=x, output=x + 0.1 * x**3 + noise(x.size, 0.05))
 
 
+def small_loops():
+    rec = clean()
+    x = np.concatenate([rec.input, loops((1.2, 1.0, 0.8, 1.1, 1.2), SAMPLES)])
+    y = PI.simulate(x) + noise(x.size, 0.01)
+    return dehyst.Recording(input=x, output=y, breaks=(len(rec),))
+
+
 def backlash():
     x = loops((*SIZES, *SIZES), SAMPLES)
     lost = dehyst.PrandtlIshlinskii([0.0, 0.3], [0.0, 1.0])
@@ -98,12 +105,12 @@ def in_units(gain):
 
 
 def broken_off():
-    """The second half comes after a gap, and keeps to a part of the range in which its memory stays unknown."""
+    """The second half comes after a gap, and hardly moves: its memory stays unknown, and it holds no loop."""
     rec = clean()
     half = len(rec) // 2
     return dehyst.Recording(
-        input=np.concatenate([rec.input[:half], 0.4 * rec.input[half:]]),
-        output=np.concatenate([rec.output[:half], 0.4 * rec.output[half:]]),
+        input=np.concatenate([rec.input[:half], 0.04 * rec.input[half:]]),
+        output=np.concatenate([rec.output[:half], 0.04 * rec.output[half:]]),
         time=rec.time,
         breaks=(half,),
     )
@@ -124,6 +131,7 @@ FIRING = {
     "few-loops": (lambda: clean(), {"train_fraction": 0.08}, "--train-fraction"),
     "one-loop-size": (lambda: equal_loops(), {}, "dehyst design --range -2 2"),
     "unknown-memory": (interrupted, {}, "without gaps"),
+    "unknown-level": (lambda: small_loops(), {}, "begin each piece with a full loop"),
     "undetermined-operators": (lambda: clean(), {"thresholds": [0.0, 0.5, 1.0, 2.5, 3.0]}, "fewer thresholds"),
     "extrapolation": (growing, {}, "--train-fraction"),
     "small-test": (lambda: clean(), {"train_fraction": 0.998}, "--train-fraction"),

@@ -333,7 +333,13 @@ def test_pieces_of_a_stream_say_what_those_in_memory_say(monkeypatch):
     for name in ("center", "half_range", "level", "amplitude", "trend", "output_range"):
         assert getattr(streamed, name) == getattr(whole, name)
     for a, b in zip(streamed.pieces, whole.pieces, strict=True):
-        assert (a.start, a.split, a.known, a.after_break) == (b.start, b.split, b.known, b.after_break)
+        assert (a.start, a.split, a.known, a.within, a.after_break) == (
+            b.start,
+            b.split,
+            b.known,
+            b.within,
+            b.after_break,
+        )
         assert a.x.size == b.x.size
         assert a.x[100:40_000].tobytes() == b.x[100:40_000].tobytes()
         assert a.y[0] == b.y[0]

@@ -253,8 +253,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "unknown-memory": (
             "Samples after a gap (or from the start, with `--initial-state unknown`) do not count, because the output "
             "depends on what was not logged. They count again once the input has visited both of its extremes, to "
-            "within {VISITED:%} of its range.",
+            "within {VISITED:%} of its range, or both of the piece, if these are {LOOPS:%} of the range apart.",
             "Log without gaps, or begin each piece with a full loop.",
+        ),
+        "unknown-level": (
+            "Pieces after a gap whose input does not go over the whole range again in time. Memory of wider loops "
+            "stands still there and adds a constant that nobody knows, one for each piece. It is left out of the fit, "
+            "and taken from the mean error of the piece (of its fitted samples, if it has any) where errors are "
+            "measured, as far as the model's memory can explain it.",
+            "Nothing to do for the shape of the loops. To see shifts of the zero, log without gaps, or begin each "
+            "piece with a full loop.",
         ),
         "clockwise": (
             "The output leads the input, as force against displacement does. A model with non-negative weights lags "

@@ -126,8 +126,9 @@ def about_data(
     if masked:
         yield Finding(
             "unknown-memory",
-            f"{masked} samples after gaps do not count: until both extremes were visited again, the output depends on "
-            f"what happened within the gap. Log without gaps, or begin each piece with a full loop.",
+            f"{masked} samples after gaps do not count: until both extremes were visited again, of the range or of the "
+            f"piece, the output depends on what happened within the gap. Log without gaps, or begin each piece with a "
+            f"full loop.",
         )
 
 
@@ -141,6 +142,7 @@ def about_fit(
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
     first = records[0]
+    yield from _levels(data, certificate.initial_state)
     if certificate.undetermined:
         unit = f" {first.input_unit}" if first.input_unit else ""
         yield Finding(
@@ -218,6 +220,24 @@ def about_fit(
         )
     if measured.test is None and asked_test:
         yield no_held_out()
+
+
+def _levels(data: DataSet, start: str) -> Iterator[Finding]:
+    """Pieces that count with a level of their own."""
+    pieces = [piece for piece in data.pieces if piece.unknown_level(start)]
+    fitted, held_out = (
+        sum(max(span.stop - span.start, 0) for span in spans)
+        for spans in ((piece.fitted(start) for piece in pieces), (piece.held_out(start) for piece in pieces))
+    )
+    if fitted + held_out:
+        count = "a piece after a gap goes" if len(pieces) == 1 else f"{len(pieces)} pieces after gaps go"
+        yield Finding(
+            "unknown-level",
+            f"{count} over the whole range of the input late or never: what the actuator remembers of wider loops is "
+            f"unknown there and shifts the output by a constant. {fitted} fitted and {held_out} held-out samples count "
+            f"with one for each piece, no larger than the memory of the model can explain; a shifted zero may hide in "
+            f"it. Log without gaps, or begin each piece with a full loop.",
+        )
 
 
 def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:

@@ -13,6 +13,7 @@ from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import STATIC, Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
+from dehyst.identification.levels import settled
 from dehyst.identification.measures import Measure
 from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
@@ -57,7 +58,7 @@ def certify(
     model = (
         curve_of(estimate, data) if choice.family == STATIC else build_model(estimate, data, bank, knots, ModelCard())
     )
-    measured = measure(data, bank, model, static, counts[1])
+    measured = measure(data, settled(data, bank, model), model, static, counts[1])
     train, test = measured.train, measured.test
     certificate = Certificate(
         kkt_residual=estimate.kkt_residual,

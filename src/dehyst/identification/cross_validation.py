@@ -328,7 +328,7 @@ def _inverse_error(view: _Sheared, bank: Bank, model: HysteresisModel, estimate:
     """RMS of x - (H^-1[y] - k y) on one block, in units of the input."""
     asked = np.concatenate(list(_asked(view, bank, model, estimate)))[block]
     miss = view.applied[block] - (asked - view.shear * view.reached[block])
-    weight = view.short.weight
+    miss, weight = view.short.levelled(miss, block), view.short.weight
     return float(np.sqrt(np.average(miss**2, weights=None if weight is None else weight[block])))
 
 

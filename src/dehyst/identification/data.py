@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.identification.memory import known_after_break, known_from
+from dehyst.identification.memory import known_within
 from dehyst.identification.split import Split
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
@@ -70,6 +70,8 @@ class Piece:
         Whether nothing is known about the input before this piece.
     weight
         How much each sample counts, (T,), or None where all count alike.
+    within
+        Extremes of the input where the level is unknown even then (`dehyst.identification.memory.Known`), or None.
     """
 
     x: Signal
@@ -80,10 +82,19 @@ class Piece:
     known: int
     after_break: bool
     weight: Array | None = None
+    within: tuple[float, float] | None = None
+
+    def begins_unknown(self, initial_state: str) -> bool:
+        """Whether the memory before the first sample is unknown under the assumed initial state."""
+        return self.after_break or initial_state == "unknown"
 
     def usable_from(self, initial_state: str) -> int:
-        """First sample whose memory is known under the assumed initial state."""
-        return self.known if self.after_break or initial_state == "unknown" else 0
+        """First sample whose memory is known under the assumed initial state, its level apart."""
+        return self.known if self.begins_unknown(initial_state) else 0
+
+    def unknown_level(self, initial_state: str) -> tuple[float, float] | None:
+        """Extremes of the input where plays wider than these add an unknown constant to the output, else None."""
+        return self.within if self.begins_unknown(initial_state) else None
 
     def fitted(self, initial_state: str) -> slice:
         """Samples that are fitted."""
@@ -169,8 +180,8 @@ def prepare(recordings: Sequence[Recording], split: Split, weights: Sequence[Arr
             y = _scaled(recording.output[span], level, trend * amplitude)
             inside = min(max(end - span.start, 0), x.size)
             weight = None if weights is None else np.ascontiguousarray(weights[index][span])
-            known = known_after_break(x) if order else known_from(x, -1.0, 1.0)
-            pieces.append(Piece(x, y, index, span.start, inside, known, order > 0, weight))
+            known, within = known_within(x)
+            pieces.append(Piece(x, y, index, span.start, inside, known, order > 0, weight, within))
     whole = robust_range([_counted(rec.output, weights, index) for index, rec in enumerate(recordings)])
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, whole)
 

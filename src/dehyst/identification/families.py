@@ -132,7 +132,7 @@ def fit_family(
         raise _unsolved(sums.operators)
     from dehyst.identification.orthogonal import solve_family  # scipy.optimize takes a third of a second to import
 
-    u, kkt = solve_family(family, triangle(), sums.operators, eps, knots, regularisation, fold_ridge)
+    u, kkt = solve_family(family, triangle(), sums.operators, eps, knots, regularisation, fold_ridge, sums.counted)
     return estimate_of(family, sums.operators, u, kkt, ORTHOGONAL, condition, None)
 
 

@@ -70,7 +70,7 @@ class Folds:
 
     def _without(self, choice: Setting, eps: float, left_out: int) -> Estimate:
         others = [block for k, block in enumerate(self._sums) if k != left_out]
-        sums = NormalEquations(self._bank.thresholds, np.sum(others, axis=0))
+        sums = self._summed(np.sum(others, axis=0), left_out)
         estimate = fit_family(
             choice.family, sums, eps, self.knots, choice.regularisation,
             fold_ridge=FOLD_RIDGE**2 * self._samples,
@@ -84,16 +84,25 @@ class Folds:
         """Fit to all rows, and its RMSE on these, scaled."""
         whole = self._sums[0] if len(self._sums) == 1 else np.sum(self._sums, axis=0)
         estimate = fit_family(
-            choice.family, NormalEquations(self._bank.thresholds, whole), eps, self.knots, choice.regularisation,
+            choice.family, self._summed(whole, None), eps, self.knots, choice.regularisation,
             warm=self._warm.get((choice.family, -1)), triangle=lambda: self._triangle(None),
         )  # fmt: skip
         self._warm[choice.family, -1] = estimate.passive
-        return estimate, self._rms(estimate, slice(0, self._y.size))
+        return estimate, self._rms(estimate, slice(0, self._y.size), alone=False)
 
-    def _rms(self, estimate: Estimate, block: slice) -> float:
+    def _summed(self, matrix: Array, left_out: int | None) -> NormalEquations:
+        """Sums with the count of the samples, where levels were taken out of them."""
+        if not any(piece.own_level for piece in self._short.pieces):
+            return NormalEquations(self._bank.thresholds, matrix)
+        counts = np.ones(self._y.size) if self._weight is None else self._weight.copy()
+        if left_out is not None:
+            counts[self._blocks[left_out]] = 0.0
+        return NormalEquations(self._bank.thresholds, matrix, float(np.sum(counts)))
+
+    def _rms(self, estimate: Estimate, block: slice, alone: bool = True) -> float:
         bank = self._bank
         inner = self._short.outputs(bank.thresholds, bank.states, estimate.weights, estimate.offset)[block]
-        residual = mapped(estimate, inner, self.knots) - self._y[block]
+        residual = self._short.levelled(mapped(estimate, inner, self.knots) - self._y[block], block, alone)
         return float(np.sqrt(np.average(residual**2, weights=None if self._weight is None else self._weight[block])))
 
     def _triangle(self, left_out: int | None) -> Array:
@@ -101,6 +110,8 @@ class Folds:
 
         plays = self._short.plays(self._bank.thresholds, self._bank.states)
         rows = np.column_stack([np.ones(self._y.size), plays, self._targets.T])
+        for block in self._blocks:
+            rows[block] = self._short.levelled(rows[block], block, alone=False)
         if self._weight is not None:
             rows *= np.sqrt(self._weight)[:, None]
         return triangle(rows if left_out is None else np.delete(rows, self._blocks[left_out], axis=0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,9 @@ INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
 # Both extremes count as visited when the signal came within this share of its range: closer than that, the
 # plays that could still remember carry next to nothing.
 VISITED = 0.02
-# Share of the range that a piece after a break goes over, so that its own extremes will do.
+# Share of the range that a piece has to go over to tell loops ...
+LOOPS = 0.1
+# ... and for its own extremes to stand for those of the range.
 NEARLY = 0.9
 
 
@@ -70,12 +72,52 @@ def known_from(x: Array, low: float, high: float) -> int:
     return max(_first(x, low + slack, below=True), _first(x, high - slack, below=False))
 
 
-def known_after_break(x: Array) -> int:
-    """Index from which a piece after a break counts, x scaled to [-1, 1] over the training samples.
+class Known(NamedTuple):
+    """What is known of the memory within a piece whose beginning says nothing.
 
-    That is where both extremes were visited. A piece that does so late or never, though it goes over 90 % of the
-    range, counts once it has visited its own extremes: only plays with r > 0.9 are then unknown, which stand still
-    within the piece, and their part of the output is within sum w_i (r_i - 0.9) of the truth.
+    Attributes
+    ----------
+    begin
+        Index from which on it is known, the size of the piece where it never is.
+    within
+        None where all of it is known from there on. Otherwise least and largest input of the piece: plays wider than
+        that stand still, nobody knows where, and the output has an unknown level.
+    """
+
+    begin: int
+    within: tuple[float, float] | None
+
+
+def known_within(x: Array) -> Known:
+    """What is known of the memory within a piece, x scaled to [-1, 1] over the training samples.
+
+    All is known once both extremes were visited. A piece that does so late or never counts once it has visited its own
+    extremes, with a level of its own, if these are a tenth of the range apart and that wins more samples than it costs
+    levels.
+
+    Examples
+    --------
+    >>> x = np.tile([0.0, 0.94, 0.0, -0.94], 10)
+    >>> known_within(x).begin, known_within(0.5 * x), known_within(0.05 * x).begin
+    (3, Known(begin=3, within=(-0.47, 0.47)), 40)
+    """
+    return known_of(x.size, float(x.min()), float(x.max()), lambda a, b: known_from(x, a, b))
+
+
+def known_of(size: int, low: float, high: float, visited: Callable[[float, float], int]) -> Known:
+    """Say the same from the extremes of a piece and where two values were both visited."""
+    whole = visited(-1.0, 1.0)
+    if 2 * whole <= size or high - low < 2.0 * LOOPS:
+        return Known(whole, None)
+    own = visited(low, high)
+    return Known(own, (low, high)) if whole - own > size - whole else Known(whole, None)
+
+
+def known_after_break(x: Array) -> int:
+    """Index from which a piece counts where it can have no level of its own, as for creep and lengths of way.
+
+    It goes over 90 % of the range then: only plays with r > 0.9 are unknown, and their part of the output is within
+    sum w_i (r_i - 0.9) of the truth.
 
     Examples
     --------
@@ -83,16 +125,10 @@ def known_after_break(x: Array) -> int:
     >>> known_after_break(x), known_after_break(0.5 * x)
     (3, 40)
     """
-    return usable_index(
-        x.size, known_from(x, -1.0, 1.0), float(x.min()), float(x.max()), lambda a, b: known_from(x, a, b)
-    )
-
-
-def usable_index(size: int, known: int, low: float, high: float, visited: Callable[[float, float], int]) -> int:
-    """Where both extremes were visited, or its own, if the first is late and the others are nearly as far apart."""
-    if 2 * known <= size or high - low < 2.0 * NEARLY:
-        return known
-    return min(known, visited(low, high))
+    whole, low, high = known_from(x, -1.0, 1.0), float(x.min()), float(x.max())
+    if 2 * whole <= x.size or high - low < 2.0 * NEARLY:
+        return whole
+    return min(whole, known_from(x, low, high))
 
 
 def _first(x: Array, bound: float, below: bool) -> int:

@@ -14,6 +14,7 @@ from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.least_squares import solve_bounded, triangle
 from dehyst.identification.programs import Regularisation, lower_bounds, smoothing_rows
 from dehyst.identification.regressors import Bank, blocks, ramps
+from dehyst.identification.sums import TRACE
 
 Array = npt.NDArray[np.float64]
 
@@ -30,6 +31,7 @@ def solve_family(
     knots: Array | None = None,
     regularisation: Regularisation | None = None,
     fold_ridge: float = 0.0,
+    samples: float | None = None,
 ) -> tuple[Array, float]:
     """Parameters u = [c | plays | slopes of the map] and KKT residual of one family's program.
 
@@ -37,8 +39,11 @@ def solve_family(
     ----------
     system
         Triangular factor of [1 | plays | ramps | y]; the ramps only for "modified-pi".
+    samples
+        Number of rows behind it; None where its first column tells.
     """
-    samples = float(np.linalg.norm(system[:, :1]))  # sqrt of the number of rows: QR keeps column lengths
+    # QR keeps column lengths.
+    length = float(np.linalg.norm(system[:, :1])) if samples is None else float(np.sqrt(samples))
     if fold_ridge:
         ridge = np.zeros((operators, system.shape[1]))
         ridge[np.arange(operators), 1 + np.arange(operators)] = np.sqrt(fold_ridge)
@@ -50,7 +55,7 @@ def solve_family(
         rows, rhs = smoothing_rows(regularisation, operators, np.diff(knots))
         ramp = system[:, 1 + operators : operators + knots.size]
         data = np.hstack([one, plays, -ramp, np.zeros((system.shape[0], 1))])
-        system = np.vstack([data, samples * np.column_stack([rows, rhs])])
+        system = np.vstack([data, length * np.column_stack([rows, rhs])])
     elif family == "pi-cumulative":
         differences = plays.copy()
         differences[:, :-1] -= plays[:, 1:]
@@ -81,11 +86,17 @@ def reduce(
     size = max(CHUNK, 2 * bank.thresholds.size)  # fewer rows than columns would not reduce anything
     for piece, state in zip(data.pieces, bank.states, strict=True):
         chosen = piece.fitted(bank.initial_state) if span is None else span(piece)
+        own = piece.unknown_level(bank.initial_state) is not None
+        before, factor = factor, None if own else factor
         for part, plays in blocks(piece.x, bank.thresholds, state, chosen, size):
             block = design(plays, piece.y[part], knots)
             if piece.weight is not None:
                 block *= np.sqrt(piece.weight[part])[:, None]
             factor = triangle(block if factor is None else np.vstack([factor, block]))
+        if own and factor is not None:
+            factor[0] *= np.sqrt(TRACE)  # the row of the means
+        if own and before is not None:
+            factor = before if factor is None else triangle(np.vstack([before, factor]))
     if factor is None:
         raise AssertionError("no rows to fit")  # the caller has checked
     return factor

@@ -407,7 +407,8 @@ def _choose(problem: _Problem, families: Sequence[str], starts: Sequence[str]) -
 
 def _fit(problem: _Problem, choice: Choice, refitter: Refitter | None) -> tuple[Bank, Estimate]:
     data = problem.data
-    usable = fitted_samples(data, choice.initial_state)
+    levels = [piece for piece in data.pieces if piece.unknown_level(choice.initial_state) is None]
+    usable = fitted_samples(replace(data, pieces=tuple(levels)), choice.initial_state)
     if usable < 4:
         raise ExcitationError(
             f"only {usable} training samples remain once the memory of the actuator is known: the input visits both "

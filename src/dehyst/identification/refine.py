@@ -21,7 +21,7 @@ from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.families import NORMAL, Estimate, estimate_of
 from dehyst.identification.programs import BASIS, lower_bounds
 from dehyst.identification.regressors import Bank
-from dehyst.identification.sums import NormalEquations
+from dehyst.identification.sums import TRACE, NormalEquations
 
 Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
@@ -56,7 +56,8 @@ def gradient_of(data: DataSet, bank: Bank, estimate: Estimate) -> Gradient:
         if span.stop <= span.start:
             continue
         model = Evaluator(bank.thresholds, estimate.weights, 0.0, estimate.offset, state)
-        gram = Gram(bank.thresholds, state, 1)
+        level = piece.unknown_level(bank.initial_state) is not None
+        gram = Gram(bank.thresholds, state, 1 + level)
         gram.only_targets(True)
         for part in chunks(slice(0, span.start)):
             model.run(piece.x[part])
@@ -65,9 +66,15 @@ def gradient_of(data: DataSet, bank: Bank, estimate: Estimate) -> Gradient:
             x = piece.x[part]
             residual = piece.y[part] - model.run(x)
             weight = None if piece.weight is None else piece.weight[part]
-            gram.add(x, residual[None, :], weight)
+            targets = np.vstack([np.ones(x.size), residual]) if level else residual[None, :]
+            gram.add(x, targets, weight)
             square += float(residual @ (residual if weight is None else weight * residual))
-        total += gram.take()[: 1 + bank.thresholds.size, -1]
+        sums = gram.take()
+        total += sums[: 1 + bank.thresholds.size, -1]
+        if level and sums[0, -2] > 0.0:
+            mean = (1.0 - TRACE) * sums[0, -1] / sums[0, -2]
+            total -= mean * sums[: 1 + bank.thresholds.size, -2]
+            square -= mean * float(sums[0, -1])
     return Gradient(total, square)
 
 
@@ -164,13 +171,14 @@ def kkt_residual(sums: NormalEquations, family: str, passive: Marks, gradient: G
     n, matrix = sums.operators, sums.matrix
     slope = transposed(family, gradient.cells[1:])
     means = transposed(family, matrix[0, 1 : 1 + n])
-    length = np.sqrt(np.maximum(_squares(sums, family) - means**2 / sums.samples, 0.0))
-    target = np.sqrt(max(float(matrix[-1, -1]) - float(matrix[0, -1]) ** 2 / sums.samples, 1e-300))
+    level = float(matrix[0, 0])
+    length = np.sqrt(np.maximum(_squares(sums, family) - means**2 / level, 0.0))
+    target = np.sqrt(max(float(matrix[-1, -1]) - float(matrix[0, -1]) ** 2 / level, 1e-300))
     # A column that the offset explains says nothing: what is left of it is rounding.
     told = length > 1e-7 * np.sqrt(sums.samples)
     relative = np.where(told, slope, 0.0) / (np.where(told, length, 1.0) * target)
     violation = np.where(passive[1 : 1 + n], np.abs(relative), np.maximum(relative, 0.0))
-    offset = abs(float(gradient.cells[0])) / (np.sqrt(sums.samples) * target)
+    offset = abs(float(gradient.cells[0])) / (np.sqrt(level) * target)
     return max(float(np.max(violation)), float(offset))
 
 

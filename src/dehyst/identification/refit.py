@@ -13,6 +13,7 @@ from dehyst.identification.data import DataSet
 from dehyst.identification.families import fit_family
 from dehyst.identification.fit import Refit
 from dehyst.identification.folds import output_knots
+from dehyst.identification.levels import settled
 from dehyst.identification.polish import polish
 from dehyst.identification.regressors import Bank, make_bank
 from dehyst.identification.scores import parts, score, simulated
@@ -97,7 +98,7 @@ class Refitter:
         if knots is not None and regularisation is not None:
             estimate = polish(sums, scaled, knots, regularisation, estimate)
         model = build_model(estimate, data, bank, knots, ModelCard())
-        outputs = simulated(self.records, data, bank, model)
+        outputs = simulated(self.records, data, settled(data, bank, model), model)
         train, test = (
             score(self.records, outputs, part, data.output_range) for part in parts(self.records, data, start)
         )

@@ -46,12 +46,16 @@ def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
     states = tuple(_state(data, piece, thresholds, initial_state) for piece in data.pieces)
     low = np.full(thresholds.size, np.inf)
     high = np.full(thresholds.size, -np.inf)
+    moved = np.zeros(thresholds.size, dtype=np.bool_)
     for piece, state in zip(data.pieces, states, strict=True):
         fitted = piece.fitted(initial_state)
         if fitted.stop > fitted.start:
             least, most = _extremes(piece.x, fitted, thresholds, state)
-            low, high = np.minimum(low, least), np.maximum(high, most)
-    moved = high - low > MOVED
+            if piece.unknown_level(initial_state):  # another place than in other pieces tells nothing
+                moved |= most - least > MOVED
+            else:
+                low, high = np.minimum(low, least), np.maximum(high, most)
+    moved |= high - low > MOVED
     moved[0] = True
     kept = np.ascontiguousarray(thresholds[moved])
     return Bank(kept, thresholds[~moved], tuple(np.ascontiguousarray(s[moved]) for s in states), initial_state)
@@ -70,6 +74,9 @@ def _extremes(x: Signal, fitted: slice, thresholds: Array, state: Array) -> tupl
 
 
 def _state(data: DataSet, piece: Piece, thresholds: Array, initial_state: str) -> Array:
+    within = piece.unknown_level(initial_state)
+    if within is not None:
+        return np.full(thresholds.size, 0.5 * (within[0] + within[1]))
     return state_before(
         "unknown" if piece.after_break else initial_state,
         thresholds,

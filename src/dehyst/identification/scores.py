@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
+from dehyst.identification.levels import started
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel
 from dehyst.ranges import robust_range
@@ -126,26 +127,25 @@ def predictions(
     Every piece starts from its own memory.
     """
     demands: list[list[Array]] = [[] for _ in records]
-    for piece, started in _started(data, bank, model):
+    for piece, begun in _started(data, bank, model):
         span = slice(piece.start, piece.start + piece.x.size)
-        demands[piece.recording].append(started.inverse().simulate(records[piece.recording].output[span]))
+        demands[piece.recording].append(begun.inverse().simulate(records[piece.recording].output[span]))
     return simulated(records, data, bank, model), tuple(map(_joined, demands))
 
 
 def simulated(records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel) -> tuple[Array, ...]:
     """Output of the model for each recording; every piece starts from its own memory."""
     outputs: list[list[Array]] = [[] for _ in records]
-    for piece, started in _started(data, bank, model):
+    for piece, begun in _started(data, bank, model):
         span = slice(piece.start, piece.start + piece.x.size)
-        outputs[piece.recording].append(started.simulate(records[piece.recording].input[span]))
+        outputs[piece.recording].append(begun.simulate(records[piece.recording].input[span]))
     return tuple(map(_joined, outputs))
 
 
 def _started(data: DataSet, bank: Bank, model: HysteresisModel) -> Iterator[tuple[Piece, HysteresisModel]]:
     """Each piece with the model in its state before it."""
-    kept = np.searchsorted(bank.thresholds * data.half_range, model.radii)
     for piece, state in zip(data.pieces, bank.states, strict=True):
-        yield piece, model.with_state(state[kept] * data.half_range)
+        yield piece, started(data, bank, model, state)
 
 
 def _joined(pieces: list[Array]) -> Array:

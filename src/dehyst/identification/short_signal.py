@@ -15,6 +15,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.regressors import fitted_samples
+from dehyst.identification.sums import without_level
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -37,6 +38,8 @@ class ShortPiece:
         Indices of the rows in the piece, (k,).
     y, weight
         Output and weight at the rows, (k,); no weight where all count alike.
+    own_level
+        Whether an unknown constant is in y.
     """
 
     x: Array
@@ -44,6 +47,7 @@ class ShortPiece:
     place: Rows
     y: Array
     weight: Array | None
+    own_level: bool
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,27 @@ class ShortSignal:
         ]
         return np.concatenate(parts)
 
+    def levelled(self, rows: Array, block: slice, alone: bool = True) -> Array:
+        """Rows of a block, (k,) or (k, m), less their weighted means in each piece whose level is unknown.
+
+        Where the block stands `alone` and no piece outside it has a known level, its own says nothing either.
+        """
+        ends = np.cumsum([piece.y.size for piece in self.pieces]).tolist()
+        places = [
+            (slice(max(end - piece.y.size, block.start) - block.start, min(end, block.stop) - block.start), piece)
+            for end, piece in zip(ends, self.pieces, strict=True)
+        ]
+        known = sum(p.y.size - max(s.stop - s.start, 0) for s, p in places if not p.own_level)
+        every = alone and not known and any(piece.own_level for piece in self.pieces)
+        weight, left = self.weight, rows
+        for inside, piece in places:
+            if (piece.own_level or every) and inside.start < inside.stop:
+                left = rows.copy() if left is rows else left
+                counts = None if weight is None else weight[block][inside]
+                if counts is None or np.any(counts > 0.0):
+                    left[inside] -= np.average(rows[inside], axis=0, weights=counts)
+        return left
+
     def sums(self, thresholds: Array, states: tuple[Array, ...], targets: Array, blocks: list[slice]) -> list[Array]:
         """Sums of [1 | cells | targets] over each block of the rows; targets (m, k), blocks one after the other.
 
@@ -117,7 +142,7 @@ class ShortSignal:
                 weight[place - done] = 1.0 if piece.weight is None else piece.weight[low - begin : high - begin]
                 columns[:, place - done] = targets[:, low:high]
                 gram.add(piece.x[done:stop], columns, weight)
-                found = gram.take()
+                found = without_level(gram.take()) if piece.own_level else gram.take()
                 sums[number] = found if sums[number].size == 0 else sums[number] + found
                 done = stop
             begin = end
@@ -135,7 +160,8 @@ def shorten(data: DataSet, initial_state: str, most: int) -> ShortSignal:
         else:
             rows = span.start + np.flatnonzero(piece.weight[span])[::stride]
         x, place, y = _essential(piece, rows)
-        pieces.append(ShortPiece(x, rows, place, y, None if piece.weight is None else piece.weight[rows]))
+        weight = None if piece.weight is None else piece.weight[rows]
+        pieces.append(ShortPiece(x, rows, place, y, weight, piece.unknown_level(initial_state) is not None))
     return ShortSignal(tuple(pieces))
 
 

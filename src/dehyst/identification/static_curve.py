@@ -47,7 +47,7 @@ def held_out_errors(short: ShortSignal, blocks: Sequence[slice]) -> Array:
         others = [part for k, part in enumerate(parts) if k != left_out]
         moments: Array = np.sum([bins for bins, _ in others], axis=0)
         estimate, _ = _solved(moments, sum(square for _, square in others), SMALLEST_SLOPE)
-        squared = (np.interp(x[block], KNOTS, _values(estimate)) - y[block]) ** 2
+        squared = short.levelled(np.interp(x[block], KNOTS, _values(estimate)) - y[block], block) ** 2
         errors.append(np.sqrt(np.average(squared, weights=None if weight is None else weight[block])))
     return np.array(errors)
 

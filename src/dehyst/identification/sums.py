@@ -24,6 +24,9 @@ from dehyst.identification.regressors import Bank
 
 Array = npt.NDArray[np.float64]
 
+# Of the level of a piece that may have any.
+TRACE = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
@@ -35,10 +38,13 @@ class NormalEquations:
         r, (n,), increasing from 0. [input]
     matrix
         Sums of weight times column times column, (1 + n + m, 1 + n + m), symmetric. The last target is y.
+    counted
+        Sum of the weights where levels were taken out of some samples; None: the first element of the matrix.
     """
 
     thresholds: Array
     matrix: Array
+    counted: float | None = None
 
     @property
     def extra(self) -> int:
@@ -53,7 +59,7 @@ class NormalEquations:
     @property
     def samples(self) -> float:
         """Sum of the weights: the number of samples where all count alike."""
-        return float(self.matrix[0, 0])
+        return float(self.matrix[0, 0]) if self.counted is None else self.counted
 
     def __add__(self, other: NormalEquations) -> NormalEquations:
         """Sums over the samples of both."""
@@ -64,7 +70,8 @@ class NormalEquations:
                 f"same thresholds and the same extra columns.",
                 operators=(self.operators, other.operators),
             )
-        return NormalEquations(self.thresholds, self.matrix + other.matrix)
+        counted = None if self.counted is other.counted is None else self.samples + other.samples
+        return NormalEquations(self.thresholds, self.matrix + other.matrix, counted)
 
     def coarser(self, kept: npt.NDArray[np.bool_]) -> NormalEquations:
         """Sums of the operators with kept[i] only, (n,), kept[0] among them: neighbouring cells are added up."""
@@ -77,7 +84,7 @@ class NormalEquations:
         n = self.operators
         starts = np.concatenate([[0], 1 + np.flatnonzero(kept), np.arange(1 + n, self.matrix.shape[0])])
         merged = np.add.reduceat(np.add.reduceat(self.matrix, starts, axis=0), starts, axis=1)
-        return NormalEquations(self.thresholds[kept], merged)
+        return NormalEquations(self.thresholds[kept], merged, self.counted)
 
 
 def sums_of(
@@ -94,6 +101,7 @@ def sums_of(
     """
     targets = 1 + (0 if knots is None else knots.size - 1)
     total: Array | None = None
+    count, freed = 0.0, False
     for piece, state in zip(data.pieces, bank.states, strict=True):
         chosen = piece.fitted(bank.initial_state) if span is None else span(piece)
         if chosen.stop <= chosen.start:
@@ -106,10 +114,22 @@ def sums_of(
             columns = y if knots is None else np.concatenate([ramp_columns(y[0], knots), y])
             gram.add(piece.x[part], columns, None if piece.weight is None else piece.weight[part])
         sums = gram.take()
+        count += float(sums[0, 0])
+        if piece.unknown_level(bank.initial_state):
+            freed, sums = True, without_level(sums)
         total = sums if total is None else np.add(total, sums, out=total)
     if total is None:
         raise AssertionError("no rows to fit")  # the caller has checked
-    return NormalEquations(bank.thresholds, total)
+    return NormalEquations(bank.thresholds, total, count if freed else None)
+
+
+def without_level(matrix: Array) -> Array:
+    """Sums over the samples of a piece, of the columns less their means: its output has a constant of its own.
+
+    A trace of the level is left, so that the offset is something where every piece has its own.
+    """
+    count = float(matrix[0, 0])
+    return matrix if count == 0.0 else matrix - (1.0 - TRACE) / count * np.outer(matrix[0], matrix[0])
 
 
 def ramp_columns(y: Array, knots: Array) -> Array:

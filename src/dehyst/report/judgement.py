@@ -200,6 +200,8 @@ def _data(fit: Fit) -> Light:
         reasons.append("too little is held out to test a model on")
     if "unknown-memory" in found:
         reasons.append("some samples after gaps do not count")
+    if "unknown-level" in found:
+        reasons.append("of some pieces after gaps the level is unknown")
     if "one-loop-size" in found:
         reasons.append("all loops are of one size, so smaller ones are untested")
     missing = missing_in(facts)

@@ -16,7 +16,7 @@ from dehyst.identification.data import (
     trend_of_increments,
 )
 from dehyst.identification.facts import Branches, shares, spread, strokes
-from dehyst.identification.memory import VISITED, usable_index
+from dehyst.identification.memory import VISITED, Known, known_of
 from dehyst.identification.split import (
     HALF,
     LEAST_RECORDINGS,
@@ -68,9 +68,8 @@ def prepare(logs: Sequence[Log], split: Split) -> DataSet:
             x = Column(log.reader, INPUT, span.start, size, center, half)
             y = Column(log.reader, OUTPUT, span.start, size, level, trend * amplitude)
             inside = min(max(end - span.start, 0), size)
-            pieces.append(
-                Piece(x, y, index, span.start, inside, _known_from(log, span, center, half, order > 0), order > 0)
-            )
+            known, within = _known(log, span, center, half)
+            pieces.append(Piece(x, y, index, span.start, inside, known, order > 0, within=within))
     # The rows that are kept have the extremes of the log among them, and those of every bucket.
     whole = robust_range([log.recording.output for log in logs])
     return DataSet(tuple(pieces), center, half, level, amplitude, trend, whole)
@@ -119,8 +118,8 @@ def _trend(logs: Sequence[Log], splits: Sequence[int], half: float) -> int:
     return trend_of_increments(lambda part: (part_of(part, INPUT), part_of(part, OUTPUT)), int(begins[-1]), half)
 
 
-def _known_from(log: Log, span: slice, center: float, half: float, after_break: bool) -> int:
-    """Where a piece counts from, as `dehyst.identification.memory` finds it."""
+def _known(log: Log, span: slice, center: float, half: float) -> Known:
+    """What is known of the memory within a piece, as `dehyst.identification.memory` finds it."""
 
     def visited(low: float, high: float) -> int:
         slack = VISITED * (high - low)
@@ -128,11 +127,8 @@ def _known_from(log: Log, span: slice, center: float, half: float, after_break: 
         last = log.reader.first_beyond(center + half * (high - slack), False, span.start, span.stop)
         return max(first, last) - int(span.start)
 
-    known = visited(-1.0, 1.0)
-    if not after_break:
-        return known
     low, high = ((value - center) / half for value in log.reader.extremes(span.start, span.stop, INPUT))
-    return usable_index(span.stop - span.start, known, low, high, visited)
+    return known_of(span.stop - span.start, low, high, visited)
 
 
 def branches(data: DataSet) -> tuple[Branches, ...]:

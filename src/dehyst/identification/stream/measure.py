@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dehyst.identification import facts
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.fit import Score
+from dehyst.identification.levels import started
 from dehyst.identification.measures import Measure, Measured
 from dehyst.identification.regressors import Bank
 from dehyst.identification.scores import Moments, score_of
@@ -171,9 +172,8 @@ class _Comparison:
         return self._result()
 
     def _piece(self, log: Log, piece: Piece, state: Array) -> None:
-        kept = np.searchsorted(self.bank.thresholds * self.data.half_range, self.model.radii)
-        started = self.model.with_state(state[kept] * self.data.half_range)
-        simulate, ask = started.stepper("dense"), started.inverse().stepper("dense")
+        model = started(self.data, self.bank, self.model, state)
+        simulate, ask = model.stepper("dense"), model.inverse().stepper("dense")
         for kind, part in _parts(piece, self.bank.initial_state):
             begin, end = piece.start + part.start, piece.start + part.stop
             x, y = log.reader.read(begin, end, INPUT), log.reader.read(begin, end, OUTPUT)
