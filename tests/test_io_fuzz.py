@@ -9,6 +9,8 @@ import gzip
 import io
 import os
 import random
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -365,6 +367,25 @@ def test_files_with_lies_in_their_structure_are_read_or_refused(
     for case in range(int(os.environ.get("DEHYST_FUZZ", cases))):
         path.write_bytes(make(random.Random(case)))
         attempt(path, f"{make.__name__} case {case}")
+
+
+@pytest.mark.parametrize(("entry", "size"), [(b"\0\0", 0), (b"\1\0", 2**64 - 16), (b"\0\0", 2**64 - 8)])
+def test_a_heap_that_leads_to_itself_is_refused(tmp_path: Path, entry: bytes, size: int) -> None:
+    """In a process of its own: the HDF5 library would go round for ever, and hear no signal."""
+    import h5py
+
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as out:
+        out["pressure_bar"], out["angle_deg"] = np.arange(60.0), np.arange(60.0)
+        out.create_dataset("label", data=["new", "old"], dtype=h5py.string_dtype())
+    assert len(read_log(path, "pressure_bar", "angle_deg")) == 60
+    raw = bytearray(path.read_bytes())
+    first = raw.index(b"GCOL") + 16
+    raw[first + 24 : first + 26], raw[first + 32 : first + 40] = entry, size.to_bytes(8, "little")
+    path.write_bytes(raw)
+    line = f"import dehyst; dehyst.read_log({str(path)!r}, 'pressure_bar', 'angle_deg')"
+    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, timeout=60)
+    assert "LogError" in done.stderr and "has no end" in done.stderr
 
 
 def test_packed_and_plain_variables_may_stand_in_one_file(tmp_path: Path) -> None:

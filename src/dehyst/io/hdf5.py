@@ -13,6 +13,8 @@ from dehyst.io.foreign import guard, refuse_bomb
 from dehyst.io.matlab import MAX_DEPTH, MAX_ITEMS, note_object
 from dehyst.io.table import Table
 
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
 
 def read_hdf5(data: bytes, name: str, sha256: str) -> Table:
     """Read a MAT file of version 7.3, or any HDF5 file of vectors and matrices.
@@ -31,7 +33,29 @@ def read_hdf5(data: bytes, name: str, sha256: str) -> Table:
     return found.table(sha256)
 
 
+def _refuse_circles(data: bytes) -> None:
+    """Refuse a heap with an entry that leads to itself: the HDF5 library walks on for ever, and hears no signal.
+
+    A global heap keeps texts of any length. It is "GCOL", version 1, its size at 8, then entries of number (2 bytes),
+    uses, size; number 0 is what is free, and its size counts from the entry's own beginning.
+    """
+    begin = data.find(SIGNATURE)
+    width = data[begin + (14 if data[begin + 8] < 2 else 10)]  # of a length in this file [bytes]
+    head = 8 + -(-width // 8) * 8
+    heap = data.find(b"GCOL\x01", begin)
+    while heap >= 0:
+        place, end = heap + head, min(len(data), heap + int.from_bytes(data[heap + 8 : heap + 8 + width], "little"))
+        while place + head <= end:
+            size = int.from_bytes(data[place + 8 : place + 8 + width], "little")
+            step = head + size if data[place : place + 2] != b"\0\0" else size
+            if step == 0 or step >= 1 << (8 * width - 1):
+                raise ValueError(f"heap at byte {heap}: the entry at byte {place} has no end")
+            place += -(-step // 8) * 8
+        heap = data.find(b"GCOL\x01", heap + 1)
+
+
 def _fill(found: Collector, h5py: Any, data: bytes) -> None:
+    _refuse_circles(data)
     budget = _Budget(len(data), found.name)
     with h5py.File(io.BytesIO(data), "r") as file:
         for key in file:
