@@ -192,7 +192,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Nothing to do. A clock that only counts up (monotonic) does not jump.",
         ),
         "clock-restart": (
-            "The clock jumps back: several recordings follow each other in one file. Each becomes a piece of its own, "
+            "The clock jumps back: several recordings follow each other in one file, or it was set while a log was "
+            "written that is read in chunks. Each becomes a piece of its own, "
             "with unknown memory at its start. More than "
             "{MAX_RESTARTS} jumps in more than 1 % of the rows are refused.",
             "Split the log, or add a column `run`.",
@@ -205,7 +206,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "streamed": (
             "The log was read in chunks because it is large, or because `--stream` said so. What needs the whole log "
-            "at once was not done: outliers stay in, angles are not unwrapped, rows are not sorted.",
+            "at once was not done: false values stay in unless they lie far beyond all others, angles are not "
+            "unwrapped, rows are not sorted, and a jump of the clock that is not taken back is a break.",
             "None, if the log is clean. Otherwise clean it, or identify a part that fits into memory.",
         ),
         "two-clocks": (

@@ -11,6 +11,10 @@ GAP_MEDIANS = 5.0  # a step this many times the median is a gap ...
 GAP_SAMPLES = 3.0  # ... if it also misses this many samples at the usual rate
 MOVED = 0.05  # of the input's range: more than this across a gap, and the memory is unknown
 
+BACK_SAMPLES = 50  # within so many samples ...
+BACK_SHARE = 0.01  # ... or this share of the log a jump of the clock is taken back
+LIKE = 0.02  # of a jump: how far the one that takes it back may differ
+
 
 def gap_limit(step: npt.ArrayLike) -> float:
     """Smallest step between samples that counts as a gap: 5 medians and 3 usual steps. [s]
@@ -57,3 +61,22 @@ def memory_lost(step: Array, moved: Array, span: float, measured: float, swings:
     """
     lost: npt.NDArray[np.bool_] = (moved > MOVED * span) | (step > measured / max(1, swings))
     return lost
+
+
+def taken_back(places: npt.NDArray[np.int64], size: Array, samples: int) -> list[tuple[int, int]]:
+    """Jumps of a clock that the next one takes back soon, as pairs of their numbers; of a log of so many samples.
+
+    Examples
+    --------
+    >>> taken_back(np.array([10, 14, 400, 900]), np.array([1.0, -1.0, 1.0, -1.0]), 1000)
+    [(0, 1)]
+    """
+    near = max(BACK_SAMPLES, int(BACK_SHARE * samples))
+    found, k = [], 0
+    while k + 1 < places.size:
+        cancels = abs(size[k] + size[k + 1]) <= LIKE * abs(size[k])
+        if cancels and places[k + 1] - places[k] <= near:
+            found.append((k, k + 1))
+            k += 1
+        k += 1
+    return found

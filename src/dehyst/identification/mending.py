@@ -37,7 +37,9 @@ def mended(record: Recording) -> Recording:
     if begin is None or begin in record.left_out:
         return record
     rest = range(begin, len(record))
-    return replace(record, left_out=(*record.left_out, *rest)).with_findings(about_stop(record, begin))
+    return replace(record, left_out=(*record.left_out, *rest)).with_findings(
+        about_stop(record, begin, begin, len(record))
+    )
 
 
 def _bridged(record: Recording) -> Recording:

@@ -62,15 +62,15 @@ def _levels(x: Array, y: Array, low: float, high: float) -> Array:
         return np.asarray(np.bincount(cell, y[inside], BINS) / count)
 
 
-def about_stop(record: Recording, begin: int) -> Finding:
-    """Say where the output stopped, and what was left out."""
-    when = f"sample {begin}" + ("" if record.time is None else f" (t = {record.time[begin]:.6g} s)")
+def about_stop(record: Recording, begin: int, place: int, samples: int) -> Finding:
+    """Say where the output stopped, and what was left out: from sample `place` of `samples`, `begin` of those kept."""
+    when = f"sample {place}" + ("" if record.time is None else f" (t = {record.time[begin]:.6g} s)")
     end = float(np.median(record.output[begin + (len(record) - begin) // 2 :]))
     unit = f" {record.output_unit}" if record.output_unit else ""
     return Finding(
         "output-stopped",
         f"the output '{record.output_name}' of {record.name} stops following its input at {when}: it falls to "
         f"{end:.4g}{unit} and stays there while the input cycles on. The actuator broke, or its sensor was lost. The "
-        f"{len(record) - begin} samples from there on, of {len(record)}, were left out of the fit and of its errors. "
+        f"{samples - place} samples from there on, of {samples}, were left out of the fit and of its errors. "
         f"Repair it, and log again if the model needs more loops.",
     )

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit
+from dehyst.gaps import gap_limit, taken_back
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import Array, list_rows
 from dehyst.loops import turning_points
@@ -17,9 +17,6 @@ Rows = npt.NDArray[np.int64]
 
 JUMPS_MOST, JUMPS_SHARE = 6, 0.01  # this many, or this share of the steps: more are no clock that was set now and then
 FEWEST = 32  # samples below which nothing is judged
-BACK_SAMPLES = 50  # within so many samples ...
-BACK_SHARE = 0.01  # ... or this share of the log a jump is taken back
-LIKE = 0.02  # of a jump: how far the one that takes it back may differ
 BEND = 2.0  # times the 95 % quantile of the second differences ...
 STEP = 0.25  # ... and this share of the median step: how smoothly a signal goes on
 USUAL = 2.0  # times the 99 % quantile of its steps: what a signal may do within a pair of jumps
@@ -44,7 +41,7 @@ def mend_jumps(samples: Samples, about: Context, findings: list[Finding]) -> Sam
     size = step[places - 1] - typical
     shift = np.zeros(places.size)
     usual = [_Usual.of(v, places) for v in samples.values]
-    for k, m in _pairs(places, size, t.size):
+    for k, m in taken_back(places, size, t.size):
         if all(about_v.goes_on(v, places[[k, m]]) for about_v, v in zip(usual, samples.values, strict=True)):
             shift[[k, m]] = size[k], -size[k]
     for k in np.flatnonzero(shift == 0.0).tolist():
@@ -68,19 +65,6 @@ def mend_jumps(samples: Samples, about: Context, findings: list[Finding]) -> Sam
         )
     )
     return replace(samples, time=mended)
-
-
-def _pairs(places: Rows, size: Array, samples: int) -> list[tuple[int, int]]:
-    """Jumps that are taken back by the next one."""
-    near = max(BACK_SAMPLES, int(BACK_SHARE * samples))
-    found, k = [], 0
-    while k + 1 < places.size:
-        cancels = abs(size[k] + size[k + 1]) <= LIKE * abs(size[k])
-        if cancels and places[k + 1] - places[k] <= near:
-            found.append((k, k + 1))
-            k += 1
-        k += 1
-    return found
 
 
 class _Usual:

@@ -34,6 +34,8 @@ class Gaps:
         Number of samples with the stamp of the one before.
     after
         The samples after the breaks: number, x, y and time, (m, 4).
+    jumps
+        Number of the sample after each gap and each jump back, and the step, (m, 2).
     """
 
     breaks: tuple[int, ...] = ()
@@ -43,6 +45,7 @@ class Gaps:
     restarts: tuple[int, ...] = ()
     repeated: int = 0
     after: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    jumps: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 class GapFinder:
@@ -128,6 +131,7 @@ class GapFinder:
             measured = self._total - float(np.sum(rows[:, 4] - limit))
             lost = memory_lost(rows[:, 4], rows[:, 5], span, measured, swings())
         restarts = np.concatenate([np.zeros((0, 6)), *self._restarts])
+        jumps = np.concatenate([rows, restarts])[:, [0, 4]]
         after = np.concatenate([rows[lost], restarts])[:, :4]
         after = after[np.argsort(after[:, 0])]
         return Gaps(
@@ -138,4 +142,5 @@ class GapFinder:
             tuple(restarts[:, 0].astype(int).tolist()),
             self._repeated,
             after,
+            jumps[np.argsort(jumps[:, 0])],
         )

@@ -140,8 +140,9 @@ def gap_findings(name: str, gaps: Gaps, samples: int) -> Iterator[Finding]:
         yield Finding(
             "clock-restart",
             f"the clock of {name} jumps back at {len(gaps.restarts)} samples, first at number {gaps.restarts[0] + 1}: "
-            f"several recordings follow each other. Each is treated as a piece of its own, with unknown memory at its "
-            f"start. Better split the log.",
+            f"several recordings follow each other, or the clock was set. Each is treated as a piece of its own, with "
+            f"unknown memory at its start. Better split the log; a clock that was set is taken out where the log, or a "
+            f"part of it, is read at once (dehyst.read_log).",
         )
     if gaps.repeated:
         yield Finding(

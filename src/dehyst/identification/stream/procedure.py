@@ -18,6 +18,7 @@ from dehyst.identification.split import checked
 from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import Log, read
 from dehyst.identification.stream.measure import measure_streamed
+from dehyst.identification.stream.mending import by_one_clock, without_outliers, without_rest
 from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import Progress, Watch
@@ -90,20 +91,34 @@ def identify_stream(
     checked(train_fraction)  # before hours of reading
     watch = Watch(progress)
     folder = None if spool_dir is None else os.fspath(spool_dir)
-    tapes = [
-        Tape(source, str(getattr(source, "name", "log")), watch, _costly(source) if copy is None else copy, folder)
-        for source in listed
-    ]
+    tapes: list[Tape] = []
+
+    def first_pass(source: Source) -> Log:
+        copied = _costly(source) if copy is None else copy
+        tapes.append(Tape(source, str(getattr(source, "name", "log")), watch, copied, folder))
+        return read(source, tapes[-1])
+
     try:
         with single_blas():
             watch.begin("reading")
-            logs = [_noted(read(source, tape)) for source, tape in zip(listed, tapes, strict=True)]
+            logs = [_noted(_mended(source, first_pass)) for source in listed]
             check_recordings([log.recording for log in logs])
             split = split_logs(logs, train_fraction)
             return _identify(call_of(family, n, (begun, chosen), given, initial_state, split), logs, watch)
     finally:
         for tape in tapes:
             tape.close()
+
+
+def _mended(source: Source, first_pass: Callable[[Source], Log]) -> Log:
+    """The log, read again without what is no response of the actuator, if there is any."""
+    log = first_pass(source)
+    for better in (by_one_clock, without_outliers, without_rest):
+        found = better(source, log)
+        if found is not source:
+            log.reader.tape.close()
+            source, log = found, first_pass(found)
+    return log
 
 
 def _identify(call: Call, logs: list[Log], watch: Watch) -> Fit:
@@ -137,8 +152,9 @@ def _noted(log: Log) -> Log:
     """The log with a finding that tells how it was read."""
     note = Finding(
         "streamed",
-        f"{log.recording.name} was read in chunks, {log.samples} samples: outliers stay in, angles are not unwrapped, "
-        f"rows are not sorted. Figures show {log.places.size} samples, the extreme ones among them; scores are of all. "
-        f"Nothing to do if the log is clean; otherwise clean it, or identify a part that fits into memory.",
+        f"{log.recording.name} was read in chunks, {log.samples} samples: false values within the range of the others "
+        f"stay in, angles are not unwrapped, rows are not sorted, single jumps of the clock are breaks. Figures show "
+        f"{log.places.size} samples, the extreme ones among them; scores are of all. Nothing to do if the log is "
+        f"clean; otherwise clean it, or identify a part that fits into memory.",
     )
     return replace(log, recording=log.recording.with_findings(note))
