@@ -11,7 +11,7 @@ demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # The numeric part of the tests as on other machines: kernels of BLAS, vector units, threads, time zone, locale, HOME.
 machines: $(VENV)/installed-test

@@ -1,13 +1,19 @@
 """Settings of the whole suite, and the command line as a fixture."""
 
+import os
 import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Two cores, several suites at once: a slow example is not a failure, and a failure must come back tomorrow.
+# Two cores, several suites at once: a slow example is not a failure, and a failure must come back tomorrow. `make
+# machines` tries three times as many examples.
 settings.register_profile(
-    "dehyst", deadline=None, derandomize=True, max_examples=120, suppress_health_check=[HealthCheck.too_slow]
+    "dehyst",
+    deadline=None,
+    derandomize=True,
+    max_examples=int(os.environ.get("EXAMPLES", "40")),
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("dehyst")
 

@@ -118,6 +118,7 @@ def settings(machine: Machine, folder: Path) -> dict[str, str]:
         "NPY_DISABLE_CPU_FEATURES": dispatched(machine.without),
         "GLIBC_TUNABLES": f"glibc.cpu.hwcaps={GLIBC[machine.without]}" if machine.without else "",
         "ENGINE_LEVEL": str(machine.level),
+        "EXAMPLES": "120",
         "PYTHONPATH": os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH", "")])),
         "PYTHONHASHSEED": str(machine.seed),
         "TZ": machine.zone,
@@ -142,7 +143,7 @@ def run(name: str, arguments: list[str]) -> bool | None:
     with tempfile.TemporaryDirectory() as place:
         given = {key: value for key, value in settings(machine, Path(place)).items() if value}
         print(f"{name}: {' '.join(f'{key}={value}' for key, value in given.items())}", flush=True)
-        tests = arguments or ["-n", "auto", "-k", LEFT_OUT, *files()]
+        tests = arguments or ["-n", "auto", "--dist", "worksteal", "-k", LEFT_OUT, *files()]
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *tests]
         return subprocess.run(command, cwd=ROOT, env=os.environ | given, check=False).returncode == 0
 

@@ -3,20 +3,20 @@
 import doctest
 import importlib
 import pkgutil
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
 import dehyst
 
-MODULES = sorted(
-    module.name
-    for module in pkgutil.walk_packages(dehyst.__path__, prefix="dehyst.")
-    if not module.name.endswith("._native")
-)
+NAMES = ["dehyst", *(module.name for module in pkgutil.walk_packages(dehyst.__path__, prefix="dehyst."))]
+FILES = {name: Path(find_spec(name).origin) for name in NAMES}
+MODULES = [name for name, path in FILES.items() if path.suffix == ".py" and ">>>" in path.read_text(encoding="utf-8")]
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
-@pytest.mark.parametrize("name", ["dehyst", *MODULES])
+@pytest.mark.parametrize("name", MODULES)
 def test_the_examples_in_the_docstrings_run(name: str) -> None:
     found = doctest.testmod(importlib.import_module(name), optionflags=FLAGS)
     assert found.failed == 0
