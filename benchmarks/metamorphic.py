@@ -8,8 +8,8 @@ against the output without noise. Ends with status 1 if a relation does not hold
     python benchmarks/metamorphic.py --logs 12      # a look
     python benchmarks/metamorphic.py --out benchmarks/results/metamorphic.json
 
-A log costs 2.4 s: two identifications of it in one and in two recordings, of twelve changed ones and of the same rig
-from four pasts, of 0.15 s each; and three of one family, from 0.1 s to 3 s.
+A log costs 3.4 s: identifications of it in one and in two recordings, of twelve changed ones and of the same rig from
+four pasts, of 0.1 s each; and three of one family, of 1.3 s together.
 """
 
 from __future__ import annotations

@@ -192,6 +192,21 @@ def test_a_damaged_line_costs_one_run_too(spec, interrupted, damage):
     assert out.read_bytes() == table
 
 
+@pytest.mark.parametrize(
+    "forged",
+    [{"figures": {"ratio": lie}} for lie in ("</svg>", [1.0], {}, True, None, 10**400, float("inf"))]
+    + [{"error": 3}, {"error": None}],
+    ids=lambda forged: repr(forged)[:40],
+)
+def test_a_forged_line_costs_one_run_too(spec, interrupted, forged):
+    out, journal, table = interrupted
+    lines = journal.read_bytes().split(b"\n")
+    lines[3] = json.dumps(json.loads(lines[3]) | forged).encode()
+    journal.write_bytes(b"\n".join(lines))
+    assert run_sweep(spec, out, evaluate=sweep_evaluators.quick, workers=0).resumed == RUNS - 1
+    assert out.read_bytes() == table
+
+
 @pytest.mark.parametrize("size", [0, 1, 20, 60])
 def test_a_journal_torn_in_its_first_line_begins_anew(spec, interrupted, size):
     out, journal, table = interrupted

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -130,8 +131,8 @@ class Journal:
             )
         for line in lines[1:]:
             entry = _parse(line)
-            if isinstance(entry.get("key"), str) and isinstance(entry.get("figures"), dict):
-                self.done[entry["key"]] = Outcome(entry["figures"], str(entry.get("error", "")))
+            if _is_outcome(entry):
+                self.done[entry["key"]] = Outcome(entry["figures"], entry["error"])
         self._stream.truncate(end)
         self._stream.seek(end)
 
@@ -181,6 +182,17 @@ def _parse(line: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         return {}
     return entry if isinstance(entry, dict) else {}
+
+
+def _is_outcome(entry: Mapping[str, Any]) -> bool:
+    """Whether an entry holds what `Journal.add` writes; the run of any other is done again."""
+    figures = entry.get("figures")
+    return (
+        isinstance(entry.get("key"), str)
+        and isinstance(entry.get("error"), str)
+        and isinstance(figures, dict)
+        and all(isinstance(value, float) and not math.isinf(value) for value in figures.values())
+    )
 
 
 def _no_journal(path: Path) -> str:
