@@ -15,9 +15,8 @@ from dehyst.identification.direct import selection
 from dehyst.identification.direct.cautions import about_direct_fit
 from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
 from dehyst.identification.direct.data import prepare_direct
-from dehyst.identification.direct.evidence import Evidence, permutation_p
 from dehyst.identification.direct.program import blocks_of, solve_shape
-from dehyst.identification.direct.times import longest_hold, separable
+from dehyst.identification.evidence import Evidence, permutation_p
 from dehyst.identification.least_squares import solve_bounded
 from dehyst.identification.split import split_recordings
 from dehyst.models import ModelCard, Schedule, SignalCard
@@ -152,26 +151,17 @@ def test_creep_in_a_log_without_holds_comes_with_a_warning():
     assert "creep-without-holds" in codes(dehyst.identify_direct(log(t, y, u), creep=3))
 
 
-def test_a_hold_is_one_of_the_output_or_of_the_input():
-    t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
-    creeping = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((6.0, 3.0),))
-    held = prepared(log(t, y, creeping), 1.0)
-    assert longest_hold(held) == pytest.approx(3.0, abs=1.0)
-    swapped = prepared(log(t, creeping, y), 1.0)
-    assert longest_hold(swapped) == pytest.approx(longest_hold(held), rel=0.01)
-
-
 def test_without_holds_creep_cannot_be_told_rather_than_is_not_found():
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS)
     (found,) = [each for each in dehyst.identify_direct(log(t, y, u)).evidence if each.group == "creep"]
-    assert not found.held
-    assert "cannot be told: the log never holds still" in str(found)
+    assert not found.told
+    assert "cannot be told from hysteresis" in str(found)
 
 
 def test_errors_are_printed_with_the_digits_that_tell_them_apart():
-    assert "0.160 % of range without, 0.159 %" in str(Evidence("creep", 0.1604, 0.1593, 4, 10, 0.4, False))
-    assert "2.34 % of range without, 0.16 %" in str(Evidence("creep", 2.34, 0.16, 10, 10, 0.001, True))
+    assert "0.160 % of range without, 0.159 %" in str(Evidence("creep", 0.1604, 0.1593, 4, 10, 0.4))
+    assert "2.34 % of range without, 0.16 %" in str(Evidence("creep", 2.34, 0.16, 10, 10, 0.001))
 
 
 @pytest.mark.parametrize("free", [0.0, 1.0, np.nan])
@@ -243,10 +233,10 @@ def test_rate_dependence_is_found_where_it_is_and_nowhere_else(plain_fit):
     t, y = motion(stroke=(0.7, 2.0, 5.0))
     u = asked(t, y, np.gradient(y, t), stops=STOPS, viscous=0.2)
     noise = 0.002 * np.ptp(u) * np.random.default_rng(0).standard_normal(t.size)
-    with_it = {e.group: e for e in dehyst.identify_direct(log(t, y, u + noise)).evidence}["viscous"]
+    with_it = {e.group: e for e in dehyst.identify_direct(log(t, y, u + noise)).evidence}["rate"]
     still = asked(t, y, np.gradient(y, t), stops=STOPS)
-    without = {e.group: e for e in dehyst.identify_direct(log(t, y, still + noise)).evidence}["viscous"]
-    assert with_it.there and with_it.p < 0.01 and with_it.kept
+    without = {e.group: e for e in dehyst.identify_direct(log(t, y, still + noise)).evidence}["rate"]
+    assert with_it.there and with_it.p < 0.01
     assert not without.there
 
 
@@ -497,10 +487,8 @@ def test_several_recordings_are_fitted_together(plain):
     assert fit.test.rmse_percent < 0.2
 
 
-def test_what_a_log_separates_and_how_long_it_holds_is_measured():
+def test_what_a_log_separates_is_measured():
     t, y = motion((1.0, -1.0), stroke=2.0, hold=5.0)
-    data = prepared(log(t, y, y), 1.0)
-    low, high = separable(data)
+    low, high = separable(prepared(log(t, y, y), 1.0))
     assert high == pytest.approx(t[-1] / 3)
     assert low == pytest.approx(max(0.06, high / 300))
-    assert longest_hold(data) == pytest.approx(5.0, abs=0.5)

@@ -58,7 +58,7 @@ def test_json_holds_both_directions_and_the_rivals(run, folder):
     assert result["time_constants"] == [4.0]
     assert result["kkt_residual"] < 1e-10
     assert {"family", "inverse_percent", "forward_percent"} == set(result["rivals"][0])
-    assert {"viscous", "creep"} == {each["group"] for each in result["evidence"]}
+    assert {"rate", "creep"} == {each["group"] for each in result["evidence"]}
     rec = dehyst.read_log(folder / "log.csv", U, Y)
     load = dehyst.read_signal(folder / "log.csv", "load_N").values
     fit = dehyst.identify_direct(rec, load=load, units={"load": "N"}, creep_times=[4.0])

@@ -277,10 +277,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Look at the loop in the report; look for a second moving part, a lagging sensor, or swapped columns.",
         ),
         "rate-dependent": (
-            "The rate of the input explains at least {RATE_SHARE:%} of the remaining error, on "
-            "samples not used to find that out, and at least {RATE_SIZE:%} of the output's range: "
-            "damping, creep, or a lagging sensor. A rate-independent model cannot follow it.",
-            "Identify at the speed of use, log more slowly, or align the delays of the sensors.",
+            "At least {RATE_SIZE:%} of the range depend on rate or creep, found by the test that every output speaks of "
+            "(`evidence`): damping, creep, or a lagging sensor. A rate-independent model cannot follow it.",
+            "Identify at the speed of use, look for a family that knows rate or creep (`dehyst compare`, `--family "
+            "direct-inverse`), or align the delays of the sensors.",
         ),
         "drift": (
             "The output changes by more than {DRIFT_SIZE:%} of its range from the first to the last "

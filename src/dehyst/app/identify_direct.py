@@ -202,8 +202,10 @@ def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:
             )
         )
     out.print()
-    for found in fit.evidence:
-        out.print(Text(str(found)))
+    for said in fit.evidence_words:
+        out.print(Text(said))
+    if fit.lacking:
+        out.print(Text(fit.lacking))
     certificate = fit.certificate
     rises = (
         "rises with the output whatever the past" if certificate.rises else "may fall with the output after some past"

@@ -125,6 +125,7 @@ class Comparison:
             "auto": {"family": self.auto.family, "test": _plain(self.auto_entry)},
             "orientation": self.auto.facts.orientation,
             "rate_dependence_percent": self.auto.facts.rate_dependence_percent,
+            "evidence": [found.as_dict() for found in self.auto.facts.evidence],
             "seed": self.seed,
             "warnings": [finding.as_dict() for finding in self.auto.warnings],
         }

@@ -1,7 +1,8 @@
 """Identification: data -> model, with what the data can and cannot tell."""
 
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
-from dehyst.identification.direct import DirectFit, Evidence, Rival, follow, identify_direct
+from dehyst.identification.direct import DirectFit, Rival, follow, identify_direct
+from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
 from dehyst.identification.shear import ShearChoice, choose_shear

@@ -15,9 +15,7 @@ from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
 from dehyst.recording import Recording
 
-# A residual that follows the rate counts when it explains this share of the error on samples not fitted ...
-RATE_SHARE = 0.25
-# ... and is no smaller than this share of the output's range.
+# What follows rate or time counts when it is no smaller than this share of the range.
 RATE_SIZE = 0.007
 DRIFT_SIZE = 0.02
 DRIFT_CERTAINTY = 3.0
@@ -54,8 +52,6 @@ def about_data(
     records: tuple[Recording, ...],
     data: DataSet,
     loop: LoopFacts,
-    rate_share: float,
-    rate_size: float | None,
     change: float,
     doubt: float,
     family: str,
@@ -77,19 +73,20 @@ def about_data(
             "Prandtl-Ishlinskii model does that; look at the loop in the report, and for a second moving part, a "
             "lagging sensor, or swapped columns.",
         )
-    if rate_size is not None and rate_share >= RATE_SHARE and rate_size >= 100.0 * RATE_SIZE:
+    found = [each for each in loop.evidence if each.size_percent >= 100.0 * RATE_SIZE]
+    if found:
+        said = " and ".join(f"{each.size_percent:.1f} % of range depend on {each.words}" for each in found)
         yield Finding(
             "rate-dependent",
-            f"the rate of the input explains {100 * rate_share:.0f} % of the remaining error ({rate_size:.1f} % of the "
-            f"output's range): the loop depends on speed (damping, creep, or a lagging sensor), which a "
-            f"rate-independent model cannot follow. Identify at the speed of use, log more slowly, or align the "
-            f"sensors' delays.",
+            f"{said}, on blocks held out: damping, creep, or a lagging sensor, which no rate-independent model can "
+            f"follow. Identify at the speed of use, look for a family that knows them (`dehyst compare`; --family "
+            f"direct-inverse for loops that lag), or align the delay of a sensor.",
         )
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
             "drift",
             f"the output drifts by {abs(loop.drift_percent):.1f} % of its range from the first to the last cycle at "
-            f"the same input: creep, warming or leakage. The model is an average over it. Warm up before logging, or "
+            f"the same input: warming, leakage or creep. The model is an average over it. Warm up before logging, or "
             f"leave out the first cycles (--from).",
         )
         if change > OTHER_ACTUATOR * data.output_range:

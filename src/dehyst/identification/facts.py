@@ -1,4 +1,4 @@
-"""What the data shows by itself: orientation, width, rate dependence, drift."""
+"""What the data shows by itself: orientation, width, sizes and speeds of loops, drift."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ Rows = npt.NDArray[np.int64]
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.
 NARROW = 0.01
-RATE_BLOCKS = 20
 # A rest is a stretch within 1 % of the range; loops whose sizes differ by no more than a tenth are of one size.
 STILL = 0.01
 # and tells creep if it takes this share of a way and its rest; a sine stays as long within 1 % for a seventh.
@@ -208,62 +207,6 @@ def velocity(time: Array, x: Array) -> Array:
     running = np.concatenate([[0.0], np.cumsum(padded - middle)])
     rate: Array = np.gradient((running[window:] - running[:-window]) / window if window > 1 else x, time)
     return rate
-
-
-def thinned(size: int, turns: int) -> slice:
-    """All samples of a log, or of a long one about 50 000: at least 40 to a swing, from its beginning."""
-    if size <= LONG:
-        return slice(0, size)
-    step = max(1, min(-(-size // ENOUGH), size // (40 * max(1, turns))))
-    return slice(0, min(size, step * ENOUGH), step)
-
-
-def rate_dependence(
-    time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_], output_range: float
-) -> tuple[float, float]:
-    """Share of a prediction's error that the rate explains, and its size in percent of the output's range."""
-    share = rate_share(time, x, y, predicted, usable)
-    error = float(np.sqrt(np.mean((y - predicted)[usable] ** 2)))
-    return share, 100.0 * error * float(np.sqrt(1.0 - (1.0 - share) ** 2)) / output_range
-
-
-def rate_share(time: Array, x: Array, y: Array, predicted: Array, usable: npt.NDArray[np.bool_]) -> float:
-    """Share of a prediction's RMS error that the rate of the input takes away on samples that were not fitted.
-
-    1 - rms(y - f) / rms(y - predicted), less a slow drift, where f is linear in the prediction, in hat functions of
-    the rate, in the input, in its acceleration and in the drift. The record is cut into 20 blocks; even and odd
-    blocks judge each other and the smaller share counts, so that what is found must hold throughout. 0 when the rate
-    explains nothing.
-    """
-    rates = velocity(time, x)
-    knots = np.unique(np.quantile(rates[usable], np.linspace(0.01, 0.99, 9)))
-    if knots.size < 3:
-        return 0.0
-    hats = np.column_stack([np.interp(rates, knots, row) for row in np.eye(knots.size)])
-    others = np.column_stack([predicted, x, np.gradient(rates, time)])
-    others = (others - others.mean(axis=0)) / np.maximum(np.ptp(others, axis=0), 1e-300)
-    clock = (time - time[0]) / (time[-1] - time[0])
-    slow = np.column_stack([np.ones(x.size), clock, clock**2])  # a shifted zero or a drift is no rate
-    columns = np.column_stack([hats, others, slow[:, 1:]])
-    error = y - predicted
-    even = np.arange(x.size) * RATE_BLOCKS // x.size % 2 == 0
-    shares = []
-    for fitted, scored in ((usable & even, usable & ~even), (usable & ~even, usable & even)):
-        if min(fitted.sum(), scored.sum()) < 3 * columns.shape[1]:
-            return 0.0
-        coefficients = _least_squares(columns[fitted], y[fitted])
-        trend = _least_squares(slow[fitted], error[fitted])
-        before = float(np.mean((error[scored] - slow[scored] @ trend) ** 2))
-        after = float(np.mean((y[scored] - columns[scored] @ coefficients) ** 2))
-        shares.append(1.0 - np.sqrt(after / before) if before > 0 else 0.0)
-    return max(0.0, float(min(shares)))
-
-
-def _least_squares(columns: Array, y: Array) -> Array:
-    """Least squares of smallest norm, by way of the triangular factor, which is small."""
-    r = np.asarray(np.linalg.qr(np.column_stack([columns, y]), mode="r"))
-    solution: Array = np.linalg.lstsq(r[:, :-1], r[:, -1], rcond=None)[0]
-    return solution
 
 
 def drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, float]:

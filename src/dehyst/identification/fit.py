@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
+from dehyst.identification.evidence import LEAST, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
 from dehyst.recording import Recording
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+
+# A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
+SPEEDS = 1.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,13 +155,12 @@ class LoopFacts:
         Input cycles over the training part, two swings each.
     turns
         Turning points of the input within the training part.
-    rate_dependence_percent
-        Part of the output that follows the input's rate beyond any rate-independent model, percent of range
-        (standard deviation); None without time stamps.
     drift_percent
         Change of the output from the first to the last loop at the same input, percent of range.
     motion
         Sizes and speeds of the loops over the training part, and whether the input rests.
+    evidence
+        Of rate and creep; empty without time stamps, or with less than 200 samples that have them.
     """
 
     orientation: str
@@ -165,9 +168,37 @@ class LoopFacts:
     width_percent: float
     loops: int
     turns: int
-    rate_dependence_percent: float | None
     drift_percent: float
     motion: Motion = field(default_factory=Motion)
+    evidence: tuple[Evidence, ...] = ()
+
+    @property
+    def rate_dependence_percent(self) -> float | None:
+        """What follows rate or creeps, percent of range (rms), 0 where neither is found; None if it was not tested."""
+        return max((found.size_percent for found in self.evidence), default=None)
+
+    def lacking(self, low: float, high: float) -> str:
+        """What this log cannot tell of rate and creep, why, and the line that plans a motion that does; "" if nothing.
+
+        `low` and `high` are the range of the input.
+        """
+        untold = [found.words for found in self.evidence if not found.told]
+        if self.evidence and not untold:
+            return ""
+        lacks = [
+            words
+            for lacking, words in (
+                (not self.evidence, f"no time stamps, or fewer than {LEAST} samples that have them"),
+                (self.motion.rests is False, "no holds"),
+                (self.motion.speeds < SPEEDS, "one speed only"),
+            )
+            if lacking
+        ]
+        why = f" ({', '.join(lacks)})" if lacks else ""
+        return (
+            f"dependence on {' and '.join(untold) or 'rate and time (creep)'} cannot be told from hysteresis in this "
+            f"log{why}; dehyst design --range {low:.3g} {high:.3g} plans a motion that tells"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -408,6 +439,7 @@ class Fit:
             "shear": self.model.shear if isinstance(self.model, ShearedPrandtlIshlinskii) else None,
             "shears": [] if self.shear_choice is None else self.shear_choice.as_list(),
             "verdict": self.verdict,
+            "evidence": [found.as_dict() for found in self.facts.evidence],
             "warnings": [finding.as_dict() for finding in self.warnings],
         }
 

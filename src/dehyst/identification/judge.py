@@ -9,7 +9,6 @@ from dehyst.identification.data import DataSet
 from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
-from dehyst.identification.selection import AFFORDABLE
 from dehyst.recording import Recording
 
 GOOD_PERCENT = 3.0
@@ -47,21 +46,19 @@ def examine(
 
     `paper`: the bound is the paper's, in units of the log. `held_out`: something was to be held out.
     """
-    (share, size), (change, doubt) = measured.rate, measured.drift
-    if certificate.strain > AFFORDABLE:
-        share, size = 0.0, None  # what the bound spoils may follow the rate, and says nothing of the actuator
+    change, doubt = measured.drift
     loop_facts = LoopFacts(
         orientation=loop.name,
         trend=data.trend,
         width_percent=100.0 * loop.width,
         loops=counts[0],
         turns=counts[1],
-        rate_dependence_percent=size,
         drift_percent=-100.0 * change / data.output_range,
         motion=motion,
+        evidence=measured.evidence,
     )
     found = [finding for record in records for finding in record.findings]
-    found += about_data(records, data, loop_facts, share, size, abs(change), doubt, family)
+    found += about_data(records, data, loop_facts, abs(change), doubt, family)
     found += about_fit(records, data, measured, certificate, paper, held_out)
     unique = {(finding.code, finding.message): finding for finding in found}
     return loop_facts, tuple(unique.values())

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dehyst.identification import facts
 from dehyst.identification.data import DataSet
+from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank
 from dehyst.identification.scores import Part, inverse_miss, parts, predictions, round_trip, score
@@ -40,8 +41,8 @@ class Measured:
         How far the held-out input leaves what was fitted, share of the range.
     levels_apart
         Largest difference of the mean residuals of two recordings. [output]
-    rate
-        Share of the error that the rate explains, and its size in percent of range, or None.
+    evidence
+        Of rate and creep; empty without time stamps.
     drift
         Change of the residual from the first to the last cycle, and its standard error. [output]
     """
@@ -59,7 +60,7 @@ class Measured:
     inverse_miss: float
     beyond: float
     levels_apart: float
-    rate: tuple[float, float | None]
+    evidence: tuple[Evidence, ...]
     drift: tuple[float, float]
 
 
@@ -89,7 +90,8 @@ class Measure(Protocol):
 
 
 def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
-    """Compare with recordings in memory."""
+    """Compare with recordings in memory; the test of rate and creep is made once for all models that are compared."""
+    tested: list[tuple[Evidence, ...]] = []
 
     def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
         fitted, held_out = parts(records, data, bank.initial_state)
@@ -106,6 +108,8 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
         if np.count_nonzero(seen) > 8:
             signals = (records[0].input, better[0], records[0].output)
             change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
+        if not tested:
+            tested.append(_evidence(records, data, turns))
         return Measured(
             recordings=records,
             outputs=outputs,
@@ -120,30 +124,19 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
             inverse_miss=inverse_miss(records, demands, fitted if test is None else held_out),
             beyond=_beyond_training(records, held_out, data),
             levels_apart=_levels_apart(records, outputs, fitted, held_out),
-            rate=_rate(records, better, fitted, held_out, turns, data.output_range),
+            evidence=tested[0],
             drift=change,
         )
 
     return measure
 
 
-def _rate(
-    records: tuple[Recording, ...],
-    outputs: tuple[Array, ...],
-    fitted: Part,
-    held_out: Part,
-    turns: int,
-    output_range: float,
-) -> tuple[float, float | None]:
-    """Share of the error that the rate explains, and its size in percent of range, in the first timed recording."""
-    for index, record in enumerate(records):
-        if record.time is None or len(record.pieces) > 1:
-            continue
-        rows = facts.thinned(len(record), turns)
-        usable = fitted.mask(index, len(record))[rows] | held_out.mask(index, len(record))[rows]
-        time, x, y, predicted = record.time[rows], record.input[rows], record.output[rows], outputs[index][rows]
-        return facts.rate_dependence(time, x, y, predicted, usable, output_range)
-    return 0.0, None
+def _evidence(records: tuple[Recording, ...], data: DataSet, turns: int) -> tuple[Evidence, ...]:
+    timed = [(k, record, record.time) for k, record in enumerate(records) if record.time is not None]
+    found = []
+    for (k, record, time), rows in zip(timed, rows_of([len(record) for _, record, _ in timed], turns), strict=True):
+        found += stretches_of(data, k, rows, np.array([time[rows], record.input[rows], record.output[rows]]))
+    return evidence(found)
 
 
 def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], fitted: Part, held_out: Part) -> float:

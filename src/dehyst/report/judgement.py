@@ -48,8 +48,6 @@ ROUND_TRIP = (1e-9, 1e-6)
 # RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
 INVERSE_MISS = (0.05, INVERSE_MISSES / 100.0)
 KKT = 1e-9
-# A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
-SPEEDS = 1.5
 UNDETERMINED_SHARE = (0.1, 0.5)
 
 
@@ -191,7 +189,7 @@ def _data(fit: Fit) -> Light:
     if "mixed-loop" in found:
         reasons.append("loops run in both directions")
     if "rate-dependent" in found:
-        reasons.append(f"{number(facts.rate_dependence_percent, 2)} % of range follows the rate of the input")
+        reasons += _depends(facts)
     if "drift" in found:
         reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
     if "few-loops" in found:
@@ -204,34 +202,28 @@ def _data(fit: Fit) -> Light:
         reasons.append("of some pieces after gaps the level is unknown")
     if "one-loop-size" in found:
         reasons.append("all loops are of one size, so smaller ones are untested")
-    missing = missing_in(facts)
+    card = fit.model.card.input
+    missing = "" if card.low is None or card.high is None else facts.lacking(card.low, card.high)
     if reasons:
         return Light("The data", Grade.CARE, "; ".join([*reasons, missing] if missing else reasons))
     return Light("The data", Grade.GOOD, "; ".join(part for part in (_looked_for(facts), missing) if part))
 
 
 def _looked_for(facts: LoopFacts) -> str:
-    """What was looked for and not found: creep is not, since its test is that of the direct inverse."""
+    """What was looked for, and whether it was found; what the log cannot tell is said beside it."""
     sizes = facts.motion.smallest, facts.motion.largest
     loops = count(facts.loops, "complete loop")
     if math.isfinite(sizes[0]):
         loops += f" of {sizes[0]:.0f} to {sizes[1]:.0f} % of the input's range"
-    rate = "" if facts.rate_dependence_percent is None else " and no dependence on the rate of the input"
-    return f"{loops}, no drift from cycle to cycle{rate} found"
+    absent = ["drift from cycle to cycle"]
+    absent += [f"dependence on {each.words}" for each in facts.evidence if each.told and not each.there]
+    return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *_depends(facts)])
 
 
-def missing_in(facts: LoopFacts) -> str:
-    """What a log lacks that would tell creep and rate from hysteresis; "" if nothing."""
-    lacks = [
-        words
-        for lacking, words in (
-            (facts.rate_dependence_percent is None, "no time stamps"),
-            (facts.motion.rests is False, "no holds, which show creep"),
-            (facts.motion.speeds < SPEEDS, "one speed only"),
-        )
-        if lacking
+def _depends(facts: LoopFacts) -> list[str]:
+    return [
+        f"{number(each.size_percent, 2)} % of range depend on {each.words}" for each in facts.evidence if each.there
     ]
-    return f"{', '.join(lacks)} (dehyst design plans a motion that has them)" if lacks else ""
 
 
 def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:

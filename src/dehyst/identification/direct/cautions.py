@@ -11,10 +11,10 @@ from dehyst.findings import Finding
 from dehyst.identification.cautions import POOR_PERCENT, no_held_out
 from dehyst.identification.direct.columns import Shape
 from dehyst.identification.direct.data import DirectData
-from dehyst.identification.direct.evidence import Evidence
 from dehyst.identification.direct.fit import DirectCertificate, Rival
 from dehyst.identification.direct.selection import FOLDS, WORTH, Trials
-from dehyst.identification.direct.times import holds_still, longest_hold, separable, words
+from dehyst.identification.direct.times import separable, words
+from dehyst.identification.evidence import CREEP, TOLD, Evidence
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT, reasons_of
 from dehyst.identification.selection import STATIC_AS_GOOD
@@ -33,7 +33,7 @@ SERIOUS_DIRECT = {
     "few-loops", "recordings-differ", "swapped-columns", "forward-better", "extrapolation", "drift", "schedule-once",
 }  # fmt: skip
 # Findings about data that hold whatever is identified from it.
-OF_DATA = ("few-loops", "never-turns", "drift", "swapped-columns", "recordings-differ")
+OF_DATA = ("few-loops", "never-turns", "one-loop-size", "drift", "swapped-columns", "recordings-differ")
 
 
 def about_terms(
@@ -50,15 +50,14 @@ def about_terms(
             f"{max(1, times.size)}, which chooses within that range.",
         )
     if "creep" in shape.groups and times.size:
-        if not holds_still(data, times):
+        found = next((each for each in evidence if each.group == CREEP), None)
+        if found is not None and found.own < TOLD:
             yield Finding(
                 "creep-without-holds",
-                f"creep was fitted, but neither output nor input holds still for long (longest "
-                f"{longest_hold(data):.3g} s; time constants go up to {times[-1]:.3g} s): loops at one speed cannot "
-                f"tell creep from stops, and the split between the two is arbitrary at other speeds. Log with holds "
-                f"after reversals and at different speeds.",
+                f"creep was fitted, but hysteresis imitates {100 - 100 * found.own:.0f} % of its course in this log: "
+                f"the split between the two is arbitrary, and wrong at other speeds. Log with holds after reversals "
+                f"and at different speeds; `dehyst design` plans them.",
             )
-        found = next((each for each in evidence if each.group == "creep"), None)
         if asked and found is not None and not found.there:
             yield Finding(
                 "creep-no-gain",

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
-from dehyst.identification.direct.evidence import Evidence
+from dehyst.identification.evidence import CREEP, RATE, Evidence
 from dehyst.identification.fit import Candidate, LoopFacts, Score
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
@@ -100,12 +100,10 @@ class DirectFit:
         Errors of the input of the best curve without memory.
     certificate
         Optimality, terms, start.
-    evidence
-        Whether rate and time matter; empty without time stamps.
     rivals
         Forward families on the same samples, the one with the best inverse first.
     facts
-        Orientation and loops of the data.
+        Orientation and loops of the data, and what they show of rate and creep.
     candidates
         Shapes that were compared on held-out blocks, best first.
     warnings
@@ -139,7 +137,6 @@ class DirectFit:
     static_train: Score
     static_test: Score | None
     certificate: DirectCertificate
-    evidence: tuple[Evidence, ...]
     rivals: tuple[Rival, ...]
     facts: LoopFacts
     candidates: tuple[Candidate, ...]
@@ -158,6 +155,25 @@ class DirectFit:
         """Errors of the output on the same samples."""
         return self.forward_train if self.forward_test is None else self.forward_test
 
+    @property
+    def evidence(self) -> tuple[Evidence, ...]:
+        """What the log shows of rate and creep; empty without time stamps."""
+        return self.facts.evidence
+
+    @property
+    def evidence_words(self) -> tuple[str, ...]:
+        """What the log shows of rate and creep, a sentence each, and what the model has of them where that differs."""
+        groups = self.settings.get("groups", ())
+        return tuple(
+            f"{found}{_kept(found, ('viscous' if found.group == RATE else CREEP) in groups)}" for found in self.evidence
+        )
+
+    @property
+    def lacking(self) -> str:
+        """What this log cannot tell of rate and creep, and the line that plans a motion that does; "" if nothing."""
+        card = self.model.card.input
+        return "" if card.low is None or card.high is None else self.facts.lacking(card.low, card.high)
+
     def __repr__(self) -> str:
         """One line: terms and the error that counts."""
         where = "fitted" if self.test is None else "held out"
@@ -168,7 +184,7 @@ class DirectFit:
 
     def __str__(self) -> str:
         """Verdict, comparison, evidence and the codes of the warnings."""
-        lines = [self.verdict or repr(self), f"model: {self.model!r}", *(str(found) for found in self.evidence)]
+        lines = [self.verdict or repr(self), f"model: {self.model!r}", *self.evidence_words]
         codes = dict.fromkeys(finding.code for finding in self.warnings)
         return "\n".join([*lines, f"warnings: {', '.join(codes) or 'none'}"])
 
@@ -197,3 +213,12 @@ class DirectFit:
             "verdict": self.verdict,
             "warnings": [finding.as_dict() for finding in self.warnings],
         }
+
+
+def _kept(found: Evidence, kept: bool) -> str:
+    """What is to be said where a model has what was not found, or has not what was found."""
+    if kept == found.there:
+        return ""
+    if kept:
+        return "; the model has a term of it, which made the fit better"
+    return "; not in the model, whose other terms do as well there" if found.told else ""

@@ -17,13 +17,12 @@ from dehyst.identification.direct.build import build_direct
 from dehyst.identification.direct.cautions import about_direct_fit, about_terms, direct_verdict
 from dehyst.identification.direct.columns import LENGTHS, RADII, ROWS, STARTS, Bank, Layout, Shape, rows_at, terms_along
 from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
-from dehyst.identification.direct.evidence import Evidence, evidence
 from dehyst.identification.direct.fit import DirectCertificate, DirectFit
 from dehyst.identification.direct.forward import follow
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.rivals import Compared, compare_forward
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
-from dehyst.identification.direct.times import AUTO, check_creep, holds_still, time_constants
+from dehyst.identification.direct.times import AUTO, check_creep, time_constants
 from dehyst.identification.fit import Candidate, Score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import HALF, Split, split_recordings, tested_on
@@ -140,7 +139,7 @@ def identify_direct(
         optional = (*lags, *(creeps if not asked else ()), *viscous)
         chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
         settings = _settings(creep, times, initial_state, split, chosen.shape, bank, data)
-        compared = compare_forward(records, train_fraction)
+        compared = compare_forward(records, split)
         return _fitted(records, data, layout, trials, chosen, bool(required), settings, compared)
 
 
@@ -231,7 +230,6 @@ def _fitted(
     (forward_train, forward_test), (static_train, static_test) = forward, curves
     if train is None or forward_train is None or static_train is None:
         raise AssertionError("no fitted samples")  # prepare_direct has counted them
-    found = _evidence(data, layout, trials, shape)
     certificate = DirectCertificate(
         estimate.kkt_residual, model.nonzero_weights, layout.terms_of(shape).size * len(layout.sets_of(shape)),
         shape.start, model.least_slope() > 0.0, answers.missed,
@@ -239,7 +237,7 @@ def _fitted(
     judged, static = test or train, static_test or static_train
     findings: list[Finding] = [finding for record in records for finding in record.findings]
     findings += compared.findings
-    findings += about_terms(data, shape, layout.bank.time_constants, asked, trials, found)
+    findings += about_terms(data, shape, layout.bank.time_constants, asked, trials, compared.facts.evidence)
     findings += about_direct_fit(
         records, data, judged, static, compared.rivals, certificate,
         test is None and settings["train_fraction"] < 1.0,
@@ -271,7 +269,6 @@ def _fitted(
         static_train=static_train,
         static_test=static_test,
         certificate=certificate,
-        evidence=found,
         rivals=compared.rivals,
         facts=compared.facts,
         candidates=_candidates(trials, chosen, data),
@@ -319,16 +316,6 @@ def _score(measured: list[Array], said: tuple[Array, ...], masks: tuple[Mask, ..
     return Score(
         rmse, 100.0 * rmse / span, rmse / scatter if scatter > 0.0 else float("inf"), float(np.max(np.abs(left)))
     )
-
-
-def _evidence(data: DirectData, layout: Layout, trials: Trials, shape: Shape) -> tuple[Evidence, ...]:
-    if not data.timed:
-        return ()
-    groups = ("viscous", "creep") if layout.bank.time_constants.size else ("viscous",)
-    times = layout.bank.time_constants
-    percent = 100.0 * data.amplitude / data.input_range
-    held = times.size == 0 or holds_still(data, times)
-    return evidence(layout, shape, trials.blocks(shape.start), percent, groups, held)
 
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:

@@ -10,7 +10,10 @@ from dehyst.identification.direct.cautions import findings_of_data
 from dehyst.identification.direct.fit import Rival
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Fit, LoopFacts
-from dehyst.identification.procedure import identify
+from dehyst.identification.measures import measure_in_memory
+from dehyst.identification.procedure import call_of, solve_in_memory
+from dehyst.identification.settings import PAPER_OPERATORS, eps_of_call
+from dehyst.identification.split import Split
 from dehyst.recording import Recording
 from dehyst.ties import rank
 
@@ -23,16 +26,18 @@ class Compared(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def compare_forward(records: tuple[Recording, ...], train_fraction: float | None) -> Compared:
+def compare_forward(records: tuple[Recording, ...], split: Split) -> Compared:
     """Identify every forward family and score it.
 
     A family that cannot be identified is left out; if none can, the fault of the last one is raised.
     """
     fits: list[Fit] = []
     fault: DehystError | None = None
+    measure = measure_in_memory(records)  # which tests rate and creep once for all of them
     for family in FAMILIES:
+        call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
         try:
-            fits.append(identify(records, family, train_fraction=train_fraction))
+            fits.append(solve_in_memory(call, records, None, measure))
         except DehystError as found:
             fault = found
     if not fits:

@@ -1,5 +1,4 @@
-"""Time constants of creep: which ones a log can tell apart, and whether it holds still long enough to tell them "
-"from stops."""
+"""Time constants of creep: which ones a log can tell apart."""
 
 from __future__ import annotations
 
@@ -21,12 +20,6 @@ USUAL_TIMES = 6
 # A log tells time constants apart from three of its sampling steps up to a third of its fitted part; over less than
 # 1 : 300 of that nothing is gained.
 STEPS, SHARE, WIDEST = 3.0, 1.0 / 3.0, 300.0
-# A signal holds still while it stays within this share of its range.
-STILL = 0.005
-# Holds tell creep from stops if they last this share of the shortest time constant, and of the longest that the log
-# could tell.
-HELD_SHORTEST = 0.5
-HELD_LONGEST = 0.1
 
 
 def check_creep(creep: int | str, times: npt.ArrayLike | None) -> Array | None:
@@ -84,52 +77,6 @@ def time_constants(data: DirectData, creep: int | str, given: Array | None) -> A
     if count == 0 or not low < high:
         return np.zeros(0)
     return np.array([np.sqrt(low * high)]) if count == 1 else np.geomspace(low, high, count)
-
-
-def longest_hold(data: DirectData) -> float:
-    """Longest time for which output or input stays within 0.5 % of its range in the fitted part. [s]
-
-    Either will do: while a position is held the input creeps, while a pressure is held the output does.
-    """
-    longest = 0.0
-    for piece in data.pieces:
-        if piece.time is not None:
-            for signal in (piece.y, piece.u):
-                longest = max(longest, _hold(signal[: piece.split], piece.time[: piece.split]))
-    return longest
-
-
-def holds_still(data: DirectData, times: Array) -> bool:
-    """Whether the fitted part holds still for long enough to tell creep with these time constants from stops."""
-    hold = longest_hold(data)
-    return hold >= HELD_SHORTEST * float(times[0]) and hold >= HELD_LONGEST * separable(data)[1]
-
-
-def _hold(signal: Array, time: Array) -> float:
-    """Longest stretch whose values span at most 1 % of the range (which is 2, scaled); two fingers along the signal."""
-    longest, begin = 0.0, 0
-    low = high = float(signal[0]) if signal.size else 0.0
-    for k, value in enumerate(signal.tolist()):
-        low, high = min(low, value), max(high, value)
-        if high - low > 4.0 * STILL:
-            begin = _first_within(signal, k)
-            inside = signal[begin : k + 1]
-            low, high = float(inside.min()), float(inside.max())
-        longest = max(longest, float(time[k] - time[begin]))
-    return longest
-
-
-def _first_within(u: Array, k: int) -> int:
-    """Earliest index from which the signal up to k stays within the band around its value at k."""
-    begin = k
-    low = high = float(u[k])
-    while begin > 0:
-        value = float(u[begin - 1])
-        low, high = min(low, value), max(high, value)
-        if high - low > 4.0 * STILL:
-            break
-        begin -= 1
-    return begin
 
 
 def words(times: Sequence[float] | Array) -> str:

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification import facts
 from dehyst.identification.data import DataSet, Piece, chunks
+from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import Score
 from dehyst.identification.levels import started
 from dehyst.identification.measures import Measure, Measured
@@ -151,13 +151,10 @@ class _Comparison:
         self.parts = {NEITHER: Errors(), FITTED: Errors(), HELD_OUT: Errors()}
         self.levels = [(Sum(), Sum()) for _ in logs]  # fitted, held out
         self.kept = [Kept(log.places, np.empty((2, log.places.size))) for log in logs]
-        # Rate dependence is looked for in the first log with time and without breaks.
-        timed = [k for k, log in enumerate(logs) if log.reader.tape.has_time and not log.gaps.breaks]
-        self.timed = timed[0] if timed else -1
-        if timed:
-            chosen = facts.thinned(logs[timed[0]].samples, turns)
-            rows = np.arange(chosen.start, chosen.stop, chosen.step, dtype=np.int64)
-            self.rated = Kept(rows, np.empty((6, rows.size)))
+        # Rate and creep are looked for in some rows of the logs that have time.
+        timed = [k for k, log in enumerate(logs) if log.reader.tape.has_time]
+        self.rows = dict(zip(timed, rows_of([logs[k].samples for k in timed], turns), strict=True))
+        self.rated = {k: _kept(rows) for k, rows in self.rows.items()}
         low, high = logs[0].reader.extremes(0, logs[0].samples, INPUT)
         self.trip = RoundTrip(model.stepper("dense"), model.inverse().stepper("dense"), model.stepper("dense"))
         self.cycles = Cycles(TURN_FRACTION * (high - low), 2)
@@ -165,7 +162,7 @@ class _Comparison:
 
     def run(self) -> Measured:
         for index, log in enumerate(self.logs):
-            log.reader.restart(clock=index == self.timed)
+            log.reader.restart(clock=index in self.rated)
             for k, piece in enumerate(self.data.pieces):
                 if piece.recording == index:
                     self._piece(log, piece, self.bank.states[k])
@@ -182,10 +179,8 @@ class _Comparison:
             if kind in (FITTED, HELD_OUT):
                 self.levels[piece.recording][kind == HELD_OUT].add(y - output)
             self.kept[piece.recording].put(begin, end, (output, asked))
-            if piece.recording == self.timed:
-                usable = np.full(x.size, float(kind != NEITHER))
-                time = log.reader.read(begin, end, TIME)
-                self.rated.put(begin, end, (time, x, y, output, curve, usable))
+            if piece.recording in self.rated:
+                self.rated[piece.recording].put(begin, end, (log.reader.read(begin, end, TIME), x, y))
             if piece.recording == 0:
                 self.trip.add(x)
                 self.cycles.add(begin, x, np.array([output - y, curve - y]))
@@ -223,17 +218,13 @@ class _Comparison:
             inverse_miss=scored.asked.moments.rms / span,
             beyond=0.5 * max(0.0, beyond),
             levels_apart=max(levels) - min(levels) if len(levels) > 1 else 0.0,
-            rate=self._rate(better),
+            evidence=self._evidence(),
             drift=self.cycles.drift(better) if self.logs[0].samples > 8 else (0.0, 0.0),
         )
 
-    def _rate(self, better: int) -> tuple[float, float | None]:
-        if self.timed < 0:
-            return 0.0, None
-        time, x, y = self.rated.values[:3]
-        return facts.rate_dependence(
-            time, x, y, self.rated.values[3 + better], self.rated.values[5] > 0.0, self.data.output_range
-        )
+    def _evidence(self) -> tuple[Evidence, ...]:
+        found = [stretches_of(self.data, k, self.rows[k], kept.values) for k, kept in self.rated.items()]
+        return evidence([stretch for each in found for stretch in each])
 
     def _masks(self, kind: int) -> Iterator[Mask]:
         for index, log in enumerate(self.logs):
@@ -244,6 +235,11 @@ class _Comparison:
                     low, high = np.searchsorted(log.places, [piece.start + span.start, piece.start + span.stop])
                     mask[low:high] = True
             yield mask
+
+
+def _kept(rows: slice) -> Kept:
+    places = np.arange(0, rows.stop, rows.step or 1, dtype=np.int64)
+    return Kept(places, np.empty((3, places.size)))
 
 
 def _parts(piece: Piece, initial_state: str) -> Iterator[tuple[int, slice]]:

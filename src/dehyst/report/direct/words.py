@@ -45,8 +45,9 @@ def direct_lights(fit: DirectFit) -> tuple[Light, ...]:
     reason = "the input rises with the output, whatever the past" if rises else "the input may fall after some past"
     found.append(Light("Slope", Grade.GOOD if rises else Grade.CARE, reason))
     codes = sorted({finding.code for finding in fit.warnings})
-    data = Light("The data", Grade.CARE, ", ".join(codes)) if codes else Light("The data", Grade.GOOD, "no warnings")
-    found.append(data)
+    missing = fit.lacking
+    reason = "; ".join(part for part in (", ".join(codes) or "no warnings", missing) if part)
+    found.append(Light("The data", Grade.CARE if codes else Grade.GOOD, reason))
     if not fit.certificate.kkt_residual <= KKT:
         found.append(Light("Optimality", Grade.CARE, f"KKT residual {number(fit.certificate.kkt_residual)}"))
     return tuple(found)
@@ -61,7 +62,7 @@ def direct_words(fit: DirectFit) -> tuple[str, ...]:
         f"that an output needs. On samples {where} it is typically {with_unit(judged.rmse, first.input_unit)} off, "
         f"{with_unit(judged.max, first.input_unit)} at worst."
     ]
-    says += [f"{str(found)[0].upper()}{str(found)[1:]}." for found in fit.evidence]
+    says += [f"{said[0].upper()}{said[1:]}." for said in fit.evidence_words]
     if direct_overall(fit) is Grade.BAD:
         says.append("It should not drive a machine as it is; the warnings say why.")
     return tuple(says)
@@ -132,7 +133,7 @@ def _certificate(fit: DirectFit) -> Table:
         ("Past before the first sample", c.initial_state),
         ("Input rises with the output whatever the past", "guaranteed" if c.rises else "not guaranteed"),
         ("Samples whose input no output near the range needs", str(c.missed)),
-        *(("Evidence", str(found)) for found in fit.evidence),
+        *(("Evidence", said) for said in fit.evidence_words),
     ]
     return Table("Certificate and evidence", (), tuple(rows))
 

@@ -1,0 +1,328 @@
+"""The one test of rate and creep: a log explained with and without them, on blocks held out, whatever the model."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.identification.data import ENOUGH, LONG, DataSet
+from dehyst.identification.facts import velocity
+from dehyst.identification.least_squares import Solution, solve_bounded, triangle
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+RATE, CREEP = "rate", "creep"
+BLOCKS = 10
+# All 2^10 ways to exchange "with" and "without" in the blocks.
+_SIGNS = 1.0 - 2.0 * ((np.arange(1 << BLOCKS)[:, None] >> np.arange(BLOCKS)) & 1)
+# Significant at this level, and the error smaller by more than this share.
+LEVEL, WORTH = 0.05, 0.02
+# What leaves less than the first share of its course unexplained by hysteresis is not found, whatever p; from the
+# second one on, what is not found is not there. Both are measured, in decision 41.
+IMITATED, TOLD = 0.04, 0.12
+# Hysteresis of any kind: a polynomial, stops and lags along the path (their scales in half ranges).
+DEGREE = 7
+RADII, LENGTHS = np.geomspace(0.01, 0.95, 12), np.geomspace(0.05, 1.5, 5)
+# Time constants of creep, from three sampling steps to a third of the log or 1 : 300 of that.
+TIMES, STEPS, SHARE, WIDEST = 6, 3.0, 1.0 / 3.0, 300.0
+RIDGE = 1e-6
+LEAST = 200  # samples
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What rate, or creep, is worth on data that was not fitted.
+
+    Attributes
+    ----------
+    group
+        "rate" (a term that follows the speed) or "creep" (lags in time).
+    without_percent, with_percent
+        Error on held-out blocks without and with the group, percent of the range of the signal that is explained:
+        RMS of each block, and the geometric mean of these, so that every block counts alike.
+    better
+        In how many blocks the error is smaller with it.
+    blocks
+        Number of blocks.
+    p
+        How often a mean improvement as large as this one, or larger, would come about if the group made no difference:
+        the share of all exchanges of "with" and "without" within blocks (exact permutation test, one-sided). Blocks are
+        neighbours in time, so it is a guide and no proof.
+    own
+        Share of the group's course (rms) along this log that no hysteresis imitates, in 0..1.
+    """
+
+    group: str
+    without_percent: float
+    with_percent: float
+    better: int
+    blocks: int
+    p: float
+    own: float = 1.0
+
+    @property
+    def told(self) -> bool:
+        """Whether the log can tell: along holds and several speeds hysteresis does not imitate rate and creep."""
+        return self.there or self.own >= TOLD
+
+    @property
+    def there(self) -> bool:
+        """Whether it is there: p below 5 %, an error smaller by more than 2 %, and a course that is its own."""
+        better = self.with_percent < (1.0 - WORTH) * self.without_percent
+        return better and self.p < LEVEL and self.own >= IMITATED
+
+    @property
+    def size_percent(self) -> float:
+        """RMS of what it explains, percent of range; 0 where it is not there."""
+        return float(np.sqrt(self.without_percent**2 - self.with_percent**2)) if self.there else 0.0
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the values as printed by ``--json``."""
+        return {
+            "group": self.group,
+            "without_percent": self.without_percent,
+            "with_percent": self.with_percent,
+            "better": self.better,
+            "blocks": self.blocks,
+            "p": self.p,
+            "own": self.own,
+            "told": self.told,
+            "there": self.there,
+        }
+
+    @property
+    def figures(self) -> str:
+        """Both errors, with as many digits as tell them apart, at most four."""
+        without, with_it = self.without_percent, self.with_percent
+        for digits in (2, 3, 4):
+            if f"{without:.{digits}f}" != f"{with_it:.{digits}f}":
+                break
+        return f"{without:.{digits}f} % of range without, {with_it:.{digits}f} % with it"
+
+    @property
+    def answer(self) -> str:
+        """In a word or two."""
+        return "found" if self.there else "not found" if self.told else "cannot be told from hysteresis in this log"
+
+    @property
+    def words(self) -> str:
+        """What it is a dependence on."""
+        return "rate" if self.group == RATE else "time (creep)"
+
+    def __str__(self) -> str:
+        """One sentence."""
+        return (
+            f"dependence on {self.words}: {self.answer}; {self.figures} on held-out blocks, better in {self.better} of "
+            f"{self.blocks}, p = {self.p:.2g}, {100 * self.own:.0f} % of its course its own"
+        )
+
+
+class Stretch(NamedTuple):
+    """Samples in succession, all (T,): time [s], input, output, and which of them count."""
+
+    time: Array
+    x: Array
+    y: Array
+    counts: Mask
+
+
+def rows_of(sizes: Sequence[int], turns: int) -> list[slice]:
+    """All samples of logs of so many, or of long ones about 50 000: at least 40 to a swing, from their beginnings."""
+    size = sum(sizes)
+    if size <= LONG:
+        return [slice(0, each) for each in sizes]
+    step = max(1, min(-(-size // ENOUGH), size // (40 * max(1, turns))))
+    share = min(1.0, step * ENOUGH / size)
+    return [slice(0, round(share * each), step) for each in sizes]
+
+
+def stretches_of(data: DataSet, recording: int, rows: slice, signals: Array) -> list[Stretch]:
+    """Those rows of a recording, cut where its memory breaks; `signals` are time, input and output there, (3, m)."""
+    found, step = [], rows.step or 1
+    for piece in data.pieces:
+        first, last = -(-piece.start // step), -(-(piece.start + piece.x.size) // step)
+        time, x, y = signals[:, first:last]
+        if piece.recording == recording and time.size > 2:
+            at = np.arange(time.size) * step + first * step - piece.start
+            counts = at >= piece.usable_from("zero")
+            if piece.weight is not None:
+                counts &= piece.weight[at] > 0.0
+            found.append(Stretch(time, x, y, counts))
+    return [stretch for stretch in found if stretch.counts.any()]
+
+
+def evidence(stretches: Sequence[Stretch]) -> tuple[Evidence, ...]:
+    r"""Test whether a log depends on rate, and whether it creeps: each beside the other and any hysteresis.
+
+    One of the two signals, q, drives, and the other one is explained by it, with weights fitted to nine of ten blocks
+    and scored on the tenth:
+
+    .. math::
+
+        P(q) \pm \Big(\sum_i s_i(q) E_{r_i}[q] + \sum_j p_j(q) R_{x_j}[q] + \sum_m k_m (q - L_{\tau_m}[q])
+            + d \dot q\Big), \quad s, p, k, d \ge 0
+
+    Which of the signals drives, and the sign, is what explains the log best: the displacement of a friction, the
+    voltage of a piezo. A constant of each block is free, so that a zero that wanders is not taken for creep.
+
+    Returns
+    -------
+    found : tuple of Evidence
+        Of rate and of creep; empty where samples are too few.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 120.0, 0.05)
+    >>> x = np.sin(t**1.3 / 4) * np.where(t % 30 < 20, 1.0, 0.4)
+    >>> [(found.group, found.there) for found in evidence([Stretch(t, x, x + 0.05 * np.gradient(x, t), t >= 0)])]
+    [('rate', True), ('creep', False)]
+    """
+    if sum(int(s.counts.sum()) for s in stretches) < LEAST:
+        return ()
+    ways = []
+    for turned in (stretches, [s._replace(x=s.y, y=s.x) for s in stretches]):
+        blocks = _blocks(turned)
+        if blocks is None:
+            return ()
+        ways += [_Way(blocks), _Way([_mirrored(block) for block in blocks])]
+    best = min(ways, key=lambda way: way.fitted)
+    return tuple(best.test(group) for group in (RATE, CREEP))
+
+
+def permutation_p(gains: Array) -> float:
+    """Share of all sign changes of the gains whose mean is at least as large as theirs.
+
+    Examples
+    --------
+    >>> permutation_p(np.ones(10))
+    0.0009765625
+    >>> permutation_p(np.zeros(10))
+    1.0
+    """
+    means: Array = _SIGNS[: 1 << gains.size, : gains.size] @ gains
+    return float(np.mean(means >= means[0] - 1e-12 * np.sum(np.abs(gains))))
+
+
+# Columns: [powers | stops and lags of both ends | creep | rate | what is explained].
+_HYSTERESIS = 2 * (RADII.size + LENGTHS.size)
+_GROUPS = {
+    CREEP: np.arange(DEGREE + _HYSTERESIS, DEGREE + _HYSTERESIS + TIMES),
+    RATE: np.array([DEGREE + _HYSTERESIS + TIMES]),
+}
+_TERMS = DEGREE + _HYSTERESIS + TIMES + 1
+
+
+class _Block(NamedTuple):
+    """Triangle of a block's rows, and their number."""
+
+    rows: Array
+    samples: int
+
+
+class _Way:
+    """One choice of the signal that drives, and of the sign of its terms."""
+
+    def __init__(self, blocks: list[_Block]) -> None:
+        self.blocks = blocks
+        every = np.arange(_TERMS + 1)
+        whole = self._solve(every, self.blocks)
+        self.fitted = sum(_square(block, every, whole) for block in blocks)
+
+    def test(self, group: str) -> Evidence:
+        every = np.arange(_TERMS + 1)
+        others = np.setdiff1d(every, _GROUPS[group])
+        with_it, without_it = self._held_out(every), self._held_out(others)
+        gains = np.log(without_it) - np.log(with_it)
+        return Evidence(
+            group,
+            50.0 * float(np.exp(np.mean(np.log(without_it)))),
+            50.0 * float(np.exp(np.mean(np.log(with_it)))),
+            int(np.sum(with_it < without_it)),
+            BLOCKS,
+            permutation_p(gains),
+            self._own(group, others[:-1]),
+        )
+
+    def _held_out(self, columns: npt.NDArray[np.int64]) -> Array:
+        """RMS on every block of the fit to the others; 2 is the range."""
+        errors = []
+        for k, block in enumerate(self.blocks):
+            solution = self._solve(columns, [other for j, other in enumerate(self.blocks) if j != k])
+            errors.append(np.sqrt(_square(block, columns, solution) / block.samples))
+        return np.maximum(np.array(errors, dtype=np.float64), 1e-12)
+
+    @staticmethod
+    def _solve(columns: npt.NDArray[np.int64], blocks: list[_Block]) -> Solution:
+        rows = np.concatenate([block.rows[:, columns] for block in blocks])
+        penalty = np.zeros((columns.size, columns.size))
+        penalty[:-1, :-1] = np.diag(np.sqrt(RIDGE * np.sum(rows[:, :-1] ** 2, axis=0)))
+        return solve_bounded(triangle(np.concatenate([rows, penalty])), DEGREE, np.zeros(columns.size - 1 - DEGREE))
+
+    def _own(self, group: str, others: npt.NDArray[np.int64]) -> float:
+        """Largest share of a column of a group that no combination of the other groups' columns imitates."""
+        rows = np.concatenate([block.rows for block in self.blocks])
+        columns = rows[:, _GROUPS[group]]
+        factor = triangle(np.column_stack([rows[:, others], columns]))
+        left = np.linalg.norm(factor[others.size :, others.size :], axis=0)
+        return float(np.max(left / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)))
+
+
+def _square(block: _Block, columns: npt.NDArray[np.int64], solution: Solution) -> float:
+    left = block.rows[:, columns] @ np.concatenate([solution.free, solution.bounded, [-1.0]])
+    return float(left @ left)
+
+
+def _mirrored(block: _Block) -> _Block:
+    rows = block.rows.copy()
+    rows[:, DEGREE:_TERMS] *= -1.0
+    return _Block(rows, block.samples)
+
+
+def _blocks(stretches: Sequence[Stretch]) -> list[_Block] | None:
+    """Rows of all stretches, x as what drives, in ten blocks less their means; None if a signal stands still."""
+    drive, other = _scaling([s.x[s.counts] for s in stretches]), _scaling([s.y[s.counts] for s in stretches])
+    if drive is None or other is None:
+        return None
+    longest = max(float(s.time[-1] - s.time[0]) for s in stretches)
+    step = float(np.median(np.concatenate([np.diff(s.time) for s in stretches])))
+    times = np.geomspace(max(STEPS * step, SHARE * longest / WIDEST), SHARE * longest, TIMES)
+    parts = [
+        _columns(s.time, (s.x - drive[0]) / drive[1], (s.y - other[0]) / other[1], times)[s.counts] for s in stretches
+    ]
+    return list(_cut(parts))
+
+
+def _scaling(parts: list[Array]) -> tuple[float, float] | None:
+    low, high = min(float(p.min()) for p in parts if p.size), max(float(p.max()) for p in parts if p.size)
+    return (0.5 * (low + high), 0.5 * (high - low)) if high > low else None
+
+
+def _columns(time: Array, q: Array, explained: Array, times: Array) -> Array:
+    q, time = np.ascontiguousarray(q), np.ascontiguousarray(time)
+    begun, none = np.zeros(q.size, dtype=np.int64), np.zeros(0)
+    memory = _native.direct_bank(q, time, begun, RADII, LENGTHS, none, False)
+    creep = _native.direct_bank(q, time, begun, none, none, times, True)
+    inside = np.clip(q, -1.0, 1.0)
+    up = 0.5 * (1.0 + inside)[:, None]
+    powers = np.polynomial.chebyshev.chebvander(inside, DEGREE)[:, 1:]
+    rate = velocity(time, q) if q.size > 2 else np.zeros(q.size)
+    return np.column_stack([powers, up * memory, (1.0 - up) * memory, creep, rate, explained])
+
+
+def _cut(parts: list[Array]) -> Iterator[_Block]:
+    """Ten blocks of rows; where a block holds the end of one stretch and the next, each is less its own mean."""
+    ends = np.cumsum([0, *(part.shape[0] for part in parts)])
+    for begin, end in itertools.pairwise(np.linspace(0, ends[-1], BLOCKS + 1).round().astype(int).tolist()):
+        inside = [
+            part[max(begin - first, 0) : end - first]
+            for part, first, last in zip(parts, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
+            if first < end and last > begin
+        ]
+        yield _Block(triangle(np.concatenate([part - part.mean(axis=0) for part in inside])), end - begin)
