@@ -8,11 +8,15 @@ import numpy as np
 from scipy.optimize import nnls
 
 from dehyst.findings import Finding
+from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel
 from dehyst.recording import Recording
 
 HOSTILE = '<script>alert("x")</script>'
+
+
+RATE = Evidence("rate", 1.5, 0.75, 9, 10, 0.01)
 
 
 def maxwell_slip_log(
@@ -106,7 +110,9 @@ def fit_by_hand(*recordings: Recording, family: str = "modified-pi", train: floa
             tuple(float(v) for v in r[-3:]),
             "zero",
         ),
-        facts=LoopFacts("counter-clockwise", int(sign), 14.2, 6, 12, 1.3, -0.4),
+        facts=LoopFacts(
+            "counter-clockwise", int(sign), 14.2, 6, 12, -0.4, evidence=(Evidence("rate", 1.5, 0.75, 9, 10, 0.01),)
+        ),
         candidates=(
             Candidate(family, "zero", 1e-3, 1.12, 0.2, True),
             Candidate("pi", "rest", None, 3.4, 0.5),

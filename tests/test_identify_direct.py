@@ -16,6 +16,7 @@ from dehyst.identification.direct.cautions import about_direct_fit
 from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
 from dehyst.identification.direct.data import prepare_direct
 from dehyst.identification.direct.program import blocks_of, solve_shape
+from dehyst.identification.direct.times import separable
 from dehyst.identification.evidence import Evidence, permutation_p
 from dehyst.identification.least_squares import solve_bounded
 from dehyst.identification.split import split_recordings

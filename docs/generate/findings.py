@@ -277,8 +277,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Look at the loop in the report; look for a second moving part, a lagging sensor, or swapped columns.",
         ),
         "rate-dependent": (
-            "At least {RATE_SIZE:%} of the range depend on rate or creep, found by the test that every output speaks of "
-            "(`evidence`): damping, creep, or a lagging sensor. A rate-independent model cannot follow it.",
+            "At least {RATE_SIZE:%} of the range depend on rate or creep, by the one test of them (`evidence`): "
+            "damping, creep, or a lagging sensor. A rate-independent model cannot follow it.",
             "Identify at the speed of use, look for a family that knows rate or creep (`dehyst compare`, `--family "
             "direct-inverse`), or align the delays of the sensors.",
         ),
@@ -439,9 +439,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "None for a compensator. Where it is to be adapted or read forward: `--no-position-schedule`.",
         ),
         "creep-without-holds": (
-            "Creep was fitted, but neither output nor input holds still for half the shortest time constant and "
-            "{HELD_LONGEST:%} of the longest that the log can tell: loops at one speed cannot tell creep from stops.",
-            "Log with holds after reversals, and at different speeds.",
+            "Creep was fitted, but hysteresis imitates all but {TOLD:%} of its course along this log: how much is "
+            "creep and how much a stop is arbitrary.",
+            "Log with holds after reversals, and at different speeds: `dehyst design` plans them.",
         ),
         "creep-no-gain": (
             "Creep was asked for, but does not lower the error on held-out blocks.",

@@ -125,12 +125,13 @@ class Evidence:
 
 
 class Stretch(NamedTuple):
-    """Samples in succession, all (T,): time [s], input, output, and which of them count."""
+    """Samples in succession, all (T,): time [s], input, output, which of them count, and shares 0..1 of known loads."""
 
     time: Array
     x: Array
     y: Array
     counts: Mask
+    loads: tuple[Array, ...] = ()
 
 
 def rows_of(sizes: Sequence[int], turns: int) -> list[slice]:
@@ -144,17 +145,17 @@ def rows_of(sizes: Sequence[int], turns: int) -> list[slice]:
 
 
 def stretches_of(data: DataSet, recording: int, rows: slice, signals: Array) -> list[Stretch]:
-    """Those rows of a recording, cut where its memory breaks; `signals` are time, input and output there, (3, m)."""
+    """Those rows of a recording, cut where its memory breaks; `signals`: time, input, output, loads, (3 + loads, m)."""
     found, step = [], rows.step or 1
     for piece in data.pieces:
         first, last = -(-piece.start // step), -(-(piece.start + piece.x.size) // step)
-        time, x, y = signals[:, first:last]
+        time, x, y, *loads = signals[:, first:last]
         if piece.recording == recording and time.size > 2:
             at = np.arange(time.size) * step + first * step - piece.start
             counts = at >= piece.usable_from("zero")
             if piece.weight is not None:
                 counts &= piece.weight[at] > 0.0
-            found.append(Stretch(time, x, y, counts))
+            found.append(Stretch(time, x, y, counts, tuple(loads)))
     return [stretch for stretch in found if stretch.counts.any()]
 
 
@@ -191,7 +192,7 @@ def evidence(stretches: Sequence[Stretch]) -> tuple[Evidence, ...]:
         blocks = _blocks(turned)
         if blocks is None:
             return ()
-        ways += [_Way(blocks), _Way([_mirrored(block) for block in blocks])]
+        ways += [_Way(blocks, len(stretches[0].loads), sign) for sign in (1.0, -1.0)]
     best = min(ways, key=lambda way: way.fitted)
     return tuple(best.test(group) for group in (RATE, CREEP))
 
@@ -210,15 +211,6 @@ def permutation_p(gains: Array) -> float:
     return float(np.mean(means >= means[0] - 1e-12 * np.sum(np.abs(gains))))
 
 
-# Columns: [powers | stops and lags of both ends | creep | rate | what is explained].
-_HYSTERESIS = 2 * (RADII.size + LENGTHS.size)
-_GROUPS = {
-    CREEP: np.arange(DEGREE + _HYSTERESIS, DEGREE + _HYSTERESIS + TIMES),
-    RATE: np.array([DEGREE + _HYSTERESIS + TIMES]),
-}
-_TERMS = DEGREE + _HYSTERESIS + TIMES + 1
-
-
 class _Block(NamedTuple):
     """Triangle of a block's rows, and their number."""
 
@@ -227,18 +219,27 @@ class _Block(NamedTuple):
 
 
 class _Way:
-    """One choice of the signal that drives, and of the sign of its terms."""
+    """One choice of the signal that drives, and of the sign of its terms.
 
-    def __init__(self, blocks: list[_Block]) -> None:
-        self.blocks = blocks
-        every = np.arange(_TERMS + 1)
-        whole = self._solve(every, self.blocks)
-        self.fitted = sum(_square(block, every, whole) for block in blocks)
+    Columns: [powers | stops and lags at either end of the output and of each load | creep | rate | what is explained];
+    creep and rate at either end of each load, if there are any.
+    """
+
+    def __init__(self, blocks: list[_Block], loads: int, sign: float) -> None:
+        ends = max(1, 2 * loads)
+        self.free = DEGREE + loads * (DEGREE + 1)
+        first = self.free + 2 * (1 + loads) * (RADII.size + LENGTHS.size)
+        last = first + ends * (TIMES + 1)
+        self.groups = {CREEP: np.arange(first, last - ends), RATE: np.arange(last - ends, last)}
+        self.every = np.arange(last + 1)
+        signs = np.where((self.every >= self.free) & (self.every < last), sign, 1.0)
+        self.blocks = [_Block(block.rows * signs, block.samples) for block in blocks]
+        whole = self._solve(self.every, self.blocks)
+        self.fitted = sum(_square(block, self.every, whole) for block in self.blocks)
 
     def test(self, group: str) -> Evidence:
-        every = np.arange(_TERMS + 1)
-        others = np.setdiff1d(every, _GROUPS[group])
-        with_it, without_it = self._held_out(every), self._held_out(others)
+        others = np.setdiff1d(self.every, self.groups[group])
+        with_it, without_it = self._held_out(self.every), self._held_out(others)
         gains = np.log(without_it) - np.log(with_it)
         return Evidence(
             group,
@@ -258,17 +259,17 @@ class _Way:
             errors.append(np.sqrt(_square(block, columns, solution) / block.samples))
         return np.maximum(np.array(errors, dtype=np.float64), 1e-12)
 
-    @staticmethod
-    def _solve(columns: npt.NDArray[np.int64], blocks: list[_Block]) -> Solution:
+    def _solve(self, columns: npt.NDArray[np.int64], blocks: list[_Block]) -> Solution:
         rows = np.concatenate([block.rows[:, columns] for block in blocks])
         penalty = np.zeros((columns.size, columns.size))
         penalty[:-1, :-1] = np.diag(np.sqrt(RIDGE * np.sum(rows[:, :-1] ** 2, axis=0)))
-        return solve_bounded(triangle(np.concatenate([rows, penalty])), DEGREE, np.zeros(columns.size - 1 - DEGREE))
+        lower = np.zeros(columns.size - 1 - self.free)
+        return solve_bounded(triangle(np.concatenate([rows, penalty])), self.free, lower)
 
     def _own(self, group: str, others: npt.NDArray[np.int64]) -> float:
         """Largest share of a column of a group that no combination of the other groups' columns imitates."""
         rows = np.concatenate([block.rows for block in self.blocks])
-        columns = rows[:, _GROUPS[group]]
+        columns = rows[:, self.groups[group]]
         factor = triangle(np.column_stack([rows[:, others], columns]))
         left = np.linalg.norm(factor[others.size :, others.size :], axis=0)
         return float(np.max(left / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)))
@@ -277,12 +278,6 @@ class _Way:
 def _square(block: _Block, columns: npt.NDArray[np.int64], solution: Solution) -> float:
     left = block.rows[:, columns] @ np.concatenate([solution.free, solution.bounded, [-1.0]])
     return float(left @ left)
-
-
-def _mirrored(block: _Block) -> _Block:
-    rows = block.rows.copy()
-    rows[:, DEGREE:_TERMS] *= -1.0
-    return _Block(rows, block.samples)
 
 
 def _blocks(stretches: Sequence[Stretch]) -> list[_Block] | None:
@@ -294,7 +289,8 @@ def _blocks(stretches: Sequence[Stretch]) -> list[_Block] | None:
     step = float(np.median(np.concatenate([np.diff(s.time) for s in stretches])))
     times = np.geomspace(max(STEPS * step, SHARE * longest / WIDEST), SHARE * longest, TIMES)
     parts = [
-        _columns(s.time, (s.x - drive[0]) / drive[1], (s.y - other[0]) / other[1], times)[s.counts] for s in stretches
+        _columns(s.time, (s.x - drive[0]) / drive[1], (s.y - other[0]) / other[1], times, s.loads)[s.counts]
+        for s in stretches
     ]
     return list(_cut(parts))
 
@@ -304,16 +300,27 @@ def _scaling(parts: list[Array]) -> tuple[float, float] | None:
     return (0.5 * (low + high), 0.5 * (high - low)) if high > low else None
 
 
-def _columns(time: Array, q: Array, explained: Array, times: Array) -> Array:
+def _columns(time: Array, q: Array, explained: Array, times: Array, loads: tuple[Array, ...]) -> Array:
     q, time = np.ascontiguousarray(q), np.ascontiguousarray(time)
     begun, none = np.zeros(q.size, dtype=np.int64), np.zeros(0)
     memory = _native.direct_bank(q, time, begun, RADII, LENGTHS, none, False)
     creep = _native.direct_bank(q, time, begun, none, none, times, True)
     inside = np.clip(q, -1.0, 1.0)
-    up = 0.5 * (1.0 + inside)[:, None]
-    powers = np.polynomial.chebyshev.chebvander(inside, DEGREE)[:, 1:]
+    powers: Array = np.asarray(np.polynomial.chebyshev.chebvander(inside, DEGREE), dtype=np.float64)
     rate = velocity(time, q) if q.size > 2 else np.zeros(q.size)
-    return np.column_stack([powers, up * memory, (1.0 - up) * memory, creep, rate, explained])
+    ends = [share[:, None] for load in loads for share in (load, 1.0 - load)]
+    whole = ends or [np.ones((q.size, 1))]
+    places = [0.5 * (1.0 + inside)[:, None], 0.5 * (1.0 - inside)[:, None], *ends]
+    return np.column_stack(
+        [
+            powers[:, 1:],
+            *(load[:, None] * powers for load in loads),
+            *(share * memory for share in places),
+            *(share * creep for share in whole),
+            *(share * rate[:, None] for share in whole),
+            explained,
+        ]
+    )
 
 
 def _cut(parts: list[Array]) -> Iterator[_Block]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -89,8 +90,11 @@ class Measure(Protocol):
         ...
 
 
-def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
-    """Compare with recordings in memory; the test of rate and creep is made once for all models that are compared."""
+def measure_in_memory(records: tuple[Recording, ...], loads: Sequence[Sequence[Array]] = ()) -> Measure:
+    """Compare with recordings in memory; the test of rate and creep is made once for all models that are compared.
+
+    `loads`: shares (T,), 0 at the least and 1 at the most, of signals that change the loop, for each recording.
+    """
     tested: list[tuple[Evidence, ...]] = []
 
     def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
@@ -109,7 +113,7 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
             signals = (records[0].input, better[0], records[0].output)
             change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
         if not tested:
-            tested.append(_evidence(records, data, turns))
+            tested.append(_evidence(records, data, turns, loads))
         return Measured(
             recordings=records,
             outputs=outputs,
@@ -131,11 +135,14 @@ def measure_in_memory(records: tuple[Recording, ...]) -> Measure:
     return measure
 
 
-def _evidence(records: tuple[Recording, ...], data: DataSet, turns: int) -> tuple[Evidence, ...]:
+def _evidence(
+    records: tuple[Recording, ...], data: DataSet, turns: int, loads: Sequence[Sequence[Array]]
+) -> tuple[Evidence, ...]:
     timed = [(k, record, record.time) for k, record in enumerate(records) if record.time is not None]
     found = []
     for (k, record, time), rows in zip(timed, rows_of([len(record) for _, record, _ in timed], turns), strict=True):
-        found += stretches_of(data, k, rows, np.array([time[rows], record.input[rows], record.output[rows]]))
+        signals = [time, record.input, record.output, *(loads[k] if loads else ())]
+        found += stretches_of(data, k, rows, np.array([signal[rows] for signal in signals]))
     return evidence(found)
 
 

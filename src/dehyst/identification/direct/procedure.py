@@ -139,7 +139,11 @@ def identify_direct(
         optional = (*lags, *(creeps if not asked else ()), *viscous)
         chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
         settings = _settings(creep, times, initial_state, split, chosen.shape, bank, data)
-        compared = compare_forward(records, split)
+        loads = [
+            [np.clip((given[g.name][0][k] - g.low) / (g.high - g.low), 0.0, 1.0) for g in data.given]
+            for k in range(len(records))
+        ]
+        compared = compare_forward(records, split, loads)
         return _fitted(records, data, layout, trials, chosen, bool(required), settings, compared)
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from dehyst.errors import DehystError
 from dehyst.findings import Finding
@@ -17,6 +21,8 @@ from dehyst.identification.split import Split
 from dehyst.recording import Recording
 from dehyst.ties import rank
 
+Array = npt.NDArray[np.float64]
+
 
 class Compared(NamedTuple):
     """Rivals, the one with the best inverse first; what the data shows; findings about the data."""
@@ -26,14 +32,14 @@ class Compared(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def compare_forward(records: tuple[Recording, ...], split: Split) -> Compared:
+def compare_forward(records: tuple[Recording, ...], split: Split, loads: Sequence[Sequence[Array]]) -> Compared:
     """Identify every forward family and score it.
 
     A family that cannot be identified is left out; if none can, the fault of the last one is raised.
     """
     fits: list[Fit] = []
     fault: DehystError | None = None
-    measure = measure_in_memory(records)  # which tests rate and creep once for all of them
+    measure = measure_in_memory(records, loads)  # which tests rate and creep once for all of them
     for family in FAMILIES:
         call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
         try:
