@@ -26,7 +26,8 @@ _SIGNS = 1.0 - 2.0 * ((np.arange(1 << BLOCKS)[:, None] >> np.arange(BLOCKS)) & 1
 LEVEL, WORTH = 0.05, 0.02
 # What leaves less than the first share of its course unexplained by hysteresis is not found, whatever p; from the
 # second one on, what is not found is not there. Both are measured, in decision 41.
-IMITATED, TOLD = 0.04, 0.12
+IMITATED = 0.04
+TOLD = 0.12
 # Hysteresis of any kind: a polynomial, stops and lags along the path (their scales in half ranges).
 DEGREE = 7
 RADII, LENGTHS = np.geomspace(0.01, 0.95, 12), np.geomspace(0.05, 1.5, 5)
