@@ -121,7 +121,7 @@ class Evidence:
         """One sentence."""
         return (
             f"dependence on {self.words}: {self.answer}; {self.figures} on held-out blocks, better in {self.better} of "
-            f"{self.blocks}, p = {self.p:.2g}, {100 * self.own:.0f} % of its course its own"
+            f"{self.blocks}, p = {self.p:.2g}, {100 * self.own:.0f} % of its effect unlike hysteresis"
         )
 
 
