@@ -104,3 +104,43 @@ int32_t dehyst_block_check(const dehyst_block *block)
     const int good = operators && maps && ranges && switching && arguments_are_good(block);
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }
+
+static int element_is_good(const dehyst_element *q, int32_t shares)
+{
+    const int map = q->map.n == 0 || (q->map.n >= 2 && increases(q->map.u, q->map.n) && numbers(q->map.v, q->map.n));
+    const int kind = q->kind >= 0 && q->kind < DEHYST_KINDS && q->schedule >= 0 && q->schedule < shares;
+    const int radius = dehyst_accept(q->radius) && q->radius >= 0 && (q->kind != DEHYST_PATH || q->radius > 0);
+    const int gain = dehyst_accept(q->gain) && q->gain >= 0 && (q->kind == DEHYST_WIDE ? q->gain < 1 : q->gain <= 1);
+    return map && kind && radius && gain && dehyst_accept(q->weight);
+}
+
+static int rises(const dehyst_map *map)
+{
+    return map->n == 0 || (map->n >= 2 && increases(map->u, map->n) && increases(map->v, map->n));
+}
+
+int32_t dehyst_elements_check(const dehyst_elements *sum)
+{
+    int good = sum->n >= 1 && sum->schedules >= 0 && sum->schedules <= DEHYST_SCHEDULES && dehyst_accept(sum->offset) &&
+               range_is_good(sum->low, sum->high) && rises(&sum->before) && rises(&sum->after);
+    for (int32_t v = 0; good && v < sum->schedules; ++v) {
+        good = sum->source[v] >= DEHYST_BY_OUTPUT && sum->source[v] < DEHYST_GIVEN &&
+               range_is_good(sum->schedule_low[v], sum->schedule_high[v]) && sum->schedule_low[v] < sum->schedule_high[v];
+    }
+    for (int32_t k = 0; good && k < sum->n; ++k) {
+        good = element_is_good(&sum->element[k], 2 * sum->schedules + 1);
+    }
+    return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
+}
+
+int32_t dehyst_elements_memory_check(const dehyst_elements *sum, const dehyst_real *z, dehyst_real last)
+{
+    int good = dehyst_accept(last) && numbers(z, sum->n);
+    for (int32_t k = 0; good && k < sum->n; ++k) {
+        const dehyst_element *q = &sum->element[k];
+        const dehyst_real most = q->radius + SLACK * (size(last) + q->radius);
+        const int play = q->kind == DEHYST_PLAY || q->kind == DEHYST_STOP;
+        good = !(play && size(z[k] - last) > most) && !(q->kind == DEHYST_PATH && size(z[k]) > most);
+    }
+    return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
+}

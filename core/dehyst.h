@@ -389,6 +389,115 @@ void dehyst_direct_block_reset(const dehyst_direct_block *block, dehyst_direct_b
 dehyst_real dehyst_direct_block_step(const dehyst_direct_block *block, dehyst_direct_block_state *state, dehyst_real y,
                                      dehyst_real rate, const dehyst_real given[DEHYST_GIVEN], int on);
 
+/* ---- Elements: one machine for sums of memories, forward and, sample by sample, inverse.
+ *
+ *   after^-1(y) = offset + sum_k h_k w_k f_k(e_k),   x = before(u),   x' and z: those of the sample before
+ *
+ *   INPUT   e = x
+ *   PLAY    e = z <- max(x - r, min(x + r, z))                             play operator
+ *   STOP    e = x - z, z the play                                          stop operator
+ *   CREEP   e = z <- z + g (t - z), t = max(x - r, min(x + r, z))          lag of a play in time: g = 1 - exp(-T/tau)
+ *   RELAX   e = x - z of the sample before, then z as CREEP                what relaxes; with g = 1 and r = 0 the rate
+ *   PAST    e = z of the sample before, then z as CREEP                    lag that knows past samples only
+ *   PATH    e = z <- s r + exp(-|x - x'|/r) (z - s r), s the sign of x - x'   lag along the path (Dahl, 1968)
+ *   WIDE    e = z <- play of radius r + g |x - x'|, 0 <= g < 1             play that widens with the rate
+ *
+ * f is a piecewise linear map of any slopes, continued along its ends, or none; h is 1, or a schedule's share as in
+ * dehyst_direct, where DEHYST_BY_OUTPUT is x'. Given the memory every e rises with x or stands still, so whoever makes the
+ * tables can make sure that the sum rises with x whatever the memory is. Then each value has one solution x in
+ * low .. high, and it is found exactly, to rounding, in a bounded number of rounds. */
+
+enum { /* kinds */
+    DEHYST_INPUT,
+    DEHYST_PLAY,
+    DEHYST_STOP,
+    DEHYST_CREEP,
+    DEHYST_RELAX,
+    DEHYST_PAST,
+    DEHYST_PATH,
+    DEHYST_WIDE,
+    DEHYST_KINDS
+};
+
+typedef struct dehyst_element {
+    int32_t kind;
+    int32_t schedule;   /* whose share is h: 0: h = 1; 2v + 1: 1 - xi of schedule v, 2v + 2: xi */
+    dehyst_real radius; /* r >= 0, that of PATH > 0, [x] */
+    dehyst_real gain;   /* g, 0 .. 1 and below 1 for WIDE; for the period of the samples */
+    dehyst_real weight; /* w */
+    dehyst_map map;     /* f: u increasing, v any; n = 0: f(e) = e */
+} dehyst_element;
+
+#define DEHYST_SHARES (2 * DEHYST_SCHEDULES + 1) /* h: 1, then two of each schedule */
+
+typedef struct dehyst_elements {
+    int32_t n;                     /* >= 1 */
+    const dehyst_element *element; /* (n,) */
+    dehyst_map before, after;      /* increasing, n = 0 if there is none */
+    dehyst_real offset;
+    dehyst_real low, high;         /* of the x that solves */
+    int32_t schedules;             /* 0 .. DEHYST_SCHEDULES */
+    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows: DEHYST_BY_OUTPUT, or the given variable 0 or 1 */
+    dehyst_real schedule_low[DEHYST_SCHEDULES], schedule_high[DEHYST_SCHEDULES]; /* xi is 0 and 1 there */
+} dehyst_elements;
+
+typedef struct dehyst_elements_state {
+    dehyst_real *z;     /* (n,), memory of the caller */
+    dehyst_real last;   /* x of the sample before */
+    dehyst_real output; /* last good answer of a step */
+    dehyst_real step;   /* from the one before that: where a solution is looked for first */
+    int32_t rounds;     /* that the last solution took, at most DEHYST_ROUNDS */
+    uint32_t flags;     /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER: a solution at low or high */
+} dehyst_elements_state;
+
+/* 12 of Newton's method, and two for each digit of a dehyst_real; see element_inverse.c. */
+#ifdef DEHYST_FLOAT
+#define DEHYST_ROUNDS 62
+#else
+#define DEHYST_ROUNDS 120
+#endif
+
+/* At rest at x: all that follows it is there, and nothing relaxes. Flags are cleared; `output` is held until the first
+ * good sample. */
+void dehyst_elements_reset(const dehyst_elements *sum, dehyst_elements_state *state, dehyst_real x,
+                           dehyst_real output);
+
+/* One sample forward, u -> y, and backward, y -> u; `given` are the scheduling variables, null if none is used. A
+ * sample with a number that is not finite or beyond DEHYST_INPUT_LIMIT, also behind a map, changes nothing but flags.
+ * Where no u in range answers y, the nearest end is taken, and the memory follows it, as the actuator does. */
+dehyst_real dehyst_elements_step(const dehyst_elements *sum, dehyst_elements_state *state, dehyst_real u,
+                                 const dehyst_real *given);
+dehyst_real dehyst_elements_solve_step(const dehyst_elements *sum, dehyst_elements_state *state, dehyst_real y,
+                                       const dehyst_real *given);
+
+/* Their parts. Shares h for the next sample; the sum at x, and its slope with x that rises from there or falls; the sum,
+ * or each e, or nothing, with the memory moved to x; the x that gives a value. */
+void dehyst_elements_shares(const dehyst_elements *sum, const dehyst_elements_state *state, const dehyst_real *given,
+                            dehyst_real share[DEHYST_SHARES]);
+dehyst_real dehyst_elements_value(const dehyst_elements *sum, const dehyst_elements_state *state,
+                                  const dehyst_real *share, dehyst_real x, int rising, dehyst_real *slope);
+dehyst_real dehyst_elements_follow(const dehyst_elements *sum, dehyst_elements_state *state, const dehyst_real *share,
+                                   dehyst_real x);
+void dehyst_elements_columns(const dehyst_elements *sum, dehyst_elements_state *state, dehyst_real x,
+                             dehyst_real *column);
+void dehyst_elements_advance(const dehyst_elements *sum, dehyst_elements_state *state, dehyst_real x);
+dehyst_real dehyst_elements_solve(const dehyst_elements *sum, dehyst_elements_state *state, const dehyst_real *share,
+                                  dehyst_real value);
+
+/* DEHYST_IMAGE_GOOD if parameters, and a memory z (n,) with its last x, are those of elements, whatever their source,
+ * else DEHYST_IMAGE_INVALID. That the sum rises is not checked. */
+int32_t dehyst_elements_check(const dehyst_elements *sum);
+int32_t dehyst_elements_memory_check(const dehyst_elements *sum, const dehyst_real *z, dehyst_real last);
+
+/* Dead time of n samples; `ring` (n,) is memory of the caller, what comes out first at `at`. Returns x of n samples ago. */
+typedef struct dehyst_delay {
+    int32_t n;         /* 0: none */
+    int32_t at;        /* 0 .. n - 1 */
+    dehyst_real *ring; /* (n,) */
+} dehyst_delay;
+
+dehyst_real dehyst_delay_step(dehyst_delay *delay, dehyst_real x);
+
 /* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.
  *
  *   e = measured - (curve + offset + sum_g scale_g part_g)

@@ -277,6 +277,53 @@ static void directs(void)
     }
 }
 
+static void elements(void)
+{
+    enum { MEMBERS = 12 };
+    double knot[MEMBERS][POINTS], value[MEMBERS][POINTS], z[2][MEMBERS], column[MEMBERS], ring[5] = {0};
+    double u[2][POINTS], v[2][POINTS], share[DEHYST_SHARES], slope;
+    dehyst_element element[MEMBERS];
+    dehyst_elements sum = {1 + below(MEMBERS), element, {below(2) ? 0 : POINTS, u[0], v[0]}, {below(2) ? 0 : POINTS, u[1], v[1]},
+                           within(-1, 1), -2, 2, below(4), {below(3) - 1, below(3) - 1, below(3) - 1}, {-1, -0.5, 0}, {1, 1.5, 0.5}};
+    for (int i = 0; i < POINTS; ++i) {
+        u[0][i] = u[1][i] = i - 2.5;
+        v[0][i] = v[1][i] = i - 2.5 + 0.25 * (i % 2);
+    }
+    for (int k = 0; k < sum.n; ++k) {
+        const int32_t kind = k == 0 ? DEHYST_INPUT : below(DEHYST_KINDS);
+        rising(knot[k], POINTS, -1.5, 1.5);
+        for (int i = 0; i < POINTS; ++i) {
+            knot[k][i] += 0.01 * i;
+            value[k][i] = below(9) ? 0.5 * i : 0;
+            value[k][i] += within(-0.2, 0.2);
+        }
+        const dehyst_element made = {kind, k == 0 ? 0 : below(2 * sum.schedules + 1), below(6) ? within(0.05, 0.6) : kind == DEHYST_PATH,
+                                     within(0, 0.9), k == 0 ? 1 : within(-0.05, 0.4), {below(2) ? 0 : POINTS, knot[k], value[k]}};
+        element[k] = made;
+    }
+    whole_in(dehyst_elements_check(&sum));
+    dehyst_elements_state state = {.z = z[0]}, back = {.z = z[1]};
+    dehyst_delay delay = {below(6), 0, ring};
+    dehyst_elements_reset(&sum, &state, 0.25, 0);
+    dehyst_elements_reset(&sum, &back, 0.25, 0);
+    for (int k = 0; k < STEPS; ++k) {
+        const double given[2] = {wild(), wild()}, x = wild(), y = dehyst_elements_step(&sum, &state, x, given);
+        in(y);
+        in(dehyst_elements_solve_step(&sum, &back, below(9) ? y : wild(), given));
+        whole_in(back.rounds * 1000 + (int)back.flags * 20 + (int)state.flags);
+        whole_in(dehyst_elements_memory_check(&sum, z[0], state.last));
+        all_in(z[0], sum.n);
+        all_in(z[1], sum.n);
+        dehyst_elements_shares(&sum, &state, given, share);
+        const double probe = within(-2, 2);
+        in(dehyst_elements_value(&sum, &state, share, probe, k % 2, &slope));
+        in(slope);
+        in(dehyst_delay_step(&delay, within(-1, 1)));
+    }
+    dehyst_elements_columns(&sum, &state, 0.5, column);
+    all_in(column, sum.n);
+}
+
 static dehyst_joint joint_of(const dehyst_model *model, const dehyst_direct *direct)
 {
     const dehyst_joint joint = {
@@ -509,5 +556,6 @@ int main(void)
     part("joints", joints);
     part("air", air);
     part("corners", corners);
+    part("elements", elements);
     return 0;
 }

@@ -13,8 +13,8 @@ RECORDED = PROGRAM.with_suffix(".txt").read_text(encoding="utf-8")
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 
-def bits(folder, *options, sources=SOURCES):
-    compiler = tool("gcc", "clang", "cc")
+def bits(folder, *options, sources=SOURCES, compilers=("gcc", "clang", "cc")):
+    compiler = tool(*compilers)
     run(compiler, "-std=c11", "-ffp-contract=off", *options, f"-I{CORE}", PROGRAM, *sources, "-o", folder / "bits")
     return run(folder / "bits")
 
@@ -22,6 +22,10 @@ def bits(folder, *options, sources=SOURCES):
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_every_part_of_the_core_has_the_bits_that_were_recorded(level, tmp_path):
     assert bits(tmp_path, level) == RECORDED
+
+
+def test_clang_makes_the_same_bits(tmp_path):
+    assert bits(tmp_path, "-O2", compilers=("clang",)) == RECORDED
 
 
 @pytest.mark.parametrize("level", [["-O3"], ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]])

@@ -261,6 +261,36 @@ def elements_invert(
     memory: _Array,
 ) -> tuple[_Array, _Array]: ...
 
+# ---- Sums of elements: the core's machine.
+ELEMENT_KINDS: tuple[str, ...]
+
+class ElementSum:
+    def __init__(
+        self,
+        kind: _Kinds,
+        schedule: _Kinds,
+        radius: _Array,
+        time: _Array,
+        weight: _Array,
+        points: _Kinds,
+        map: _Array,
+        offset: float,
+        before: _Array,
+        after: _Array,
+        low: float,
+        high: float,
+        source: _Kinds,
+        range: _Array,
+    ) -> None: ...
+    def rest(self, x: float) -> _Array: ...
+    def run(
+        self, x: _Array, dt: _Array | None, given: _Array | None, memory: _Array
+    ) -> tuple[_Array, _Array, int, int]: ...
+    def solve(
+        self, y: _Array, dt: _Array | None, given: _Array | None, memory: _Array
+    ) -> tuple[_Array, _Array, int, int]: ...
+    def columns(self, x: _Array, dt: _Array | None, memory: _Array) -> tuple[_Array, _Array]: ...
+
 # ---- The simulated joint: dicts have the field names of plant/plant.h, all in SI.
 PLANT_ELEMENTS: int
 PLANT_TURNS: int

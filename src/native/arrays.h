@@ -91,6 +91,7 @@ void bind_text(nb::module_ &m);
 void bind_solver(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_elements(nb::module_ &m);
+void bind_element_sum(nb::module_ &m);
 void bind_stack(nb::module_ &m);
 void bind_signal(nb::module_ &m);
 void bind_direct_forward(nb::module_ &m);

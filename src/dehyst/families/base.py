@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -237,7 +237,7 @@ class LoopModel(ABC):
         """Return the model as a function of one sample."""
         return LoopStepper(self)
 
-    def parameters(self) -> dict[str, float | list[float] | str]:
+    def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, plain values; scaling, start and card left out."""
         named = {entry.name: getattr(self, entry.name) for entry in fields(self)}  # type: ignore[arg-type]
         return {

@@ -30,6 +30,8 @@ MODULES = {
     "krasnoselskii-pokrovskii": "dehyst.families.krasnoselskii_pokrovskii",
     "lugre": "dehyst.families.lugre",
 }
+# Rows of the one machine of elements: they share a record. A row that can be identified has a line above, too.
+ROWS = {"elements": "dehyst.families.elements"}
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,25 @@ def family(name: str) -> Family:
         raise ParameterError(f"no family '{name!s:.40}'. There are: {', '.join(MODULES)}.", name=name)
     found = import_module(MODULES[name]).FAMILY
     assert isinstance(found, Family)
+    return found
+
+
+def record_of(name: str) -> type[LoopModel]:
+    """Return the record that models of a name are made of, identified here or not.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> record_of("elements").__name__, record_of("dahl").__name__
+    ('ElementModel', 'Dahl')
+    """
+    if name not in ROWS:
+        return family(name).model
+    found: type[LoopModel] = import_module(ROWS[name]).ElementModel
     return found
 
 

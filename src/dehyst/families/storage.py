@@ -12,7 +12,7 @@ import numpy as np
 
 from dehyst.errors import DehystError, ModelFileError, ParameterError
 from dehyst.families.base import LoopModel, Scaling
-from dehyst.families.registry import MODULES, family
+from dehyst.families.registry import MODULES, ROWS, record_of
 from dehyst.files import write_atomically
 from dehyst.models import DirectInverse, HysteresisModel, model_from_dict
 from dehyst.models.storage import check_signed, content_of, read_card, signed, text_of
@@ -75,19 +75,21 @@ def _loop_of(content: Any, path: str) -> LoopModel:
     intact = check_signed(content, KIND, path)
     try:
         name, parameters = intact["family"], intact["parameters"]
-        if name not in MODULES:
+        if name not in MODULES and name not in ROWS:
             raise ModelFileError(
                 f"model file '{path}' holds a model of the family '{name!s:.40}', which this dehyst does not have. "
                 f"Install the version or the module that wrote it.",
                 path=path,
             )
-        record: Any = family(name).model
+        record: Any = record_of(name)
         known = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
         if set(parameters["values"]) != known:
             raise ParameterError(f"its parameters are {list(parameters['values'])!s:.120}, not {sorted(known)}.")
         values = {key: _value(value) for key, value in parameters["values"].items()}
         scaling = Scaling(**{key: _number(value) for key, value in parameters["scaling"].items()})
         model = record(**values, scaling=scaling, start=parameters["start"], card=read_card(intact))
+        if model.family != name:
+            raise ParameterError(f"it is of the family {model.family!r:.40}, and its file says {name!r:.40}.")
         probe = model.before(0.0)  # an impossible start or shape shows here, not on a machine
         if not np.all(np.isfinite(probe)):
             raise ParameterError("its memory is not finite.")
@@ -114,13 +116,15 @@ def _number(value: Any) -> float:
 
 
 def _value(value: Any) -> Any:
-    """A number, a word, or an array of finite numbers."""
+    """A number, a word, or an array of finite numbers; a table is for its record to check."""
     if isinstance(value, str | bool):
         return value
     if isinstance(value, int):
         return value
     if not isinstance(value, list):
         return _number(value)
+    if any(isinstance(part, list) for part in value):
+        return value
     array = np.array(value, dtype=np.float64)
     if not np.all(np.isfinite(array)):
         raise ParameterError("a parameter is not finite.")

@@ -1,0 +1,362 @@
+r"""Sums of elements: the one record for every family whose loop is a sum of memories, run by the core's machine.
+
+A row of the grammar names elements, maps and a direction; the record holds their numbers::
+
+    T(y) = c + sum over k of h_k w_k f_k(e_k),   x = M(u)
+
+=========  =============================================================================================  =============
+kind       element e, memory z, present input x                                                           slope with x
+=========  =============================================================================================  =============
+``input``  e = x                                                                                          1
+``play``   e = z <- max(x - r, min(x + r, z))                                                             0 or 1
+``stop``   e = x - z, z as play                                                                           0 or 1
+``creep``  e = z <- z + g (t - z), t = max(x - r, min(x + r, z)), g = 1 - exp(-h / time)                   0 to g
+``relax``  e = x - z of the sample before, then z as creep; time 0, r = 0: the rate                       1
+``past``   e = z of the sample before, then z as creep                                                    0
+``path``   e = z <- s r + exp(-|x - x'| / r) (z - s r), s the sign of x - x'                               0 to 2
+``wide``   e = z <- play of radius r + (time / h) |x - x'|, time / h <= 15/16                             0 to 2
+=========  =============================================================================================  =============
+
+h is the time since the sample before, x' its input. f is a piecewise linear map of any slopes; M and T are increasing.
+Since no element falls with x while its memory stands, the sum rises with x for any memory if its least slope is above
+0 (`dehyst.families.rising`); then the inverse is exact, sample by sample, for every row.
+
+Source: the table of docs/explanation/method.md; Dahl 1968 for the path, Krejci and Kuhnen 2001 for creep.
+
+Cannot show
+-----------
+Inertia, memory of the sign of the speed beyond these elements, drift without cause.
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from dehyst import _native
+from dehyst.errors import ParameterError
+from dehyst.families.base import UNSCALED, LoopModel, Scaling
+from dehyst.families.inversion import FARTHEST, first_input
+from dehyst.families.rising import least_slope
+from dehyst.models import ModelCard
+from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
+from dehyst.models.card import NO_CARD
+
+KINDS = _native.ELEMENT_KINDS
+DIRECTIONS = ("forward", "inverse")
+LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
+AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
+
+Pairs = tuple[tuple[float, ...], tuple[float, ...]]
+NO_MAP: Pairs = ((), ())
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element: w f(e).
+
+    Attributes
+    ----------
+    kind
+        One of `KINDS`.
+    radius
+        r of the table, from 0 on; of a path above 0. [half ranges]
+    time
+        Time constant; of ``wide`` how long the radius grows at the speed of the input. [s]
+    weight
+        w.
+    map
+        f: arguments, increasing, and values; none: f(e) = e.
+    schedule
+        0: h = 1; 2 v + 1: the share 1 - xi of schedule v; 2 v + 2: xi.
+
+    Raises
+    ------
+    ParameterError
+        If something is no number, negative that must not be, or no map.
+    """
+
+    kind: str
+    radius: float = 0.0
+    time: float = 0.0
+    weight: float = 1.0
+    map: Pairs = NO_MAP
+    schedule: int = 0
+
+    def __post_init__(self) -> None:
+        """Normalise; refuse what is no element."""
+        put = object.__setattr__
+        if self.kind not in KINDS:
+            raise ParameterError(f"an element is of the kind {self.kind!r:.40}; the kinds are {', '.join(KINDS)}.")
+        for name in ("radius", "time", "weight"):
+            put(self, name, parameter_number(getattr(self, name), f"{name} of an element"))
+        if self.radius < 0.0 or self.time < 0.0 or (self.kind == "path" and self.radius == 0.0):
+            raise ParameterError(
+                f"a {self.kind} has radius {self.radius:g} and time {self.time:g}; pass values from 0 on, a path's "
+                f"radius above 0."
+            )
+        if type(self.schedule) is not int:
+            raise ParameterError(
+                f"the schedule of an element is {self.schedule!r:.40}; pass the number of a share, 0 on."
+            )
+        put(self, "map", pairs_of(self.map, "the map of an element"))
+
+    @property
+    def timed(self) -> bool:
+        """Whether its step depends on time."""
+        return self.time > 0.0 and self.kind in ("creep", "relax", "past", "wide")
+
+
+def pairs_of(given: Any, name: str, rising: bool = False) -> Pairs:
+    """Return arguments and values of a map as tuples, both empty for none.
+
+    Raises
+    ------
+    ParameterError
+        If sizes differ, there is one point alone, or arguments (values too, if `rising`) do not increase.
+    """
+    try:
+        arguments, values = given
+        empty = not len(arguments) and not len(values)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} is {given!r:.60}; pass two lists, arguments and values.") from None
+    if empty:
+        return NO_MAP
+    u, v = parameter_array(arguments, f"arguments of {name}"), parameter_array(values, f"values of {name}")
+    if u.size != v.size or u.size < 2:
+        raise ParameterError(f"{name} has {u.size} arguments and {v.size} values; pass as many of both, two or more.")
+    strictly_increasing(u, f"arguments of {name}")
+    if rising:
+        strictly_increasing(v, f"values of {name}")
+    return tuple(u.tolist()), tuple(v.tolist())
+
+
+@dataclass(frozen=True, repr=False)
+class ElementModel(LoopModel):
+    """A sum of elements; the module says the formulas.
+
+    Parameters
+    ----------
+    elements
+        Of the sum.
+    offset
+        c.
+    before, after
+        M and T^-1, arguments and values, increasing.
+    direction
+        "forward": the sum is the output, u the input. "inverse": it was identified the other way round, the sum is the
+        input and u the output; `run` solves and `run_inverse` evaluates.
+    dead_time
+        Forward the input counts so much later, rounded to whole periods. The inverse says which input belongs to an
+        output; that it must come earlier is for who plays it. [s]
+    period
+        Of the log it was identified from; for it the inverse is stable. 0: unknown, not checked, no dead time. [s]
+    schedules
+        Source, low and high of each: -1 follows u of the sample before, 0 and 1 a given signal.
+    row
+        Name of the family it belongs to.
+
+    Raises
+    ------
+    ParameterError
+        If a part is none, or an inverse model does not rise, so that it has no output.
+
+    Examples
+    --------
+    >>> model = ElementModel((Element("input", weight=0.5), Element("creep", time=2.0, weight=0.5)))
+    >>> y = model.simulate([0.0, 1.0, 1.0], [0.0, 1.0, 2.0])
+    >>> y.round(4).tolist(), model.inverse().simulate(y, [0.0, 1.0, 2.0]).round(12).tolist()
+    ([0.0, 0.6967, 0.8161], [0.0, 1.0, 1.0])
+    """
+
+    elements: tuple[Element, ...] = (Element("input"),)
+    offset: float = 0.0
+    before_map: Pairs = NO_MAP
+    after_map: Pairs = NO_MAP
+    direction: str = "forward"
+    dead_time: float = 0.0
+    period: float = 0.0
+    schedules: tuple[tuple[int, float, float], ...] = ()
+    row: str = "elements"
+    scaling: Scaling = UNSCALED
+    start: str = "rest"
+    card: ModelCard = NO_CARD
+
+    def __post_init__(self) -> None:
+        """Normalise; refuse what is no model."""
+        put = object.__setattr__
+        try:
+            put(self, "elements", tuple(q if isinstance(q, Element) else Element(*q) for q in self.elements))
+            put(self, "schedules", tuple(_schedule(given) for given in self.schedules))
+        except TypeError as fault:
+            raise ParameterError(f"elements and schedules are not lists of such ({fault!s:.120}).") from None
+        if not self.elements:
+            raise ParameterError("a sum of elements has none; pass one Element or more.")
+        put(self, "offset", parameter_number(self.offset, "offset"))
+        for name in ("before_map", "after_map"):
+            put(self, name, pairs_of(getattr(self, name), name, rising=True))
+        for name in ("dead_time", "period"):
+            put(self, name, parameter_number(getattr(self, name), name))
+        put(self, "family", self.row)
+        put(self, "rate_dependent", any(q.timed for q in self.elements))
+        self._check()
+
+    def _check(self) -> None:
+        if self.direction not in DIRECTIONS:
+            raise ParameterError(f"direction = {self.direction!r:.40}; it is one of {', '.join(DIRECTIONS)}.")
+        if self.period < 0.0 or not 0.0 <= self.dead_time <= 1e4 * self.period:
+            raise ParameterError(
+                f"a dead time of {self.dead_time:g} s at a period of {self.period:g} s; pass both from 0 on, the dead "
+                f"time at most 10 000 periods: it is kept sample by sample."
+            )
+        most = 2 * len(self.schedules)
+        if len(self.schedules) > _native.DIRECT_SCHEDULES or any(not 0 <= q.schedule <= most for q in self.elements):
+            raise ParameterError(
+                f"{len(self.schedules)} schedules have the shares 0 to {most}, at most {_native.DIRECT_SCHEDULES} "
+                f"schedules; an element names another."
+            )
+        if self.direction == "inverse" and self._fall:
+            raise ParameterError(f"the inverse model does not tell its output: {self._fall}")
+
+    @cached_property
+    def least_slope(self) -> float:
+        """Lower bound of the slope of the sum, over all inputs and memories; scaled."""
+        return least_slope(self.elements, len(self.schedules), self.period)
+
+    @property
+    def _fall(self) -> str:
+        if self.least_slope >= LEAST_SLOPE:
+            return ""
+        return (
+            f"the slope of the sum can come to {self.least_slope:.3g} of its range over that of the other signal, and "
+            f"must be {LEAST_SLOPE:g} or more, so several values would answer one."
+        )
+
+    @property
+    def no_inverse(self) -> str:
+        """Why the sum does not rise for every memory."""
+        return self._fall if self.direction == "forward" else ""
+
+    @property
+    def free_parameters(self) -> int:
+        """Points of maps, weights that are not 0, offset."""
+        own = sum(len(q.map[0]) if q.map[0] else int(q.weight != 0.0) for q in self.elements)
+        return own + 1 + sum(max(0, len(u) - 2) for u, _ in (self.before_map, self.after_map))
+
+    @property
+    def delay(self) -> int:
+        """Dead time in samples."""
+        return round(self.dead_time / self.period) if self.dead_time else 0
+
+    @cached_property
+    def _tables(self) -> tuple[Any, ...]:
+        q = self.elements
+        whole = [np.array([getattr(e, name) for e in q], dtype=np.int32) for name in ("schedule",)]
+        kind = np.array([KINDS.index(e.kind) for e in q], dtype=np.int32)
+        real = [np.array([getattr(e, name) for e in q]) for name in ("radius", "time", "weight")]
+        points = np.array([len(e.map[0]) for e in q], dtype=np.int32)
+        maps = np.array([[u for e in q for u in e.map[side]] for side in (0, 1)]).reshape(2, -1)
+        before, after = (np.array(pairs).reshape(2, -1) for pairs in (self.before_map, self.after_map))
+        source = np.array([s[0] for s in self.schedules], dtype=np.int32)
+        limits = np.array([[s[side] for s in self.schedules] for side in (1, 2)]).reshape(2, -1)
+        return (
+            kind, *whole, *real, points, maps, self.offset, before, after, -FARTHEST, FARTHEST, source, limits
+        )  # fmt: skip
+
+    @property
+    def _sum(self) -> _native.ElementSum:
+        return _native.ElementSum(*self._tables)
+
+    def rest(self, x: float) -> Array:
+        """Everything that follows the input at it, and nothing relaxing; then the inputs that are under way."""
+        forward = replace(self, direction="forward", start="rest", dead_time=0.0)
+        at = x if self.direction == "forward" else first_input(forward, x)
+        return np.concatenate([self._sum.rest(at), np.full(self.delay, x)])
+
+    def before(self, first: float) -> Array:
+        """As every family; what is under way is the first input."""
+        if not self.delay:
+            return super().before(first)
+        return np.concatenate([replace(self, dead_time=0.0).before(first), np.full(self.delay, first)])
+
+    def run(self, x: Array, dt: Array | None, memory: Array, given: Array | None = None) -> tuple[Array, Array]:
+        """Evaluate the sum, or solve it; `given` (T, 2) are scheduling signals."""
+        state, ring = np.split(memory, [AHEAD + len(self.elements)])
+        late = np.concatenate([ring, x])
+        machine = self._sum.run if self.direction == "forward" else self._sum.solve
+        y, after = self._taken(machine(late[: x.size], dt, self._signals(given), state))
+        return y, np.concatenate([after, late[x.size :]])
+
+    def run_inverse(self, y: Array, dt: Array | None, memory: Array, given: Array | None = None) -> tuple[Array, Array]:
+        """Solve the sum, or evaluate it; what is under way stays."""
+        state, ring = np.split(memory, [AHEAD + len(self.elements)])
+        machine = self._sum.solve if self.direction == "forward" else self._sum.run
+        x, after = self._taken(machine(y, dt, self._signals(given), state))
+        return x, np.concatenate([after, ring])
+
+    def columns(self, x: Array, dt: Array | None, memory: Array) -> Array:
+        """Return e of each element, (T, n), without map and weight, along the sum's own argument."""
+        return self._sum.columns(x, dt, memory[: AHEAD + len(self.elements)])[0]
+
+    def parameters(self) -> dict[str, Any]:
+        """Return the parameters by name, plain values; scaling, start and card left out."""
+        named = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        named["elements"] = [astuple(q) for q in self.elements]
+        return {name: _plain(value) for name, value in named.items() if name not in ("scaling", "start", "card")}
+
+    @classmethod
+    def example(cls) -> ElementModel:
+        """An element of each kind."""
+        bend = ((-1.0, -0.3, 0.4, 1.0), (-0.25, -0.02, 0.05, 0.35))
+        return cls(
+            (
+                Element("input", weight=0.6),
+                Element("input", map=bend),
+                Element("play", 0.2, weight=0.3),
+                Element("stop", 0.3, weight=0.1),
+                Element("creep", 0.05, time=1.0, weight=0.2),
+                Element("relax", 0.0, time=0.2, weight=0.1),
+                Element("past", 0.0, time=3.0, weight=0.1),
+                Element("path", 0.3, weight=0.1),
+                Element("wide", 0.1, time=0.01, weight=0.1),
+            ),
+            period=0.02,
+        )
+
+    def _signals(self, given: Array | None) -> Array | None:
+        if given is None and any(source >= 0 for source, _, _ in self.schedules):
+            raise ParameterError(
+                f"this {self.family} model is scheduled by a signal that is not given; pass given=, (T, 2), one column "
+                f"for each of the signals 0 and 1."
+            )
+        return given
+
+    def _taken(self, found: tuple[Array, Array, int, int]) -> tuple[Array, Array]:
+        if found[2]:
+            raise ParameterError(
+                f"{found[2]} samples are not finite or beyond {_native.INPUT_LIMIT:g}; the memory would carry them "
+                f"into every later sample. Drop them."
+            )
+        return found[0], found[1]
+
+
+def _schedule(given: Any) -> tuple[int, float, float]:
+    try:
+        source, low, high = given
+    except (TypeError, ValueError):
+        raise ParameterError(f"a schedule is {given!r:.60}; pass its source, low and high.") from None
+    low, high = parameter_number(low, "low of a schedule"), parameter_number(high, "high of a schedule")
+    if source not in (-1, 0, 1) or not low < high:
+        raise ParameterError(
+            f"a schedule follows {source!r:.20} from {low:g} to {high:g}; its source is -1 (u of the sample before), 0 "
+            f"or 1 (given signals), and its range goes up."
+        )
+    return int(source), low, high
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists, all the way down."""
+    return [_plain(part) for part in value] if isinstance(value, tuple | list) else value

@@ -1,0 +1,109 @@
+"""Whether a sum of elements rises with its input whatever its memory: the least slope that can act."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dehyst.models.arrays import Array
+
+if TYPE_CHECKING:
+    from dehyst.families.elements import Element
+
+MOST_GROWTH = 15.0 / 16.0  # of a radius with the input: what the machine allows
+LAGS = ("relax", "past")
+
+
+def least_slope(elements: Sequence[Element], schedules: int = 0, period: float = 0.0) -> float:
+    """Return a lower bound of the slope of sum h w f(e) with the input, over all inputs, memories and speeds.
+
+    Of plays and stops those move together whose radius is below some value, up at x - r and down at x + r: the bound
+    is the least over all such values, inputs and both directions. All other elements count with the least they can
+    do. A schedule counts at its ends, between which the slope is linear.
+
+    The sum rises with the present input where that bound is above 0. An inverse is stable, too, if the bound stays
+    above 0 for slower motions, for which the faster lags have caught up: ``past`` then follows the input and ``relax``
+    stands still. So the least over all such speeds is taken. At half the sampling rate a lag of gain q gives
+    back q/(2 - q) of its slope with the other sign, and a radius that grows by g gives back 2 g - 1, for a period [s]
+    that is not 0.
+
+    Examples
+    --------
+    >>> from dehyst.families.elements import Element
+    >>> least_slope([Element("input", weight=0.5), Element("play", 0.2, weight=0.4), Element("play", 0.4, weight=-0.2)])
+    0.5
+    """
+    ends = product((0.0, 1.0), repeat=schedules)
+    return min(_at_shares(elements, (1.0, *(s for xi in end for s in (1.0 - xi, xi))), period) for end in ends)
+
+
+def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: float) -> float:
+    used = [q for q in elements if share[q.schedule] > 0.0]
+    lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
+    rest = [q for q in used if q.kind not in LAGS]
+    return min(
+        sum(_alone(q, period) for q in (*rest, *lags[fast:])) + _moving([*rest, *lags[:fast]], side)
+        for fast in range(len(lags) + 1)
+        for side in (1.0, -1.0)
+    )
+
+
+def pieces(element: Element) -> tuple[Array, Array]:
+    """Inner breakpoints of w f (p,) and the slopes between and beyond them (p + 1,)."""
+    u, v = (np.asarray(values) for values in element.map)
+    if u.size < 2:
+        return np.zeros(0), np.array([element.weight])
+    return u[1:-1], element.weight * np.diff(v) / np.diff(u)
+
+
+def _alone(element: Element, period: float) -> float:
+    """The least that an element adds that neither follows the input itself nor moves with the plays."""
+    inner, slopes = pieces(element)
+    least, most = float(slopes.min()), float(slopes.max())
+    gain = 1.0 if element.time <= 0.0 else float(-np.expm1(-period / element.time))
+    early = gain / (2.0 - gain) if period > 0.0 else 0.0
+    match element.kind:
+        case "creep":
+            return min(0.0, least)
+        case "relax":
+            return least + early * min(0.0, least)
+        case "past":
+            return -early * max(0.0, most)
+        case "path":
+            return 2.0 * min(0.0, _least_within(inner, slopes, element.radius))
+        case "wide":
+            growth = min(element.time / period, MOST_GROWTH) if period > 0.0 else MOST_GROWTH
+            back = max(0.0, 2.0 * growth - 1.0) if period > 0.0 else 0.0
+            return (1.0 + growth) * min(0.0, least) - back * max(0.0, most)
+    return 0.0
+
+
+def _least_within(inner: Array, slopes: Array, radius: float) -> float:
+    first, last = np.searchsorted(inner, -radius, "right"), np.searchsorted(inner, radius, "left")
+    return float(slopes[first : last + 1].min())
+
+
+def _moving(elements: Sequence[Element], side: float) -> float:
+    """What follows the input, and plays and stops, with an input that rises (side 1) or falls (-1)."""
+    follow = [q for q in elements if q.kind in ("input", "play", "past")]
+    places = [pieces(q)[0] + side * _radius(q) for q in follow]
+    knots = np.unique(np.concatenate([np.zeros(1), *places]))
+    x = np.concatenate([knots[:1] - 1.0, 0.5 * (knots[1:] + knots[:-1]), knots[-1:] + 1.0])
+    still = np.zeros(x.size)
+    groups = {0.0: still.copy()}  # what is added when the plays of a radius move too
+    for q in follow:
+        inner, slopes = pieces(q)
+        here = slopes[np.searchsorted(inner, x - side * _radius(q))]
+        groups[_radius(q)] = groups.get(_radius(q), 0.0) + here
+    for q in (q for q in elements if q.kind == "stop" and q.radius > 0.0):
+        least = _least_within(*pieces(q), q.radius)
+        still += least
+        groups[q.radius] = groups.get(q.radius, 0.0) - np.full(x.size, least)
+    return float((still + np.cumsum([groups[radius] for radius in sorted(groups)], axis=0)).min())
+
+
+def _radius(element: Element) -> float:
+    return 0.0 if element.kind == "input" else element.radius
