@@ -12,6 +12,7 @@ import pytest
 import dehyst
 from dehyst import _native
 from dehyst.control import Adaptation, JointControllerParameters
+from dehyst.families.elements import Element, ElementModel
 from direct_export_samples import direct_model
 from export_samples import play_model
 
@@ -42,6 +43,7 @@ def kernels():
 
 CURVE, ELEMENT = np.array([0.0, 1.0]), np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 KINDS = np.zeros(100, np.int32)
+SUM = ElementModel((Element("input"), *(Element("play", r, weight=0.01) for r in R.tolist())))._sum
 SQUARE = np.cov(RNG.normal(size=(1500, 3000)))
 
 
@@ -92,6 +94,9 @@ def long_calls():
         "elements_run": lambda: _native.elements_run(KINDS, W, R, Z, 1.0, 1.0, few, None, np.zeros(102)),
         "elements_bank": lambda: _native.elements_bank(KINDS, R, Z, 1.0, few[:300_000], None, np.zeros(102)),
         "elements_invert": lambda: _native.elements_invert(KINDS, W, R, Z, 1.0, 1.0, few, None, 9.0, np.zeros(102)),
+        "ElementSum.run": lambda: SUM.run(few, None, None, SUM.rest(0.0)),
+        "ElementSum.solve": lambda: SUM.solve(few, None, None, SUM.rest(0.0)),
+        "ElementSum.columns": lambda: SUM.columns(few[:300_000], None, SUM.rest(0.0)),
         "bank_run": lambda: _native.bank_run(few, CURVE, element, np.ones(20), np.zeros(21)),
         "bank_states": lambda: _native.bank_states(few, element, np.zeros(21)),
         "bank_invert": lambda: _native.bank_invert(few, 99.0, CURVE, element, np.full(20, 0.01), np.zeros(21)),

@@ -144,7 +144,7 @@ class ElementModel(LoopModel):
         Of the sum.
     offset
         c.
-    before, after
+    before_map, after_map
         M and T^-1, arguments and values, increasing.
     direction
         "forward": the sum is the output, u the input. "inverse": it was identified the other way round, the sum is the
