@@ -20,6 +20,7 @@ FUZZERS: dict[str, tuple[Block, int, int]] = {
     "load": (inverse(1), 3_500_000, 250),
     "joint": (inverse(4), 1_500_000, 150),
     "direct": (inverse(4), 1_500_000, 250),
+    "elements": (inverse(1), 1_500_000, 300),
 }
 DONE = re.compile(r"Done (\d+) runs")
 LET_IN = re.compile(r"let in (\d+) blocks of (\d+) operators")  # by the fuzzer of parameters, for each number
@@ -55,6 +56,16 @@ def plain_block(operators: int) -> bytes:
     return bytes([*head, *thresholds, *slopes, *centre_and_offset, *ranges, *line, fade, all_reals, *steps])
 
 
+def plain_sum(kind: int) -> bytes:
+    """Return an input from which the fuzzer of elements builds the input beside one of a kind, and moves them."""
+    zero, half, one = 124, 156, 188  # bytes of these reals
+    maps, range_, schedules = [0, 0, zero], [60, one], [0, *[0, zero, one] * 3]
+    elements = [0, 0, zero, zero, one, 0, kind, 0, half, half, half, 0]
+    return bytes(
+        [2, *maps, *range_, *schedules, *elements, 1, zero, *[zero, zero, half, 1, zero, zero, 60, 0, one] * 4]
+    )
+
+
 def fuzzed(name: str, runs: int, seed: int) -> int:
     """Build and run a fuzzer; return how many runs it made.
 
@@ -70,6 +81,8 @@ def fuzzed(name: str, runs: int, seed: int) -> int:
         begin.mkdir()
         for operators in range(1, 7) if name == "load" else ():
             (begin / str(operators)).write_bytes(plain_block(operators))
+        for kind in range(8) if name == "elements" else ():
+            (begin / str(kind)).write_bytes(plain_sum(kind))
         options = [f"-runs={runs}", f"-max_len={longest}", "-detect_leaks=0", f"-seed={seed}", "-print_final_stats=0"]
         done = subprocess.run([program, *options, begin], cwd=folder, capture_output=True, text=True, check=False)
     made = DONE.search(done.stderr)
