@@ -31,6 +31,7 @@ bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/robot.py
 	$(BIN)/python benchmarks/step.py --instructions
 	$(BIN)/python benchmarks/step.py
+	$(BIN)/python benchmarks/elements.py
 	$(BIN)/python benchmarks/instructions.py
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/memory.py
