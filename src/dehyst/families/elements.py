@@ -21,7 +21,7 @@ h is the time since the sample before, x' its input. f is a piecewise linear map
 Since no element falls with x while its memory stands, the sum rises with x for any memory if its least slope is above
 0 (`dehyst.families.rising`); then the inverse is exact, sample by sample, for every row.
 
-Source: M. Brokate and J. Sprekels, Hysteresis and Phase Transitions, 1996, for sums of rising maps of plays; P. R. Dahl,
+Source: M. Brokate and J. Sprekels, Hysteresis and Phase Transitions, 1996, for sums of maps of plays; P. R. Dahl,
 1968, for the path; P. Krejci and K. Kuhnen, 2001, for creep. The sum of all, its certificate and its inverse are this
 project's (docs/decisions/0042-one-machine-of-elements.md).
 
