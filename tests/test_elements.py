@@ -236,7 +236,7 @@ def test_columns_are_the_elements_alone():
     model = ElementModel.example()
     x = signal(5)
     dt = steps_of(x)
-    columns = model.columns(x, dt, model.rest(0.1))
+    columns, _ = model.columns(x, dt, model.rest(0.1))
     for k, q in enumerate(model.elements):
         alone = ElementModel((Element(q.kind, q.radius, q.time),))
         assert np.array_equal(columns[:, k], alone.run(x, dt, alone.rest(0.1))[0])

@@ -140,8 +140,9 @@ def _traits(name: str) -> str:
     if name in IDENTIFIED:
         return f"{'creep and rate terms' if name == 'direct-inverse' else 'no'} | yes | yes"
     found = family(name)
-    inverse = "yes" if not families.example(name).no_inverse else "no"
-    return f"{'yes' if found.model.rate_dependent else 'no'} | {'yes' if found.convex else 'no'} | {inverse}"
+    model = families.example(name)
+    inverse = "yes" if not model.no_inverse else "no"
+    return f"{'yes' if model.rate_dependent else 'no'} | {'yes' if found.convex else 'no'} | {inverse}"
 
 
 def _identified(name: str) -> str:
@@ -230,6 +231,8 @@ def _family(name: str) -> str:
 def _time(found: Family) -> str:
     if found.name == "maxwell-slip":
         return "Time stamps are needed where there are dampers; else only the order of inputs matters."
+    if found.name == "elements":
+        return "Time stamps are needed by rows with creep, relaxation or rate; without them others are chosen among."
     return (
         "Time stamps are needed." if found.model.rate_dependent else "Time does not matter: only the order of inputs."
     )

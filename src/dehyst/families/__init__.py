@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from dehyst.families.fitting import FamilyFit as FamilyFit
     from dehyst.families.fitting import identify_family as identify_family
     from dehyst.families.registry import MODULES as MODULES
+    from dehyst.families.registry import ROWS as ROWS
     from dehyst.families.registry import Family as Family
     from dehyst.families.registry import example as example
     from dehyst.families.registry import family as family
@@ -41,6 +42,7 @@ _HOME = {
     "LoopStepper": "dehyst.families.base",
     "MODULES": "dehyst.families.registry",
     "ModelMechanism": "dehyst.families.acting",
+    "ROWS": "dehyst.families.registry",
     "STARTS": "dehyst.families.base",
     "Scaling": "dehyst.families.base",
     "Stretch": "dehyst.families.training",

@@ -49,6 +49,7 @@ from dehyst.models.card import NO_CARD
 
 KINDS = _native.ELEMENT_KINDS
 DIRECTIONS = ("forward", "inverse")
+LAGS = ("creep", "relax", "past")
 LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
@@ -279,10 +280,12 @@ class ElementModel(LoopModel):
         return np.concatenate([self._sum.rest(at), np.full(self.delay, x)])
 
     def before(self, first: float) -> Array:
-        """As every family; what is under way is the first input."""
-        if not self.delay:
-            return super().before(first)
-        return np.concatenate([replace(self, dead_time=0.0).before(first), np.full(self.delay, first)])
+        """As every family, but lags have had time to come to the first sample; it is what is under way, too."""
+        if self.delay:
+            return np.concatenate([replace(self, dead_time=0.0).before(first), np.full(self.delay, first)])
+        memory = np.array(super().before(first))
+        memory[AHEAD:][[q.kind in LAGS for q in self.elements]] = memory[0]
+        return memory
 
     def run(self, x: Array, dt: Array | None, memory: Array, given: Array | None = None) -> tuple[Array, Array]:
         """Evaluate the sum, or solve it; `given` (T, 2) are scheduling signals."""
@@ -299,9 +302,9 @@ class ElementModel(LoopModel):
         x, after = self._taken(machine(y, dt, self._signals(given), state))
         return x, np.concatenate([after, ring])
 
-    def columns(self, x: Array, dt: Array | None, memory: Array) -> Array:
-        """Return e of each element, (T, n), without map and weight, along the sum's own argument."""
-        return self._sum.columns(x, dt, memory[: AHEAD + len(self.elements)])[0]
+    def columns(self, x: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
+        """Return e of each element, (T, n), without map and weight, along the sum's own argument, and the memory."""
+        return self._sum.columns(x, dt, memory[: AHEAD + len(self.elements)])
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, plain values; scaling, start and card left out."""

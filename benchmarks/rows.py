@@ -1,0 +1,115 @@
+"""Rows of elements, and the row that is chosen, against the families of today on the 26 runs of the comparison.
+
+    python benchmarks/rows.py                # the chosen row on every run; a minute
+    python benchmarks/rows.py --all          # every row by its name, too
+    python benchmarks/rows.py --all --save   # the same into results/rows.json
+
+Errors are held out, percent of range; those of today's families are the committed ones of results/compare.json. Ends
+with status 1 if the chosen row errs more than the best of today's families by hindsight in the median of the runs, or
+more than 0.60 of what `identify` chooses in the geometric mean.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from compare import DATA, LOGS, MADE, error, recording, tidy
+from compare import RESULTS as TODAY
+
+from dehyst import Recording
+from dehyst.errors import DehystError
+from dehyst.families import identify_family
+from dehyst.families.registry import ROWS
+
+RESULTS = Path(__file__).parent / "results" / "rows.json"
+CHOSEN = "elements"
+OVER_BEST, OVER_IDENTIFY = 1.00, 0.60
+
+
+def fitted(record: Recording, name: str) -> dict[str, Any]:
+    """One row on one run, as plain numbers."""
+    try:
+        fit = identify_family(record, name)
+    except DehystError as fault:
+        return {"reason": str(fault)}
+    assert fit.test is not None
+    return {
+        "test_percent": fit.test.rmse_percent, "inverse_percent": fit.inverse_percent, "row": fit.model.family,
+        "start": fit.model.start, "parameters": fit.free_parameters,
+        "seconds": round(fit.seconds, 2),
+    }  # fmt: skip
+
+
+def compared(names: tuple[str, ...], today: dict[str, Any]) -> dict[str, Any]:
+    """Rows on the run of a committed comparison."""
+    log = next(log for log in (*LOGS, *MADE) if log.name == today["log"])
+    record = recording(log, today["run"], DATA)
+    errors = {family: error(today, family) for family in today["families"] if family != CHOSEN}
+    best = min(errors, key=lambda family: errors[family])
+    return {
+        "log": today["log"], "run": today["run"], "samples": len(record), "best": best, "best_percent": errors[best],
+        "identify_percent": today["auto"]["test"]["rmse_percent"],
+        "rows": {name: fitted(record, name) for name in names},
+    }  # fmt: skip
+
+
+def summary(runs: list[dict[str, Any]], name: str = CHOSEN) -> dict[str, float]:
+    """Ratios of a row's errors to those of today."""
+    able = [run for run in runs if "test_percent" in run["rows"][name]]
+    mine = np.array([run["rows"][name]["test_percent"] for run in able])
+    best = mine / np.array([run["best_percent"] for run in able])
+    identify = mine / np.array([run["identify_percent"] for run in able])
+    return {
+        "runs": len(able),
+        "over_best_median": float(np.median(best)),
+        "over_best_mean": float(np.exp(np.mean(np.log(best)))),
+        "over_best_most": float(best.max()),
+        "above_1.5": int(np.count_nonzero(best > 1.5)),
+        "over_identify": float(np.exp(np.mean(np.log(identify)))),
+    }
+
+
+def holds(found: dict[str, float]) -> bool:
+    """Whether the choice is as good as promised."""
+    return found["over_best_median"] <= OVER_BEST and found["over_identify"] <= OVER_IDENTIFY
+
+
+def main() -> int:
+    """Compare, print, save."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--all", action="store_true", help="every row by its name")
+    parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
+    given = parser.parse_args()
+    names = tuple(ROWS) if given.all else (CHOSEN,)
+    runs = []
+    for today in json.loads(TODAY.read_text(encoding="utf-8"))["logs"]:
+        if not (DATA / today["log"]).is_dir() and today["log"] not in [log.name for log in MADE]:
+            continue
+        run = compared(names, today)
+        runs.append(run)
+        mine = run["rows"][CHOSEN]
+        print(
+            f"{run['log'] + '/' + run['run']:34s} best {run['best_percent']:5.2f} {run['best']:24s} identify "
+            f"{run['identify_percent']:5.2f}  {mine['row']:18s}{mine['test_percent']:5.2f}  "
+            f"{mine['test_percent'] / run['best_percent']:4.2f} of the best, {mine['seconds']:.2f} s",
+            flush=True,
+        )
+    for name in names:
+        found = summary(runs, name)
+        print(f"{name:18s} " + ", ".join(f"{key} {value:.3g}" for key, value in found.items()))
+    if given.save:
+        result = {"summary": {name: summary(runs, name) for name in names}, "runs": runs}
+        RESULTS.write_text(json.dumps(tidy(result), indent=1) + "\n", encoding="utf-8")
+    return 0 if holds(summary(runs)) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,273 @@
+r"""Which sum of elements a log calls for: rows, map and regularisation by blocks held out within the training.
+
+The training is cut into five consecutive blocks. A candidate's score is the geometric mean of three errors of its
+output: of each block left out in turn (c), of the last two blocks predicted from those before them alone (f), and of
+the fit (t)::
+
+    score = (c f t)^(1/3),    c and f geometric means of the rms of their blocks
+
+c alone takes candidates that need to have seen what comes after; f alone takes what two blocks happen to need; both
+count fits from less than there is, and so charge large rows too much: t stands against that. Errors of a sum in the
+inverse direction are those of its solution. The best two of all rows, with and without a map, are tried with every
+regularisation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dehyst.errors import DehystError, IdentificationError
+from dehyst.families.base import Scaling
+from dehyst.families.columns import RATE_LAGS, Columns, Pace, columns_of
+from dehyst.families.elements import Element, ElementModel
+from dehyst.families.program import (
+    BLOCKS,
+    LEAST,
+    PIECES,
+    Marks,
+    Numbers,
+    Program,
+    Regularisation,
+    Sums,
+    Weights,
+    sums_of,
+)
+from dehyst.families.training import Training
+from dehyst.models.arrays import Array
+from dehyst.ties import rank
+
+EVERY = tuple(range(BLOCKS))
+MOST_ROWS = 4000  # of the choice, spread over the training; elements see every sample
+MOST_FITTED = 20000  # of the last fit
+FEWEST = 4 * BLOCKS
+RAMPS = {"forward": 8, "inverse": 16}
+FIRST = Regularisation(0.003, 0.001)
+OTHERS = (Regularisation(0.0005, 0.0003), Regularisation(0.02, 0.003), Regularisation(0.1, 0.01))
+FINALISTS = 2
+STARTS = {  # the origin is that of the log's input
+    "forward": ("zero", "rest", "rising", "falling", "origin"),
+    "inverse": ("zero", "rest", "rising", "falling"),
+}
+BETTER_START = 0.98
+STARTED = 50000  # samples after which a start is forgotten
+CHAINED = (BLOCKS - 2,)  # besides the last one, which is left out from those before it anyway
+FARTHEST = 1.6  # scaled outputs beyond it are not predicted: 0.3 of the range beyond what was seen
+CHUNK = 4096
+SMALLEST = 1e-9
+USUAL = 0.95  # of the samples move less than what a rate is scaled with
+
+
+@dataclass(frozen=True)
+class Sum:
+    """What a row asks for: its name, groups of columns, direction, and whether with or without a map or both."""
+
+    name: str
+    groups: tuple[str, ...]
+    direction: str = "forward"
+    maps: tuple[bool, ...] = (False, True)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A sum with or without a map, one regularisation, and its score."""
+
+    sum: Sum
+    mapped: bool
+    regularisation: Regularisation
+    score: float
+
+
+def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
+    """Return the model of the best of some sums, fitted to the whole training.
+
+    Raises
+    ------
+    IdentificationError
+        If there are too few samples, or no candidate could be fitted.
+    """
+    if training.y.size < FEWEST:
+        raise IdentificationError(
+            f"{training.y.size} samples are fitted, and sums of elements are chosen on {BLOCKS} blocks of them: give "
+            f"{FEWEST} or more, or take a smaller family, such as pi."
+        )
+    workshops: dict[str, Workshop] = {}
+    for direction in dict.fromkeys(one.direction for one in sums):
+        groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
+        workshops[direction] = Workshop(training, direction, tuple(groups))
+    first = [workshops[one.direction].candidate(one, mapped, FIRST) for one in sums for mapped in one.maps]
+    first.sort(key=lambda candidate: rank(candidate.score))  # stable: earlier rows first
+    more = [
+        workshops[one.sum.direction].candidate(one.sum, one.mapped, regularisation)
+        for one in first[:FINALISTS]
+        for regularisation in OTHERS
+    ]
+    chosen = min((*first[:FINALISTS], *more), key=lambda candidate: rank(candidate.score))
+    if not np.isfinite(chosen.score):
+        raise IdentificationError("no sum of elements could be fitted; take a smaller family, such as pi.")
+    return workshops[chosen.sum.direction].model(chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Bank:
+    """Rows of the program, spread over the training.
+
+    Attributes
+    ----------
+    values
+        Columns, (K, p).
+    target, output
+        What the sum is to be, and the output of the log; the same in the forward direction. (K,)
+    block
+        Of each row, (K,), consecutive.
+    places
+        Stretch and sample of each row, (K, 2).
+    """
+
+    values: Array
+    target: Array
+    output: Array
+    block: Numbers
+    places: Numbers
+
+    def part(self, block: int) -> slice:
+        """Rows of a block."""
+        return slice(*np.searchsorted(self.block, [block, block + 1]).tolist())
+
+
+class Workshop:
+    """Columns and sums of one direction, and what they predict."""
+
+    def __init__(self, training: Training, direction: str, groups: Sequence[str]) -> None:
+        self.training, self.direction = training, direction
+        self.pace = pace_of(training, direction)
+        self.start = self._best_start()
+        self.columns = columns_of(groups, RAMPS[direction], self.pace)
+        self.bank = self._bank(self.columns, self.start, MOST_ROWS)
+        self.sums = self._sums(self.columns, self.bank, PIECES)
+        self._programs: dict[tuple[str, bool], tuple[Program, Marks | None]] = {}
+
+    def candidate(self, one: Sum, mapped: bool, regularisation: Regularisation) -> Candidate:
+        """Score a sum; infinite where it has no solution."""
+        columns, key = self.columns.of(one.groups), (one.name, mapped)
+        program, warm = self._programs.get(key) or (Program(self.sums, columns, mapped), None)
+        try:
+            whole = program.solve(EVERY, regularisation, warm)
+            self._programs[key] = (program, whole.passive)
+
+            def error(seen: tuple[int, ...], block: int) -> float:
+                found = program.solve(seen, regularisation, whole.passive)
+                return self._rms(columns, found, self.bank.part(block))
+
+            left = [error(tuple(b for b in EVERY if b != block), block) for block in EVERY]
+            chained = [error(EVERY[:block], block) for block in CHAINED] + left[-1:]
+            fitted = [self._rms(columns, whole, slice(None))]
+        except DehystError:
+            return Candidate(one, mapped, regularisation, float("inf"))
+        means = [np.mean(np.log(np.maximum(errors, SMALLEST))) for errors in (left, chained, fitted)]
+        return Candidate(one, mapped, regularisation, float(np.exp(np.mean(means))))
+
+    def model(self, chosen: Candidate) -> ElementModel:
+        """Fit a candidate to all rows."""
+        columns = columns_of(chosen.sum.groups, RAMPS[self.direction], self.pace)
+        sums = self._sums(columns, self._bank(columns, self.start, MOST_FITTED), PIECES)
+        found = Program(sums, np.arange(columns.cell.size), chosen.mapped).solve(EVERY, chosen.regularisation)
+        return ElementModel(
+            columns.elements(found.weight),
+            found.offset,
+            after_map=(tuple(found.inner.tolist()), tuple(found.outer.tolist())),
+            direction=self.direction,
+            period=0.0 if self.pace is None else self.pace.period,
+            row=chosen.sum.name,
+            scaling=self.training.scaling,
+            start=self.start,
+        )
+
+    def _rms(self, columns: Numbers, found: Weights, rows: slice) -> float:
+        """Error of the output at some rows, scaled."""
+        weight = np.zeros(self.columns.cell.size)
+        weight[columns] = found.weight
+        if self.direction == "forward":
+            predicted = found.outputs(self.bank.values[rows] @ weight)
+        else:
+            predicted = self._solved(ElementModel(self.columns.elements(weight), found.offset, start=self.start), rows)
+        miss = np.clip(predicted, -FARTHEST, FARTHEST) - self.bank.output[rows]
+        return float(np.sqrt(np.mean(miss**2)))
+
+    def _solved(self, model: ElementModel, rows: slice) -> Array:
+        """Outputs that solve a sum of outputs, at some rows."""
+        places, solved = self.bank.places[rows], []
+        for number in np.unique(places[:, 0]):
+            stretch = self.training.stretches[number]
+            at = places[places[:, 0] == number, 1]
+            part = slice(0, int(at[-1]) + 1)  # from the beginning: memory is that of the solution
+            dt = stretch.dt[part] if model.rate_dependent and stretch.dt is not None else None
+            y, _ = model.run_inverse(stretch.x[part], dt, model.before(float(stretch.y[0])))
+            solved.append(y[at])
+        return np.concatenate(solved)
+
+    def _best_start(self) -> str:
+        """The start state from which plays and stops err least; the first one, unless another is better by 2 %."""
+        columns, least, best = columns_of(("play", "stop"), RAMPS[self.direction], None), np.inf, ""
+        for start in STARTS[self.direction]:
+            bank = self._bank(columns, start, MOST_ROWS, STARTED)
+            found = Program(self._sums(columns, bank, 1), np.arange(columns.cell.size), False).solve(EVERY, FIRST)
+            error = float(np.sqrt(np.mean((found.outputs(bank.values @ found.weight) - bank.target) ** 2)))
+            if rank(error) < BETTER_START * least:
+                least, best = error, start
+        return best
+
+    def _sums(self, columns: Columns, bank: Bank, pieces: int) -> Sums:
+        least = np.where(columns.group == "x", LEAST, 0.0)
+        return sums_of(bank.values, bank.target, bank.block, least, columns.neighbours, pieces)
+
+    def _bank(self, columns: Columns, start: str, most: int, until: int | None = None) -> Bank:
+        compared = [np.flatnonzero(stretch.counts[:until]) for stretch in self.training.stretches]
+        every = -(-sum(at.size for at in compared) // most)
+        template = ElementModel(columns.cells, start=start, scaling=self._seen_scaling())
+        values, target, output, places = [], [], [], []
+        for number, (stretch, at) in enumerate(zip(self.training.stretches, compared, strict=True)):
+            rows = at[::every]
+            seen, wanted = (stretch.x, stretch.y) if self.direction == "forward" else (stretch.y, stretch.x)
+            values.append(_rows(columns, template, seen, stretch.dt, rows))
+            target.append(wanted[rows])
+            output.append(stretch.y[rows])
+            places.append(np.stack([np.full(rows.size, number), rows], axis=1))
+        joined = np.concatenate(places)
+        block = np.arange(len(joined)) * BLOCKS // max(1, len(joined))
+        return Bank(np.concatenate(values), np.concatenate(target), np.concatenate(output), block, joined)
+
+    def _seen_scaling(self) -> Scaling:
+        scaling = self.training.scaling
+        return scaling if self.direction == "forward" else scaling.swapped()
+
+
+def _rows(columns: Columns, template: ElementModel, seen: Array, dt: Array | None, rows: Numbers) -> Array:
+    """Columns (K, p) at some samples of a signal; elements see all of them up to the last."""
+    memory, parts = template.before(float(seen[0])), [np.zeros((0, columns.cell.size))]
+    seen = seen[: rows[-1] + 1 if rows.size else 0]
+    steps = dt if template.rate_dependent else None
+    for begin in range(0, seen.size, CHUNK):
+        part = slice(begin, begin + CHUNK)
+        e, memory = template.columns(seen[part], None if steps is None else steps[: seen.size][part], memory)
+        parts.append(columns.values(e[rows[(rows >= begin) & (rows < begin + CHUNK)] - begin]))
+    return np.concatenate(parts)
+
+
+def pace_of(training: Training, direction: str) -> Pace | None:
+    """Period, duration and speeds of a training; None without time stamps."""
+    if not training.timed:
+        return None
+    steps = np.concatenate([stretch.dt[1:] for stretch in training.stretches if stretch.dt is not None])
+    if not steps.size:
+        return None
+    period, duration = float(np.median(steps)), max(float(stretch.time[-1]) for stretch in training.stretches)
+    lags = ElementModel(tuple(Element("relax", 0.0, samples * period) for samples in RATE_LAGS))
+    moved = []
+    for stretch in training.stretches:
+        seen = stretch.x if direction == "forward" else stretch.y
+        moved.append(np.abs(lags.columns(seen, stretch.dt, lags.before(float(seen[0])))[0]))
+    usual = np.quantile(np.concatenate(moved), USUAL, axis=0)
+    return Pace(period, duration, tuple(np.maximum(usual, SMALLEST).tolist()))

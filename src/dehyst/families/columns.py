@@ -1,0 +1,237 @@
+"""Columns of the program of elements: each rises, or stands still, with the present sample, whatever the memory.
+
+A column reads one element e of one memory cell::
+
+    column = gain ramp(e; low, high) + ramp(x; x_low, x_high),    ramp(v; a, b) = clip(v, a, b) - clip(0, a, b)
+
+so that weights from 0 on give a sum that rises with x: that is all the program needs to know. Ramps of x alone, of
+plays (their two thresholds make them the cells of a Preisach operator), of x less what follows it (stops, relaxation),
+of lags in time (creep), of the rate up to where it saturates (dampers), of Dahl's lag along the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.families.elements import NO_MAP, Element, Pairs
+from dehyst.models.arrays import Array
+
+Numbers = npt.NDArray[np.int64]
+
+RADII = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.47, 0.55, 0.65, 0.75, 0.85, 0.95)
+FINE = (-0.6, -0.25, 0.1, 0.45, 0.75)  # between ramps of plays: six
+COARSE = (-0.4, 0.2)  # between ramps of lags: three
+CREEP_RADII = (0.0, 0.1, 0.3)
+CREEP_TIMES, LAG_TIMES, WAYS = 14, 6, 9
+RATE_LAGS = (1.0, 3.0, 10.0)  # samples
+SATURATIONS = (0.1, 0.3, 1.0, 3.0)  # of the rate that 95 % of the samples keep below
+EVERYWHERE = (-np.inf, np.inf)
+NOWHERE = (0.0, 0.0)
+
+Part = tuple[float, float]
+Line = tuple[int, float, Part, Part]  # cell, gain, ramp of the cell, ramp of x
+
+
+@dataclass(frozen=True)
+class Pace:
+    """What columns of time are made for.
+
+    Attributes
+    ----------
+    period
+        Usual time between samples. [s]
+    duration
+        Of the longest stretch. [s]
+    moves
+        How far x goes from each lag of `RATE_LAGS`, of 95 % of the samples.
+    """
+
+    period: float
+    duration: float
+    moves: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """A table of columns over memory cells; the first cell is x itself.
+
+    Attributes
+    ----------
+    cells
+        Elements of weight 1 without a map.
+    group
+        Name of the group of each column, (p,).
+    cell, gain, low, high, x_low, x_high
+        Of each column, (p,).
+    neighbours
+        Pairs of columns whose weights should differ little, (q, 2).
+    """
+
+    cells: tuple[Element, ...]
+    group: npt.NDArray[np.str_]
+    cell: Numbers
+    gain: Array
+    low: Array
+    high: Array
+    x_low: Array
+    x_high: Array
+    neighbours: Numbers
+
+    def values(self, e: Array) -> Array:
+        """Columns (T, p) of elements (T, cells)."""
+        found = self.gain * _ramp(e[:, self.cell], self.low, self.high)
+        both = np.flatnonzero(self.x_high > self.x_low)
+        found[:, both] += _ramp(e[:, :1], self.x_low[both], self.x_high[both])
+        return np.asarray(found)
+
+    def of(self, groups: Sequence[str]) -> Numbers:
+        """Which columns are those of groups, and x."""
+        return np.flatnonzero(np.isin(self.group, ("x", *groups)))
+
+    def elements(self, weight: Array) -> tuple[Element, ...]:
+        """The elements of a sum with weights (p,) of the columns; those of weight 0 are left out."""
+        made = []
+        for number, cell in enumerate(self.cells):
+            own = np.flatnonzero((self.cell == number) & (weight != 0.0))
+            ramps = [(weight[k] * self.gain[k], self.low[k], self.high[k]) for k in own]
+            if number == 0:
+                both = np.flatnonzero((self.x_high > self.x_low) & (weight != 0.0))
+                ramps += [(weight[k], self.x_low[k], self.x_high[k]) for k in both]
+            if ramps:
+                slope, pairs = _sum_of(ramps)
+                made.append(Element(cell.kind, cell.radius, cell.time, slope, pairs))
+        return tuple(made)
+
+
+def _ramp(v: Array, low: Array, high: Array) -> Array:
+    return np.asarray(np.clip(v, low, high) - np.clip(0.0, low, high))
+
+
+def _sum_of(ramps: Sequence[tuple[float, float, float]]) -> tuple[float, Pairs]:
+    """Weight and map of a sum of ramps; a line has no map."""
+    weight, low, high = (np.array(values) for values in zip(*ramps, strict=True))
+    ends = np.concatenate([low, high])
+    knots = np.unique(ends[np.isfinite(ends)])
+    if not knots.size:
+        return float(weight.sum()), NO_MAP
+    u = np.concatenate([knots[:1] - 1.0, knots, knots[-1:] + 1.0])
+    v = _ramp(u[:, None], low, high) @ weight
+    return 1.0, (tuple(u.tolist()), tuple(v.tolist()))
+
+
+def columns_of(groups: Sequence[str], ramps: int, pace: Pace | None) -> Columns:
+    """Return the columns of x, in so many ramps, and of groups; `pace` None: without time."""
+    cells, lines = [Element("input")], list[Line]()
+    names, joined = list[str](), list[tuple[int, int]]()
+    inner = np.linspace(-1.0, 1.0, ramps + 1)[1:-1].tolist()
+    made: list[tuple[str, list[Element], list[Line], int]] = [
+        ("x", [], [(0, 1.0, part, NOWHERE) for part in _parts(inner)], ramps)
+    ]
+    for name in groups:
+        new, own, chain = GROUPS[name](pace)
+        made.append(
+            (name, new, [(len(cells) + sum(len(m[1]) for m in made) + c, g, a, b) for c, g, a, b in own], chain)
+        )
+    for name, new, own, chain in made:
+        first = len(lines)
+        joined += [(k, k + 1) for k in range(first, first + len(own) - 1) if (k - first) % chain < chain - 1]
+        cells += new
+        lines += own
+        names += [name] * len(own)
+    cell, gain, own_part, x_part = zip(*lines, strict=True)
+    low, high = np.array(own_part).T
+    x_low, x_high = np.array(x_part).T
+    pairs = np.array(joined, dtype=np.int64).reshape(-1, 2)
+    return Columns(tuple(cells), np.array(names), np.array(cell), np.array(gain), low, high, x_low, x_high, pairs)
+
+
+def _parts(inner: Sequence[float]) -> list[Part]:
+    """Parts of the real line between inner points."""
+    return list(zip((-np.inf, *inner), (*inner, np.inf), strict=True))
+
+
+Group = tuple[list[Element], list[Line], int]  # cells, lines (numbered among these cells), length of a chain
+
+
+def _plain(cells: list[Element]) -> Group:
+    return cells, [(k, 1.0, EVERYWHERE, NOWHERE) for k in range(len(cells))], 1
+
+
+def _plays(pace: Pace | None) -> Group:
+    return _plain([Element("play", r) for r in RADII])
+
+
+def _stops(pace: Pace | None) -> Group:
+    return _plain([Element("stop", r) for r in RADII])
+
+
+def _paths(pace: Pace | None) -> Group:
+    return _plain([Element("path", r) for r in np.geomspace(0.02, 1.0, WAYS).tolist()])
+
+
+def _lagging(pace: Pace | None) -> Group:
+    cells = [Element("play", r) for r in RADII]
+    return cells, [(k, 1.0, part, NOWHERE) for k in range(len(RADII)) for part in _parts(FINE)], len(FINE) + 1
+
+
+def _leading(pace: Pace | None) -> Group:
+    """What a ramp of x has more than that of a play, wide enough that the difference never falls."""
+    cells = [Element("play", r) for r in RADII]
+    lines = [
+        (k, -1.0, (a, b), (round(a - r, 9), round(b + r, 9))) for k, r in enumerate(RADII) for a, b in _parts(FINE)
+    ]
+    return cells, lines, len(FINE) + 1
+
+
+def _creep(pace: Pace | None) -> Group:
+    assert pace is not None
+    times = np.geomspace(2.0 * pace.period, max(pace.duration, 4.0 * pace.period), CREEP_TIMES).tolist()
+    return _plain([Element("creep", r, time) for time in times for r in CREEP_RADII])
+
+
+def _lag_times(pace: Pace | None) -> list[float]:
+    assert pace is not None
+    return [float(t) for t in np.geomspace(3.0 * pace.period, max(pace.duration / 2.0, 6.0 * pace.period), LAG_TIMES)]
+
+
+def _creep_by_place(pace: Pace | None) -> Group:
+    times = _lag_times(pace)
+    lines = [(k, 1.0, part, NOWHERE) for k in range(len(times)) for part in _parts(COARSE)]
+    return [Element("creep", 0.0, time) for time in times], lines, len(COARSE) + 1
+
+
+def _relaxing(pace: Pace | None) -> Group:
+    return _plain([Element("relax", 0.0, time) for time in _lag_times(pace)])
+
+
+def _relaxing_by_place(pace: Pace | None) -> Group:
+    times = _lag_times(pace)
+    lines = [(k, -1.0, part, part) for k in range(len(times)) for part in _parts(COARSE)]
+    return [Element("past", 0.0, time) for time in times], lines, len(COARSE) + 1
+
+
+def _rates(pace: Pace | None) -> Group:
+    assert pace is not None
+    lines = [
+        (k, 1.0 / s, (-s, s), NOWHERE) for k, move in enumerate(pace.moves) for s in (move * q for q in SATURATIONS)
+    ]
+    return [Element("relax", 0.0, samples * pace.period) for samples in RATE_LAGS], lines, 1
+
+
+GROUPS: dict[str, Callable[[Pace | None], Group]] = {
+    "play": _plays,
+    "stop": _stops,
+    "path": _paths,
+    "lag": _lagging,
+    "lead": _leading,
+    "creep": _creep,
+    "creep-by-place": _creep_by_place,
+    "relax": _relaxing,
+    "relax-by-place": _relaxing_by_place,
+    "rate": _rates,
+}
+TIMED = frozenset(("creep", "creep-by-place", "relax", "relax-by-place", "rate"))

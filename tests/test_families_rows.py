@@ -1,0 +1,256 @@
+"""Rows of elements: columns that rise, one program, a choice within the training, models that are what was fitted."""
+
+import dataclasses
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import dehyst
+from dehyst import Recording, families
+from dehyst.errors import IdentificationError, ParameterError
+from dehyst.families import choice, identify_family, load_file
+from dehyst.families.columns import GROUPS, TIMED, Columns, Pace, columns_of
+from dehyst.families.elements import Element, ElementModel
+from dehyst.families.program import BLOCKS, LEAST, LEAST_OF_MAP, Program, Regularisation, sums_of
+from dehyst.families.registry import ROWS
+from dehyst.families.rows import ROWS as TABLE
+from dehyst.families.rows import candidates
+from dehyst.families.training import Stretch, Training
+from family_checks import ARM, DAMPER, log, measured, wander
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import rows as benchmark
+
+PACE = Pace(0.01, 20.0, (0.01, 0.03, 0.1))
+EVERY = tuple(range(BLOCKS))
+LIGHT = Regularisation(0.003, 0.001)
+SOME = ("play", "lag", "lead", "creep", "relax-by-place", "rate")
+
+
+def bank(columns: Columns, x, step=0.01, start="rest"):
+    """Columns along a signal."""
+    cells = ElementModel(columns.cells, start=start)
+    dt = np.full(x.size, step) if cells.rate_dependent else None
+    return columns.values(cells.columns(x, dt, cells.before(float(x[0])))[0])
+
+
+def training(x, y, step=0.01, orientation="counter-clockwise"):
+    """A training of one stretch that is scaled already."""
+    dt = None if step is None else np.concatenate([[0.0], np.full(x.size - 1, step)])
+    return Training((Stretch(x, y, dt, np.ones(x.size, dtype=bool)),), families.Scaling(), orientation)
+
+
+def record(model, samples=4000, noise=0.002, seed=4, step=0.01):
+    x = wander(samples, seed)
+    time = step * np.arange(samples)
+    y = model.simulate(x, time)
+    return Recording(
+        input=x, output=y + noise * np.ptp(y) * np.random.default_rng(seed).standard_normal(samples), time=time
+    )
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_every_column_rises_with_the_present_sample_whatever_came_before(group):
+    columns = columns_of((group,), 8, PACE)
+    rng = np.random.default_rng(1)
+    cells = ElementModel(columns.cells)
+    dt = np.array([0.01]) if cells.rate_dependent else None
+    for past in range(6):
+        x = wander(300, past) if past else np.full(300, 0.3)
+        steps = np.full(300, 0.01) if cells.rate_dependent else None
+        memory = cells.columns(x, steps, cells.rest(float(x[0])))[1]
+        now = np.sort(rng.uniform(-1.3, 1.3, 60))
+        values = np.concatenate([columns.values(cells.columns(np.array([v]), dt, memory)[0]) for v in now])
+        assert np.diff(values, axis=0).min() > -1e-12
+        assert np.ptp(values[:, columns.group == "x"].sum(1)) > 1.0
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_the_elements_of_weights_are_the_weighted_columns(group):
+    columns = columns_of((group,), 8, PACE)
+    weight = np.random.default_rng(2).uniform(0.0, 1.0, columns.cell.size) * (np.arange(columns.cell.size) % 3 != 1)
+    weight[columns.group == "x"] += LEAST
+    model = ElementModel(columns.elements(weight), 0.3, period=PACE.period, start="rest")
+    x = wander(1500, 3)
+    wanted = 0.3 + bank(columns, x) @ weight
+    np.testing.assert_allclose(model.simulate(x, 0.01 * np.arange(x.size)), wanted, rtol=0.0, atol=1e-9)
+    assert not model.no_inverse
+    assert model.least_slope >= 0.99 * LEAST
+
+
+def test_weights_of_zero_leave_no_element():
+    columns = columns_of(("play", "creep"), 8, PACE)
+    weight = np.where(columns.group == "x", 0.1, 0.0)
+    assert [q.kind for q in columns.elements(weight)] == ["input"]
+
+
+@pytest.mark.parametrize("blocks", [EVERY, (0, 1, 2), (0, 2, 3, 4)])
+def test_the_program_finds_what_bounded_least_squares_on_its_rows_finds(blocks):
+    columns = columns_of(("play", "lag", "creep"), 8, PACE)
+    x = wander(1200, 5)
+    a = bank(columns, x)
+    y = 0.1 + a[:, 10] + 0.3 * a[:, 40] + 0.01 * np.random.default_rng(0).standard_normal(x.size)
+    block = np.arange(x.size) * BLOCKS // x.size
+    least = np.where(columns.group == "x", LEAST, 0.0)
+    strong = Regularisation(0.05, 0.03)
+    found = Program(sums_of(a, y, block, least, columns.neighbours, 4), np.arange(a.shape[1]), False).solve(
+        blocks, strong
+    )
+    seen = np.isin(block, blocks)
+    n, p = int(seen.sum()), a.shape[1]
+    ones = np.ones((n, 1))
+    differences = np.zeros((len(columns.neighbours), 1 + p))
+    for row, (i, j) in zip(differences, columns.neighbours, strict=True):
+        row[1 + i], row[1 + j] = 1.0, -1.0
+    ridge = np.hstack([np.zeros((p, 1)), np.eye(p)])
+    system = np.vstack(
+        [np.hstack([ones, a[seen]]), np.sqrt(n) * strong.lam * differences, np.sqrt(n) * strong.ridge * ridge]
+    )
+    target = np.concatenate([y[seen], np.zeros(len(system) - n)])
+    oracle = lsq_linear(system, target, (np.concatenate([[-np.inf], least]), np.inf), method="bvls", tol=1e-14)
+    np.testing.assert_allclose(np.concatenate([[found.offset], found.weight]), oracle.x, atol=2e-6)
+    assert found.kkt < 1e-9
+
+
+def test_a_map_that_bends_is_found_again():
+    columns = columns_of(("play",), 8, PACE)
+    x = wander(3000, 6)
+    a = bank(columns, x)
+    u = a[:, columns.group == "x"].sum(1) * 0.4 + a[:, 14] + 0.5 * a[:, 18]
+    y = np.sinh(1.5 * u)
+    block = np.arange(x.size) * BLOCKS // x.size
+    sums = sums_of(a, y, block, np.where(columns.group == "x", LEAST, 0.0), columns.neighbours, 10)
+    every = np.arange(a.shape[1])
+    plain, mapped = (Program(sums, every, with_map).solve(EVERY, LIGHT) for with_map in (False, True))
+    miss = [float(np.sqrt(np.mean((f.outputs(a @ f.weight) - y) ** 2)) / np.ptp(y)) for f in (plain, mapped)]
+    assert miss[1] < 0.006
+    assert 4.0 * miss[1] < miss[0]
+    slopes = np.diff(mapped.inner) / np.diff(mapped.outer)
+    assert slopes.min() >= LEAST_OF_MAP - 1e-9
+    assert abs(np.average(slopes, weights=np.diff(mapped.outer)) - 1.0) < 0.01
+
+
+def test_rows_are_thinned_but_elements_see_every_sample(monkeypatch):
+    x = wander(3000, 7)
+    y = 0.5 * x
+    whole = choice.Workshop(training(x, y), "forward", SOME)
+    monkeypatch.setattr(choice, "MOST_ROWS", 1000)
+    thin = choice.Workshop(training(x, y), "forward", SOME)
+    assert len(thin.bank.values) == 1000
+    np.testing.assert_array_equal(thin.bank.values, whole.bank.values[::3])
+
+
+def test_few_turns_mean_few_groups_and_no_stamps_no_time():
+    def names(x, step):
+        return [one.name for one in candidates(training(x, x, step))]
+
+    ramp = np.linspace(-1.0, 1.0, 400)
+    loop = np.concatenate([ramp, ramp[::-1], ramp])
+    assert names(ramp, 0.01) == ["play-sum"]
+    assert [one.maps for one in candidates(training(ramp, ramp))] == [(True,)]
+    assert names(loop, 0.01) == ["play-sum", "play-creep", "preisach-sum"]
+    assert set(names(np.tile(loop, 2), 0.01)) == {row.name for row in TABLE if row.chosen in ("always", "many")}
+    for x in (loop, np.tile(loop, 2)):
+        groups = {group for one in candidates(training(x, x, None)) for group in one.groups}
+        assert groups and not groups & TIMED
+
+
+def test_a_row_of_time_without_stamps_says_which_to_take():
+    x = wander(800)
+    with pytest.raises(IdentificationError, match="preisach-sum"):
+        identify_family(Recording(input=x, output=x), "mixed-sum")
+
+
+def test_the_table_the_registry_and_the_page_name_the_same_rows():
+    assert ("elements", *(row.name for row in TABLE)) == ROWS
+    text = sys.modules["dehyst.families.rows"].__doc__
+    assert all(f"``{name}``" in text for name in ROWS)
+    assert len({row.title for row in TABLE}) == len(TABLE)
+
+
+def test_a_handful_of_samples_is_refused_with_a_cure():
+    x = wander(19)
+    with pytest.raises(IdentificationError, match="20 or more"):
+        choice.best_model(training(x, x), [TABLE[0].sum])
+
+
+def test_a_name_that_is_no_row_is_refused_with_the_rows():
+    with pytest.raises(ParameterError, match="mixed-sum"):
+        identify_family(Recording(input=wander(), output=wander()), "mixed-sums")
+
+
+LAGGING = ElementModel(
+    (Element("input", weight=0.5), Element("play", 0.2, weight=0.4), Element("creep", 0.0, 1.5, 0.3)), start="zero"
+)
+DAMPED = ElementModel(
+    (
+        Element("input", weight=0.4),
+        Element("stop", 0.15, weight=0.5),
+        Element("relax", 0.0, 0.03, 1.0, ((-1.0, -0.01, 0.01, 1.0), (-0.2, -0.2, 0.2, 0.2))),
+    ),
+    start="zero",
+)
+
+
+@pytest.mark.parametrize(("model", "most"), [(LAGGING, 0.5), (DAMPED, 2.0)], ids=["creep", "damper"])
+def test_what_has_creep_or_dampers_is_followed_on_held_out_loops(model, most):
+    log_of = record(model)
+    fit = identify_family(log_of, "elements")
+    assert fit.test.rmse_percent < most
+    assert fit.model.family in ROWS and not fit.model.no_inverse
+    without = identify_family(log_of, "preisach-sum")
+    assert without.test.rmse_percent > 2.0 * fit.test.rmse_percent
+    assert identify_family(log_of, "elements").model.parameters() == fit.model.parameters()
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_each_row_is_fitted_by_its_name_saved_and_played(name, tmp_path):
+    log_of = record(DAMPED if name == "damper-sum" else LAGGING, samples=2500)
+    fit = identify_family(log_of, name)
+    assert fit.family == name and (fit.model.family == name or name == "elements")
+    again = load_file(fit.model.save(tmp_path / "row.json"))
+    assert again.family == fit.model.family
+    x, time = log_of.input[:600], log_of.time[:600]
+    y = fit.model.simulate(x, time)
+    assert np.array_equal(again.simulate(x, time), y)
+    assert np.max(np.abs(again.inverse().simulate(y, time) - x)) < 1e-8 * np.ptp(x)
+
+
+def test_an_inverse_row_is_scored_by_what_its_solution_misses():
+    x = wander(2000, 9)
+    y = DAMPED.simulate(x, 0.01 * np.arange(x.size))
+    y = y / np.abs(y).max()
+    shop = choice.Workshop(training(x, y, orientation="clockwise"), "inverse", ("stop", "relax"))
+    one = next(row.sum for row in TABLE if row.name == "inverse-stop")
+    candidate = shop.candidate(one, False, LIGHT)
+    model = shop.model(candidate)
+    dt = np.concatenate([[0.0], np.full(x.size - 1, 0.01)])
+    forward = dataclasses.replace(model, direction="forward")
+    solved = forward.run_inverse(x, dt, forward.before(float(y[0])))[0]
+    assert 0.3 < candidate.score / np.sqrt(np.mean((solved - y) ** 2)) < 3.0
+
+
+def test_a_comparison_takes_rows_by_name_and_the_chosen_one_by_itself():
+    log_of = record(LAGGING, samples=1500)
+    found = dehyst.compare(log_of, ["pi", "elements", "play-creep"])
+    assert {entry.family for entry in found.entries} == {"pi", "elements", "play-creep"}
+    assert found["elements"].error_percent < found["pi"].error_percent
+    assert "elements" in families.all_names() and "play-creep" not in families.all_names()
+
+
+@measured
+@pytest.mark.parametrize(("run", "most"), [(DAMPER, 2.4), (ARM, 1.7)], ids=["damper", "soft arm"])
+def test_measured_logs_are_followed_as_well_as_the_issue_asks(run, most):
+    assert identify_family(log(*run), "elements").test.rmse_percent <= most
+
+
+def test_the_committed_benchmark_holds_and_can_fail():
+    result = json.loads(benchmark.RESULTS.read_text(encoding="utf-8"))
+    assert benchmark.holds(result["summary"][benchmark.CHOSEN])
+    assert set(result["summary"]) == set(ROWS)
+    assert not benchmark.holds({**result["summary"][benchmark.CHOSEN], "over_best_median": 1.01})
+    assert not benchmark.holds(benchmark.summary(result["runs"], "inverse-path"))
