@@ -1,5 +1,6 @@
 """How a command ends: one status for each meaning, one line and no traceback, whatever happens to it."""
 
+import io
 import os
 import shutil
 import subprocess
@@ -15,6 +16,7 @@ from dehyst.app.status import Status
 
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+LIMIT = 10_000_000  # bytes of a file: more than any command of these tests writes
 VERDICTS = {
     ("verify", "st"): Status.DONE,
     ("verify", "st", "--json"): Status.DONE,
@@ -62,11 +64,29 @@ def onto(monkeypatch, run):
         if where == "pipe":
             read, number = os.pipe()
             os.close(read)
+        elif where == "part":
+            return nearly_full(*words)
         else:
             number = os.open("/dev/full", os.O_WRONLY)
         with monkeypatch.context() as patch, open(number, "w") as stream:  # noqa: PTH123
             patch.setattr(sys, "stdout", stream)
             status, _, err = run(*words)
+        return status, err
+
+    def nearly_full(*words):
+        """Onto a file that takes 10 bytes more, by a stream as Python makes it with PYTHONUNBUFFERED."""
+        import resource
+
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        with monkeypatch.context() as patch, Path("part").open("wb", buffering=0) as raw:
+            raw.seek(LIMIT - 10)
+            stream = io.TextIOWrapper(raw, write_through=True)  # kept, as the interpreter keeps its own
+            patch.setattr(sys, "stdout", stream)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
+            try:
+                status, _, err = run(*words)
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, before)
         return status, err
 
     return command
@@ -137,6 +157,51 @@ def test_a_full_disk_has_a_status_of_its_own_and_one_line(onto, here, words):
     assert err.splitlines()[-1].startswith("the result could not be written: No space left on device. ")
 
 
+@posix
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_what_is_written_in_part_is_not_taken_for_written(tmp_path, unbuffered, stream):
+    """A disk that fills up part-way; an unbuffered stream of Python's own takes one short write for all."""
+    program = f"""
+import resource, signal, sys
+from dehyst.app.ending import end
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+end(lambda: sys.{stream}.write("0123456789\\n" * 20_000))
+"""
+    out, err = tmp_path / "out", tmp_path / "err"
+    with out.open("w") as one, err.open("w") as two:
+        done = subprocess.run(
+            [sys.executable, "-c", program], stdout=one, stderr=two, check=False,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+        )  # fmt: skip
+    assert done.returncode == Status.LOST
+    assert (tmp_path / stream[3:]).stat().st_size == 100_000
+    if stream == "stdout":
+        assert (
+            err.read_text() == "the result could not be written: File too large. Free some space, or write it "
+            "elsewhere.\n"
+        )
+
+
+@posix
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_reader_that_leaves_part_way_is_noticed(unbuffered):
+    program = "import sys; from dehyst.app.ending import end; end(lambda: sys.stdout.write('0123456789\\n' * 100_000))"
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, env=environment) as writer:
+        assert len(writer.stdout.read(20)) == 20
+        writer.stdout.close()
+    assert writer.returncode == Status.UNREAD
+
+
+@posix
+@pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
+def test_a_disk_that_is_full_after_the_first_bytes_has_that_status_too(onto, here, words):
+    status, err = onto("part", *words)
+    assert status == Status.LOST and "could not be written: File too large. Free some space" in err
+    assert Path("part").stat().st_size == LIMIT
+
+
 @full
 @pytest.mark.parametrize("words", [words for words, status in VERDICTS.items() if status == Status.NO], ids=" ".join)
 def test_a_verdict_that_nobody_can_read_is_not_taken_for_one(onto, here, words):
@@ -153,7 +218,7 @@ def test_a_verdict_ends_the_command_even_if_all_of_it_was_read(capsys):
 @pytest.mark.parametrize(
     ("redirection", "status", "words"),
     [
-        (">&-", Status.LOST, "could not be written: Bad file descriptor"),
+        (">&-", Status.LOST, "could not be written: Bad file descriptor. The standard output is closed: leave out"),
         ("2>&-", Status.DONE, ""),
         ("<&- >&- 2>&-", Status.LOST, ""),
         (">/dev/full 2>&1", Status.LOST, ""),
@@ -227,6 +292,33 @@ def test_ctrl_c_while_any_module_is_loaded_ends_with_130_and_one_line(here):
     done = subprocess.run([sys.executable, "-c", INTERRUPT], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
     assert "interrupted up to the" in done.stdout
+
+
+def test_nothing_is_loaded_before_ctrl_c_is_heeded():
+    """What the interpreter has loaded already excepted: loading is where the time goes, and where Ctrl-C would hit."""
+    program = """
+import importlib.machinery, importlib.util, sys  # which the finder of an editable install uses
+before = set(sys.modules)
+import dehyst
+print(*sorted(set(sys.modules) - before - set(sys.builtin_module_names) - {'_interpreters', '_xxsubinterpreters'}))
+import dehyst.__main__
+print(*sorted(set(sys.modules) - before - set(sys.builtin_module_names) - {'_interpreters', '_xxsubinterpreters'}))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["dehyst", "dehyst dehyst.__main__"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_between_loading_and_beginning_has_no_traceback():
+    program = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+import dehyst.__main__
+signal.raise_signal(signal.SIGINT)
+print("lost")
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (Status.STOPPED, "", "stopped\n")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")

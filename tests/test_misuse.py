@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import dehyst
+import dehyst.families.elements
 from dehyst.errors import DehystError, LogError, ParameterError
 
 U = np.sin(np.linspace(0, 30, 400))
@@ -50,6 +51,36 @@ def test_what_is_no_recording_is_refused_with_the_line_that_makes_one(what, take
     with pytest.raises(ParameterError) as fault:
         TAKERS[take](*given[: 2 if take == 0 else 1])
     assert cure in str(fault.value) and len(str(fault.value)) < 500
+
+
+MANY = (
+    lambda *given: dehyst.identify(*given, "pi"),
+    dehyst.identify_direct,
+    dehyst.identify_paper,
+    dehyst.choose_shear,
+    dehyst.cross_validate,
+    lambda *given: dehyst.identify_family(*given, "dahl", 3),
+    lambda *given: dehyst.compare(*given, "dahl"),
+    lambda *given: dehyst.drift(dehyst.PrandtlIshlinskii([0.0], [1.0]), *given),
+)
+
+
+@pytest.mark.parametrize("take", range(len(MANY)))
+@pytest.mark.parametrize("given", [(U, Y), (Frame(), "u", "y"), (U, Y, np.arange(400.0))], ids=["2", "table", "3"])
+def test_more_arguments_than_fit_are_told_what_to_type(given, take):
+    with pytest.raises(ParameterError, match=r"recording = dehyst.Recording\("):
+        MANY[take](*given)
+
+
+def test_more_arguments_than_fit_behind_a_recording_are_pythons_to_refuse():
+    with pytest.raises(TypeError, match="too many positional"):
+        dehyst.identify(dehyst.Recording(U, Y), "pi", 10)
+
+
+def test_a_path_is_no_signal():
+    for model in (dehyst.PrandtlIshlinskii([0.0], [1.0]), dehyst.families.elements.ElementModel.example()):
+        with pytest.raises(ParameterError, match=r"dehyst.read_log\('base.csv', input="):
+            model.simulate("base.csv")
 
 
 def test_the_line_that_is_shown_makes_a_recording():

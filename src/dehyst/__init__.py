@@ -4,12 +4,12 @@ The public names and nothing else; each is imported when it is first used, so th
 ``dehyst --help`` cost nothing.
 """
 
-from __future__ import annotations
+import sys
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # which type checkers take for true; `typing` would be loaded before Ctrl-C is heeded
 if TYPE_CHECKING:
+    from typing import Any
+
     from dehyst.control import Block as Block
     from dehyst.control import Compensator as Compensator
     from dehyst.control import InverseCompensator as InverseCompensator
@@ -83,7 +83,7 @@ def _refuse_subinterpreter() -> None:
     """Refuse before numpy and the binding are loaded: neither knows subinterpreters, and calls of the core hang."""
     for name in ("_interpreters", "_xxsubinterpreters"):  # since Python 3.13; before
         try:
-            interpreters = import_module(name)
+            interpreters: Any = __import__(name)
         except ImportError:
             continue
         if interpreters.get_current() != interpreters.get_main():
@@ -168,10 +168,11 @@ _HOME = {
 __all__ = [*sorted(_HOME), "__version__"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     if name not in _HOME:
         raise AttributeError(f"module 'dehyst' has no attribute '{name}'")
-    value = getattr(import_module(_HOME[name]), name)
+    __import__(_HOME[name])
+    value = getattr(sys.modules[_HOME[name]], name)
     globals()[name] = value
     return value
 

@@ -1,25 +1,32 @@
 """The command ``dehyst``, also as ``python -m dehyst``: it begins here, so that Ctrl-C ends it well at any moment."""
 
-from __future__ import annotations
+import _signal  # type: ignore[import-not-found]  # part of the interpreter; `signal` would have to be loaded
+import os
 
-import sys
+
+def _end(*_: object) -> None:
+    """Answer Ctrl-C while the command is being loaded, when there is nothing to finish."""
+    try:
+        os.write(2, b"stopped\n")
+    finally:
+        os._exit(130)
+
+
+if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    _signal.signal(_signal.SIGINT, _end)
 
 
 def main() -> None:
     """Run the command line; ends the process with the status of how it went."""
+    from dehyst.app.interrupt import heed, let_go
+
+    heed(_end)
+    from dehyst.cli import main as command
+
     try:
-        from dehyst.app.interrupt import heed, let_go
-
-        heed()
-        from dehyst.cli import main as command
-
-        try:
-            command()
-        finally:
-            let_go()
-    except KeyboardInterrupt:  # before anything heeded it
-        sys.stderr.write("stopped\n")
-        sys.exit(130)
+        command()
+    finally:
+        let_go()
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from dehyst.errors import OutputError
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, the largest file allowed
+
 
 def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path:
     """Write `content` to `path` by way of a temporary file in the same folder.
@@ -41,7 +43,7 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
         target = Path(os.path.realpath(given))  # a link stays, and what it points to is written
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
     except (OSError, ValueError) as fault:  # ValueError: a name with a null character
-        raise _refused(given, fault, "Name a folder that exists and that you may write to.") from None
+        raise _refused(given, fault) from None
     try:
         with os.fdopen(handle, "wb") as stream:
             _take_over(temporary, there)
@@ -50,7 +52,7 @@ def write_atomically(path: str | os.PathLike[str], content: str | bytes) -> Path
             os.fsync(stream.fileno())
         Path(temporary).replace(target)
     except OSError as fault:
-        raise _refused(given, fault, "Free some space or name another folder.") from None
+        raise _refused(given, fault) from None
     finally:  # gone if it took the place of the file; a stop with Ctrl-C leaves nothing behind either
         with suppress(OSError):
             Path(temporary).unlink()
@@ -100,6 +102,19 @@ def _take_over(temporary: str, there: os.stat_result | None) -> None:
     Path(temporary).chmod(mode)
 
 
-def _refused(path: Path, fault: Exception, cure: str) -> OutputError:
+def _refused(path: Path, fault: Exception) -> OutputError:
     reason = getattr(fault, "strerror", None) or fault
-    return OutputError(f"cannot write '{path}': {reason}. What was there is untouched. {cure}", path=str(path))
+    return OutputError(f"cannot write '{path}': {reason}. What was there is untouched. {cure(fault)}", path=str(path))
+
+
+def cure(fault: Exception) -> str:
+    """What to do about a file that cannot be written.
+
+    Examples
+    --------
+    >>> cure(OSError(errno.ENOSPC, "No space left on device"))
+    'Free some space or name another folder.'
+    """
+    if getattr(fault, "errno", None) in FULL:
+        return "Free some space or name another folder."
+    return "Name a folder that exists and that you may write to."

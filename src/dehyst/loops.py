@@ -40,7 +40,7 @@ def turning_points(signal: npt.ArrayLike, swing: float | None = None) -> npt.NDA
     if x.size == 0:
         return np.zeros(0, dtype=np.int64)
     if swing is None:
-        swing = TURN_FRACTION * float(np.ptp(x))
+        swing = TURN_FRACTION * float(x.max() - x.min())
     return _native.turning_points(np.ascontiguousarray(x), swing)
 
 

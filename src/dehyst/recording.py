@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import itertools
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +17,9 @@ from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
 
 Array = npt.NDArray[np.float64]
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 MINIMUM_SAMPLES = 4
 
@@ -214,6 +219,27 @@ def require_recordings(given: Recording | Sequence[Recording]) -> tuple[Recordin
         f"output and time. Type: recording = {cure}, and give that.",
         given=type(given).__name__,
     )
+
+
+def takes_recordings(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a call that does not fit say what to type where its `recordings` are none, before Python says how many fit.
+
+    Without it ``identify(u, y, "pi")`` would end with "takes from 1 to 2 positional arguments but 3 were given".
+    """
+    signature = inspect.signature(function)
+    place = list(signature.parameters).index("recordings")
+
+    @functools.wraps(function)
+    def call(*args: P.args, **others: P.kwargs) -> R:
+        try:
+            signature.bind(*args, **others)
+        except TypeError:
+            if len(args) > place:
+                require_recordings(args[place])  # type: ignore[arg-type]
+            raise
+        return function(*args, **others)
+
+    return call
 
 
 def _made_of(given: Any) -> tuple[str, str]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from dehyst.app.status import Status
 from dehyst.errors import DehystError
+from dehyst.files import FULL
 
 STOPPED = "stopped; files that were complete are kept, none is half written\n"
 
@@ -18,6 +21,7 @@ STOPPED = "stopped; files that were complete are kept, none is half written\n"
 def end(work: Callable[[], object]) -> NoReturn:
     """Do the work of a command line and leave with the status that tells how it ended."""
     _open_closed_streams()
+    _write_whole()
     try:
         status = _status_after(work)
         sys.stdout.flush()
@@ -28,10 +32,16 @@ def end(work: Callable[[], object]) -> NoReturn:
         status = Status.UNREAD
     except OSError as fault:
         status = Status.LOST
-        _say(f"the result could not be written: {fault.strerror or fault}. Free some space, or write it elsewhere.\n")
+        _say(f"the result could not be written: {fault.strerror or fault}. {_cure(fault)}\n")
     if status in (Status.STOPPED, Status.UNREAD, Status.LOST):
-        _drop_unwritten()
+        _drop_unwritten(sys.stdout)
     sys.exit(status)
+
+
+def _cure(fault: OSError) -> str:
+    if fault.errno == errno.EBADF:
+        return "The standard output is closed: leave out `>&-`, or send it to a file."
+    return "Free some space, or write it elsewhere." if fault.errno in FULL else "Write it elsewhere."
 
 
 def _status_after(work: Callable[[], object]) -> int:
@@ -76,22 +86,24 @@ def concluding(status: Status) -> Iterator[None]:
         yield
         sys.stdout.flush()
     except BrokenPipeError:
-        _drop_unwritten()
+        _drop_unwritten(sys.stdout)
     raise SystemExit(status) from None
 
 
 def _say(words: str) -> None:
     """Write to the error stream; if that is full or gone, the status has to tell."""
-    with suppress(OSError):
+    try:
         sys.stderr.write(words)
         sys.stderr.flush()
+    except OSError:
+        _drop_unwritten(sys.stderr)
 
 
-def _drop_unwritten() -> None:
+def _drop_unwritten(stream: TextIO) -> None:
     """Send what cannot be printed to nowhere, or Python would try it again at its end and end with 120."""
     with suppress(OSError):  # it is no file
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
 
 
@@ -107,3 +119,18 @@ def _open_closed_streams() -> None:
                 os.dup2(place, number)
                 os.close(place)
             setattr(sys, name, open(number, mode, encoding="utf-8"))  # noqa: SIM115, PTH123
+
+
+def _write_whole() -> None:
+    """Let no stream take a part of what is written for all of it.
+
+    Python's unbuffered streams (`PYTHONUNBUFFERED`, `python -u`) ask the system once and look at no count: on a disk
+    that fills up, or in a pipe whose reader leaves, the rest would be lost without an error.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(getattr(stream, "buffer", None), io.RawIOBase):
+            whole = open(  # noqa: SIM115
+                stream.fileno(), "w", buffering=1, encoding=stream.encoding, errors=stream.errors, closefd=False
+            )
+            setattr(sys, name, whole)

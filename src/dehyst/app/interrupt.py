@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
 
@@ -15,9 +16,9 @@ from dehyst.app.status import Status
 AGAIN = 0.005  # s from an interrupt that was swallowed to its repetition
 
 
-def heed() -> None:
-    """Take care of Ctrl-C from now on, unless whoever started this process told it not to."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+def heed(before: Callable[..., object] = signal.default_int_handler) -> None:
+    """Take care of Ctrl-C from now on, `before` having done so; not if who started this process told it not to."""
+    if signal.getsignal(signal.SIGINT) is before:
         signal.signal(signal.SIGINT, _stop)
         if hasattr(signal, "pthread_kill"):
             sys.unraisablehook = _raise_again

@@ -38,8 +38,10 @@ def start_of(request: PlayRequest, default: str) -> str:
         raise ParameterError(f"--start {start!r:.40} is unknown; there are: {', '.join(STARTS)}.", start=start)
     for option, given in (("--unknown-state", request.unknown_state), ("--past", request.past is not None)):
         if given and start != UNKNOWN:
+            cure = f"Leave out {option} or --start {start}" if request.begin else f"Add --start unknown to {option}"
             raise ParameterError(
-                f"{option} belongs to --unknown-state or --start unknown, and the start is '{start}'. Leave one out."
+                f"{option} is for an actuator of whose past nothing is known, and the start '{start}' assumes one: "
+                f"{ABOUT[start]}. {cure}."
             )
     return start
 

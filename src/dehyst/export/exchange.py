@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dehyst.errors import OutputError
+from dehyst.files import cure
 
 COMING = ".dehyst-coming"  # inside the folder: the new files while they are written; before they are whole
 WHOLE = ".dehyst-whole"  # and when they are: what is half done is finished from here
@@ -71,8 +72,7 @@ def put(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> Non
             repair(folder)
             return
         raise OutputError(
-            f"cannot write '{folder}': {fault.strerror or fault}. What was there is untouched. Free some space or name "
-            f"another folder.",
+            f"cannot write '{folder}': {fault.strerror or fault}. What was there is untouched. {cure(fault)}",
             path=str(folder),
         ) from None
 

@@ -21,7 +21,7 @@ from dehyst.identification.scores import Part, parts
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
-from dehyst.recording import Recording
+from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
@@ -152,6 +152,7 @@ def all_names() -> tuple[str, ...]:
     return (*TITLES, *names())
 
 
+@takes_recordings
 def compare(
     recordings: Recording | Sequence[Recording],
     families: Sequence[str] | None = None,

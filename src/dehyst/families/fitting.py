@@ -28,7 +28,7 @@ from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import ModelCard, SignalCard
-from dehyst.recording import Recording
+from dehyst.recording import Recording, takes_recordings
 
 Array = npt.NDArray[np.float64]
 
@@ -113,6 +113,7 @@ class FamilyFit:
         }
 
 
+@takes_recordings
 def identify_family(
     recordings: Recording | Sequence[Recording], name: str, *, train_fraction: float | None = None, seed: int = 0
 ) -> FamilyFit:

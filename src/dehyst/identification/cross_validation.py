@@ -36,7 +36,7 @@ from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.threads import in_parallel, single_blas
 from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording
+from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
@@ -137,6 +137,7 @@ class CrossValidation:
         return "\n".join(line.rstrip() for line in lines)
 
 
+@takes_recordings
 def cross_validate(
     recordings: Recording | Sequence[Recording],
     *,

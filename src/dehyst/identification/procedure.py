@@ -48,7 +48,7 @@ from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.static_curve import NO_MEMORY, fit_static
 from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
-from dehyst.recording import Recording, require_recordings
+from dehyst.recording import Recording, require_recordings, takes_recordings
 
 if TYPE_CHECKING:
     from dehyst.identification.direct.fit import DirectFit
@@ -98,6 +98,7 @@ def identify(
 ) -> Fit: ...
 
 
+@takes_recordings
 def identify(
     recordings: Recording | Sequence[Recording],
     family: str = "auto",
@@ -369,6 +370,7 @@ def solve(
     )
 
 
+@takes_recordings
 def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float | None = None) -> Fit:
     """Identify with the 2012 paper's own settings: n = 100, w_1 >= eps = 0.001, w >= 0, z0 = 0.
 

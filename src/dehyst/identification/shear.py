@@ -16,7 +16,7 @@ from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_rec
 from dehyst.identification.split import split_recordings
 from dehyst.models.arrays import parameter_number
 from dehyst.ranges import robust_range
-from dehyst.recording import Recording
+from dehyst.recording import Recording, takes_recordings
 
 # Candidates for k lie from the range of the input over the range of the output to so many times that.
 LARGEST = 100.0
@@ -66,6 +66,7 @@ class ShearChoice:
         return [{"shear": t.shear, "inverse_error": t.inverse_error, "gain": _gain(t)} for t in self.trials]
 
 
+@takes_recordings
 def choose_shear(
     recordings: Recording | Sequence[Recording],
     *,

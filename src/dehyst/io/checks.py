@@ -32,8 +32,8 @@ def is_constant(values: Array) -> bool:
     >>> is_constant(np.array([2.0, 2.0])), is_constant(np.array([0.0, 1e-9]))
     (True, False)
     """
-    span = float(np.ptp(values)) if values.size else 0.0
-    return span <= 1e-12 * float(np.max(np.abs(values), initial=0.0))
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
+    return high - low <= 1e-12 * max(-low, high)
 
 
 def _still(values: Array) -> str:

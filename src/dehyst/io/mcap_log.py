@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import OutputError
-from dehyst.files import write_atomically
+from dehyst.files import FULL, write_atomically
 from dehyst.io.foreign import optional
 from dehyst.io.formats import PathLike
 
@@ -145,8 +145,8 @@ def _bytes_of(path: Path, channels: Sequence[_Channel], rosbag2: Any, typesys: A
             return (bag / "run.mcap").read_bytes()
     except OSError as fault:
         raise OutputError(
-            f"cannot write '{path}': {fault.strerror or fault} in the folder for temporary files. Free some space, or "
-            f"name another such folder in TMPDIR.",
+            f"cannot write '{path}': {fault.strerror or fault} in the folder for temporary files. "
+            f"{'Free some space, or name' if fault.errno in FULL else 'Name'} another such folder in TMPDIR.",
             path=str(path),
         ) from None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import numpy as np
 import numpy.typing as npt
@@ -72,6 +73,11 @@ def strictly_increasing(array: Array, name: str) -> None:
 
 def signal_array(values: npt.ArrayLike, name: str) -> Array:
     """Return samples as a contiguous float array (T,); non-finite ones stay, the core rejects them."""
+    if isinstance(values, str | os.PathLike):
+        raise ParameterError(
+            f"{name} is the path {str(values)!r:.80}, and its samples are needed. Type: log = "
+            f"dehyst.read_log({str(values)!r:.80}, input='...', output='...'), and give log.input or log.output."
+        )
     try:
         array = np.ascontiguousarray(_real(values), dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as fault:

@@ -28,7 +28,7 @@ from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import HALF, Split, split_recordings, tested_on
 from dehyst.identification.threads import single_blas
 from dehyst.models import DirectInverse, ModelCard, SignalCard
-from dehyst.recording import Recording
+from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
@@ -38,6 +38,7 @@ LOAD, MEAN_PRESSURE = "load", "mean_pressure"
 Given = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 
 
+@takes_recordings
 def identify_direct(
     recordings: Recording | Sequence[Recording],
     *,

@@ -33,7 +33,7 @@ from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends
 from dehyst.identification.mending import mended
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording, require_recordings
+from dehyst.recording import Recording, require_recordings, takes_recordings
 
 Array = npt.NDArray[np.float64]
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
@@ -44,6 +44,7 @@ REFERENCE = "reference"
 SHOWN_CYCLES = 3
 
 
+@takes_recordings
 def drift(
     model: Model,
     recordings: Recording | Sequence[Recording],

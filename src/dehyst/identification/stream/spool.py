@@ -7,7 +7,6 @@ process stays what it is.
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 import tempfile
@@ -19,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import OutputError
+from dehyst.files import FULL
 
 Array = npt.NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class Spool:
                     raise self._full(fault) from None
 
     def _full(self, fault: OSError) -> OutputError:
-        cure = "Free some space, or name" if fault.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Name"
+        cure = "Free some space, or name" if fault.errno in FULL else "Name"
         return OutputError(
             f"writing the temporary copy of the log to '{self.folder}' failed: {fault.strerror}. {cure} another "
             f"folder (--spool-dir, or the variable TMPDIR).",
