@@ -78,7 +78,8 @@ def test_what_follows_the_end_of_the_actuator_is_left_out_and_said(samples: int,
     kept = fit.recordings[0].samples
     assert samples * 2 // 3 - 3 * period < kept <= samples * 2 // 3
     message = said(fit, "output-stopped")
-    assert f"sample {kept}:" in message and f"The {samples - kept} samples" in message and f"of {samples}" in message
+    assert f"from sample {samples * 2 // 3}" in message and f"from sample {kept}" in message
+    assert f"The {samples - kept} samples" in message and f"of {samples}" in message
     assert fit.test is not None and fit.test.rmse < 0.03
 
 

@@ -342,8 +342,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Repair it, and log again if the model needs more loops.",
         ),
         "two-actuators": (
-            "The output at the same input changes by more than {OTHER_ACTUATOR:%} of its range within the log: no "
-            "single model is both what the actuator was and what it became. The verdict is no.",
+            "The output at the same input changes by more than {OTHER_ACTUATOR:%} of its range within the log, or from "
+            "one cycle to the next by more than {CHANGED:%}, for good: no single model is both what the actuator was "
+            "and what it became. What follows such a step counts neither in the fit nor in its errors. The "
+            "verdict is no.",
             "Identify the part of the log that is like the use (--from, --to).",
         ),
         "inverse-useless": (

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.findings import Finding
+from dehyst.identification.changed import about_change, changed_at
 from dehyst.identification.stopped import about_stop, stopped_at
 from dehyst.outliers import bridged, find_outliers
 from dehyst.recording import Recording
@@ -33,13 +34,22 @@ def mended(record: Recording) -> Recording:
     ((50,), 'outlier', True)
     """
     record = _bridged(record)
-    begin = stopped_at(record.input, record.output)
-    if begin is None or begin in record.left_out:
+    found = _ended(record)
+    if found is None or found[0] in record.left_out:
         return record
-    rest = range(begin, len(record))
-    return replace(record, left_out=(*record.left_out, *rest)).with_findings(
-        about_stop(record, begin, begin, len(record))
-    )
+    rest = range(found[0], len(record))
+    return replace(record, left_out=(*record.left_out, *rest)).with_findings(found[1])
+
+
+def _ended(record: Recording) -> tuple[int, Finding] | None:
+    """First sample that is no more of the actuator that was, and why; None if it is one all along."""
+    stop = stopped_at(record.input, record.output)
+    if stop is not None:
+        return stop[0], about_stop(record, stop, stop[1], stop[0], len(record))
+    change = changed_at(record.input, record.output)
+    if change is None:
+        return None
+    return change.begin, about_change(record, change, change.place, change.begin, len(record))
 
 
 def _bridged(record: Recording) -> Recording:

@@ -12,6 +12,7 @@ from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
+AT_REST = 0.005  # of its range, or what it moves in the second half: the output stands still
 STAYS = 0.05  # of its range: within so much the output stays to the end ...
 FEWEST, SHARE = 20, 0.01  # ... for at least so many samples and this share of the log ...
 DRIVEN = 0.3  # ... while the input goes over this share of its range ...
@@ -20,14 +21,16 @@ FOLLOWED = 0.25  # ... over which the output went by this share of its range bef
 BINS = 8  # of the input, in which the output before and after is compared
 
 
-def stopped_at(x: Array, y: Array) -> int | None:
-    """First sample of the swing in which the output stopped following the input for good; None if it never did.
+def stopped_at(x: Array, y: Array) -> tuple[int, int] | None:
+    """First sample of the swing in which the output stopped following the input for good, and where it came to rest.
+
+    None if it never did.
 
     Examples
     --------
     >>> x = np.sin(np.arange(2000) / 10)
     >>> stopped_at(x, 2 * x), stopped_at(x, np.where(np.arange(2000) < 1000, 2 * x, -2.1))
-    (None, 927)
+    (None, (927, 1000))
     """
     span, tail = robust_range([y]), y[-max(FEWEST, int(SHARE * y.size)) :]
     if float(np.ptp(tail)) > 2.0 * STAYS * span:
@@ -49,7 +52,9 @@ def stopped_at(x: Array, y: Array) -> int | None:
     both = np.isfinite(before) & np.isfinite(after)
     if both.sum() < 2 or not np.ptp(before[both]) > FOLLOWED * span:
         return None
-    return begin
+    level = np.median(y[stop:])
+    rest = float(np.abs(y[stop + (y.size - stop) // 2 :] - level).max())
+    return begin, int(np.flatnonzero(np.abs(y - level) > max(rest, AT_REST * span))[-1]) + 1
 
 
 def _levels(x: Array, y: Array, low: float, high: float) -> Array:
@@ -62,15 +67,15 @@ def _levels(x: Array, y: Array, low: float, high: float) -> Array:
         return np.asarray(np.bincount(cell, y[inside], BINS) / count)
 
 
-def about_stop(record: Recording, begin: int, place: int, samples: int) -> Finding:
-    """Say where the output stopped, and what was left out: from sample `place` of `samples`, `begin` of those kept."""
-    when = f"sample {place}" + ("" if record.time is None else f" (t = {record.time[begin]:.6g} s)")
-    end = float(np.median(record.output[begin + (len(record) - begin) // 2 :]))
+def about_stop(record: Recording, stop: tuple[int, int], broke: int, place: int, samples: int) -> Finding:
+    """Say where the output came to rest, sample `broke` of `samples` of the log, and from which on all was left out."""
+    times = ["" if record.time is None else f" (t = {record.time[k]:.6g} s)" for k in stop]
+    end = float(np.median(record.output[stop[1] :]))
     unit = f" {record.output_unit}" if record.output_unit else ""
     return Finding(
         "output-stopped",
-        f"the output '{record.output_name}' of {record.name} stops following its input at {when}: it falls to "
-        f"{end:.4g}{unit} and stays there while the input cycles on. The actuator broke, or its sensor was lost. The "
-        f"{samples - place} samples from there on, of {samples}, were left out of the fit and of its errors. "
-        f"Repair it, and log again if the model needs more loops.",
+        f"the output '{record.output_name}' of {record.name} stops following its input: from sample {broke}{times[1]} "
+        f"on it stays at {end:.4g}{unit} while the input cycles on. The actuator broke, or its sensor was lost. The "
+        f"{samples - place} samples from sample {place}{times[0]} on, of {samples}, were left out of the fit and of "
+        f"its errors: the swing before counts as doubtful. Repair it, and log again if the model needs more loops.",
     )

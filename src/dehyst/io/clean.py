@@ -125,7 +125,8 @@ def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samp
     """Find gaps; break the recording where the input may have moved unseen.
 
     A gap breaks the memory if the input differs by more than 5 % of its range across it, or if it is longer
-    than half a loop, so that the input may have gone and come back. Without time, rows are counted instead.
+    than half a loop, so that the input may have gone and come back. Without time, rows are counted instead. Rows that
+    were left out are no news unless they break it.
     """
     # Without time a stretch of dropped rows is the gap; after sorting, rows need not increase.
     t = samples.time if samples.time is not None else samples.rows.astype(np.float64)
@@ -143,6 +144,10 @@ def find_gaps(samples: Samples, about: Context, findings: list[Finding]) -> Samp
     moved = np.abs(x[found] - x[found - 1])
     measured = float(np.sum(np.clip(step, 0.0, limit)))
     broken = found[memory_lost(step[found - 1], moved, float(np.ptp(x)), measured, turning_points(x).size - 1)]
+    # Rows that were left out, in which nothing was lost, were said where they were left out.
+    told = step[found - 1] <= (np.abs(np.diff(samples.rows))[found - 1] + 0.5) * float(np.median(step))
+    if broken.size == 0 and told.all():
+        return samples
     unit = "s" if samples.time is not None else "rows"
     longest = int(found[np.argmax(step[found - 1])])
     what = (

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.gaps import taken_back
+from dehyst.identification.changed import about_change, changed_at
 from dehyst.identification.stopped import about_stop, stopped_at
 from dehyst.identification.stream.column import INPUT, OUTPUT
 from dehyst.identification.stream.log import Log
@@ -138,12 +139,17 @@ def without_outliers(source: Source, log: Log) -> Source:
 
 
 def without_rest(source: Source, log: Log) -> Source:
-    """The log up to where its output stopped following its input for good; itself if it never did."""
-    begin = stopped_at(log.recording.input, log.recording.output)
-    if begin is None:
-        return source
-    place = int(log.places[begin])
-    return Sound(source, end=place, said=(about_stop(log.recording, begin, place, log.samples),))
+    """The log up to where its output stopped following its input for good, or changed; itself if it never did."""
+    kept, places, samples = log.recording, log.places, log.samples
+    stop = stopped_at(kept.input, kept.output)
+    if stop is not None:
+        begin, broke = (int(places[k]) for k in stop)
+        return Sound(source, end=begin, said=(about_stop(kept, stop, broke, begin, samples),))
+    change = changed_at(kept.input, kept.output)
+    if change is not None:
+        begin, broke = int(places[change.begin]), int(places[change.place])
+        return Sound(source, end=begin, said=(about_change(kept, change, broke, begin, samples),))
+    return source
 
 
 def _limits(log: Log, signal: int, values: Array) -> Limits:
