@@ -19,9 +19,7 @@ Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
 
 CHANGED = 0.15  # of its range before: so far the output stands from where it stood, at its 95 % quantile in a cycle ...
-CERTAIN = (
-    3.0  # ... and so many times what the best description of each part leaves of it, or left in the cycle before ...
-)
+CERTAIN = 3.0  # ... and so many times what the best description leaves of each part, and of the cycle before ...
 LASTS = 0.5  # ... and in every later cycle this share of it
 SPEED = 1.5  # times as fast or slow: the input moves otherwise, and the output may depend on its rate
 SWING = 0.3  # of the input's range: a turn
