@@ -130,8 +130,8 @@ def test_a_direct_inverse_begins_with_any_past_unless_told(run, tmp_path):
     ("words", "cure"),
     [
         (("--start", "zero"), "there are: unknown, rest, model"),
-        (("--start", "rest", "--unknown-state"), "Leave one out"),
-        (("--start", "model", "--past", "-1", "1"), "Leave one out"),
+        (("--start", "rest", "--unknown-state"), "Leave out --unknown-state or --start rest"),
+        (("--start", "model", "--past", "-1", "1"), "Leave out --past or --start model"),
     ],
 )
 def test_starts_that_are_none_or_contradict_are_refused(run, files, words, cure):
