@@ -239,6 +239,8 @@ def test_a_comparison_takes_rows_by_name_and_the_chosen_one_by_itself():
     found = dehyst.compare(log_of, ["pi", "elements", "play-creep"])
     assert {entry.family for entry in found.entries} == {"pi", "elements", "play-creep"}
     assert found["elements"].error_percent < found["pi"].error_percent
+    assert found["elements"].title == f"best row of elements: {found['elements'].model.family}"
+    assert found["play-creep"].title == "plays and creep"
     assert "elements" in families.all_names() and "play-creep" not in families.all_names()
 
 

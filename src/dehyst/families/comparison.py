@@ -250,7 +250,7 @@ def _entry(
         return Entry(name, title, reason=" ".join(str(fault).split()))
     return Entry(
         family=name,
-        title=title,
+        title=title if fit.model.family == name else f"{title}: {fit.model.family}",
         model=fit.model,
         predictions=fit.predictions,
         train=fit.train,
