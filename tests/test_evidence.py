@@ -121,3 +121,25 @@ def test_of_long_logs_some_rows_are_taken_at_least_forty_to_a_swing():
     assert rows == slice(0, 1_000_000, 20)
     (rows,) = rows_of([1_000_000], 12_500)
     assert rows == slice(0, 100_000, 2)
+
+
+@pytest.mark.parametrize("lead", [0.0, 1.0])
+def test_on_one_sine_what_a_saturating_response_shows_is_not_named(lead):
+    q = np.concatenate([np.zeros(int(lead / STEP)), sines()])
+    speed = np.gradient(q, STEP)
+    force = np.tanh(3.0 * speed) + 0.1 * q + 0.02 * np.random.default_rng(3).standard_normal(q.size)
+    log = dehyst.Recording(input=q, output=force, time=STEP * np.arange(q.size))
+    fit = dehyst.identify(log, "stop", n=20)
+    assert not any(each.told for each in fit.facts.evidence)
+    said = " ".join(
+        [fit.verdict, *(finding.message for finding in fit.warnings), *(each.reason for each in lights(fit))]
+    )
+    assert "depend on time" not in said and "depend on rate," not in said and "no dependence on" not in said
+    assert "direct-inverse for loops that lag" not in said
+
+
+def test_what_is_found_but_not_told_apart_is_one_sentence_that_names_neither():
+    pair = Evidence("rate", 3.2, 3.0, 9, 10, 0.01, 0.2, 0.02), Evidence("creep", 6.0, 3.0, 10, 10, 0.001, 0.2, 0.04)
+    facts = dehyst.identification.LoopFacts("clockwise", 1, 90.0, 12, 24, 0.0, evidence=pair)
+    assert facts.depends == ("5.2 % of range depend on rate or time",)
+    assert "rate and creep cannot be told apart" in facts.lacking(0.0, 1.0)

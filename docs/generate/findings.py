@@ -249,7 +249,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "few-loops": (
             "The input never turns, or turns once (said when the log is read; a swing counts from "
             "{LOOP_SHARE:%} of the range), or the training part holds fewer than two complete loops. One "
-            "loop cannot tell hysteresis from drift or noise.",
+            "loop cannot tell hysteresis from drift or noise. `never-turns` takes its place where the training part "
+            "is one branch.",
             "Log at least three loops of different size, or fit a larger part with `--train-fraction`.",
         ),
         "unknown-memory": (
@@ -278,9 +279,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "rate-dependent": (
             "At least {RATE_SIZE:%} of the range depend on rate or creep, by the one test of them (`evidence`): "
-            "damping, creep, or a lagging sensor. A rate-independent model cannot follow it.",
-            "Identify at the speed of use, look for a family that knows rate or creep (`dehyst compare`, `--family "
-            "direct-inverse`), or align the delays of the sensors.",
+            "damping, creep, or a lagging sensor. A rate-independent model cannot follow it. Where the log cannot tell "
+            "the two apart, it says `rate or time`.",
+            "Identify at the speed of use, look for a family that knows rate or creep (`dehyst compare`; `--family "
+            "direct-inverse` for loops that lag), or align the delays of the sensors. `dehyst design` plans a motion "
+            "that tells rate and creep apart.",
         ),
         "drift": (
             "The output changes by more than {DRIFT_SIZE:%} of its range from the first to the last "
@@ -360,7 +363,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "never-turns": (
             "The input never turns within the training part: one branch shows no hysteresis.",
-            "Fit all of it (`--train-fraction 1`), or log complete loops.",
+            "Fit all of it (`--train-fraction 1`), or log complete loops, at least two if one is to be held out.",
         ),
         "inverse-misses": (
             "To reach the measured output, the inverse asks for an input that is off by more than "

@@ -276,12 +276,9 @@ def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
     elif entry.family in TITLES and auto.facts.orientation == ("counter-clockwise" if leads else "clockwise"):
         way = ("counter-clockwise", "lags", "lead") if leads else ("clockwise", "leads", "lag")
         said.append("the loop is {}: its output {}, and these operators {}".format(*way))
-    share = auto.facts.rate_dependence_percent
     follows = any(finding.code == "rate-dependent" for finding in auto.warnings)
-    if share is not None and follows and not getattr(entry.model, "rate_dependent", False):
-        said.append(
-            f"{share:.0f} % of the output's range follow how fast the input moves, which the model does not know"
-        )
+    if follows and not getattr(entry.model, "rate_dependent", False):
+        said.append(f"{' and '.join(auto.facts.depends)}, which the model does not know")
     return replace(entry, reason=f"{'; '.join(said) or NOT_FOUND}.")
 
 

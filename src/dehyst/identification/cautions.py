@@ -49,7 +49,6 @@ def of_range(percent: float) -> str:
 
 
 def about_data(
-    records: tuple[Recording, ...],
     data: DataSet,
     loop: LoopFacts,
     change: float,
@@ -73,14 +72,15 @@ def about_data(
             "Prandtl-Ishlinskii model does that; look at the loop in the report, and for a second moving part, a "
             "lagging sensor, or swapped columns.",
         )
-    found = [each for each in loop.evidence if each.size_percent >= 100.0 * RATE_SIZE]
-    if found:
-        said = " and ".join(f"{each.size_percent:.1f} % of range depend on {each.words}" for each in found)
+    if (loop.rate_dependence_percent or 0.0) >= 100.0 * RATE_SIZE:
+        lacking = loop.lacking(data.center - data.half_range, data.center + data.half_range)
+        lags = "" if loop.orientation == "clockwise" else "; --family direct-inverse for loops that lag"
         yield Finding(
             "rate-dependent",
-            f"{said}, on blocks held out: damping, creep, or a lagging sensor, which no rate-independent model can "
-            f"follow. Identify at the speed of use, look for a family that knows them (`dehyst compare`; --family "
-            f"direct-inverse for loops that lag), or align the delay of a sensor.",
+            f"{' and '.join(loop.depends)}, on blocks held out: damping, creep, or a lagging sensor, which no "
+            f"rate-independent model can follow. Identify at the speed of use, look for a family that knows them "
+            f"(`dehyst compare`{lags}), or align the delay of a sensor."
+            + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
@@ -96,19 +96,20 @@ def about_data(
                 f"no single model is both what the actuator was and what it became. Look at the residual in the "
                 f"report, and identify the part of the log that is like the use (--from, --to).",
             )
+    all_of_it = all(piece.split >= piece.x.size for piece in data.pieces)
     if loop.turns == 0:
         yield Finding(
             "never-turns",
             "the input never turns within the training part: one branch of a loop cannot show hysteresis, and "
-            "what looks like memory is made up. Fit all of it (--train-fraction 1), or log complete loops.",
+            f"what looks like memory is made up. {'' if all_of_it else 'Fit all of it (--train-fraction 1), or l'}"
+            f"{'L' if all_of_it else ''}og complete loops, at least two if one is to be held out.",
         )
-    known = {finding.code for record in records for finding in record.findings}
-    if loop.loops < 2 and "few-loops" not in known:
+    elif loop.loops < 2:
         yield Finding(
             "few-loops",
             f"the training part holds {loop.loops} complete loop{'' if loop.loops == 1 else 's'}: one loop cannot tell "
-            f"hysteresis from drift or noise. Log at least three, of different size, or fit a larger part "
-            f"(--train-fraction).",
+            f"hysteresis from drift or noise. Log at least three, of different size"
+            f"{'' if all_of_it else ', or fit a larger part (--train-fraction)'}.",
         )
     if loop.motion.one_size:
         low, high = data.center - data.half_range, data.center + data.half_range

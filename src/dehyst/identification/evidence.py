@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +59,9 @@ class Evidence:
         neighbours in time, so it is a guide and no proof.
     own
         Share of the group's course (rms) along this log that no hysteresis imitates, in 0..1.
+    apart
+        The same along the signal that does not drive, if that is less. A response rests and hurries even where its
+        cause is one sine; only where both signals do are rate and creep told apart.
     """
 
     group: str
@@ -67,11 +71,12 @@ class Evidence:
     blocks: int
     p: float
     own: float = 1.0
+    apart: float = 1.0
 
     @property
     def told(self) -> bool:
-        """Whether the log can tell: along holds and several speeds hysteresis does not imitate rate and creep."""
-        return self.there or self.own >= TOLD
+        """Whether the log can tell: along holds and several speeds nothing else imitates rate, or creep."""
+        return min(self.own, self.apart) >= TOLD
 
     @property
     def there(self) -> bool:
@@ -94,6 +99,7 @@ class Evidence:
             "blocks": self.blocks,
             "p": self.p,
             "own": self.own,
+            "apart": self.apart,
             "told": self.told,
             "there": self.there,
         }
@@ -110,7 +116,11 @@ class Evidence:
     @property
     def answer(self) -> str:
         """In a word or two."""
-        return "found" if self.there else "not found" if self.told else "cannot be told from hysteresis in this log"
+        if self.told:
+            return "found" if self.there else "not found"
+        if self.there:
+            return "found, but this log cannot tell rate and creep apart"
+        return "cannot be told from hysteresis in this log"
 
     @property
     def words(self) -> str:
@@ -188,14 +198,16 @@ def evidence(stretches: Sequence[Stretch]) -> tuple[Evidence, ...]:
     """
     if sum(int(s.counts.sum()) for s in stretches) < LEAST:
         return ()
-    ways = []
+    ways: list[_Way] = []
     for turned in (stretches, [s._replace(x=s.y, y=s.x) for s in stretches]):
         blocks = _blocks(turned)
         if blocks is None:
             return ()
         ways += [_Way(blocks, len(stretches[0].loads), sign) for sign in (1.0, -1.0)]
-    best = min(ways, key=lambda way: way.fitted)
-    return tuple(best.test(group) for group in (RATE, CREEP))
+    best = min(range(len(ways)), key=lambda k: ways[k].fitted)
+    found = tuple(ways[best].test(group, ways[(best + 2) % 4]) for group in (RATE, CREEP))
+    # Where nothing is found, nothing is to be told apart.
+    return found if any(each.there for each in found) else tuple(replace(each, apart=each.own) for each in found)
 
 
 def permutation_p(gains: Array) -> float:
@@ -235,12 +247,24 @@ class _Way:
         self.every = np.arange(last + 1)
         signs = np.where((self.every >= self.free) & (self.every < last), sign, 1.0)
         self.blocks = [_Block(block.rows * signs, block.samples) for block in blocks]
-        whole = self._solve(self.every, self.blocks)
-        self.fitted = sum(_square(block, self.every, whole) for block in self.blocks)
+        self.whole = triangle(np.concatenate([block.rows for block in self.blocks]))
+        self.fitted = _square(self.whole, self.every, self._solve(self.every, self.whole))
 
-    def test(self, group: str) -> Evidence:
+    @cached_property
+    def others(self) -> list[Array]:
+        """Triangle of all blocks but one, for each."""
+        rows = [block.rows for block in self.blocks]
+        return [triangle(np.concatenate(rows[:k] + rows[k + 1 :])) for k in range(len(rows))]
+
+    @cached_property
+    def with_all(self) -> Array:
+        """RMS on every block with all columns."""
+        return self._held_out(self.every)
+
+    def test(self, group: str, turned: _Way) -> Evidence:
+        """`turned` is the way in which the other signal drives."""
         others = np.setdiff1d(self.every, self.groups[group])
-        with_it, without_it = self._held_out(self.every), self._held_out(others)
+        with_it, without_it = self.with_all, self._held_out(others)
         gains = np.log(without_it) - np.log(with_it)
         return Evidence(
             group,
@@ -250,18 +274,19 @@ class _Way:
             BLOCKS,
             permutation_p(gains),
             self._own(group, others[:-1]),
+            turned._own(group, others[:-1]),
         )
 
     def _held_out(self, columns: npt.NDArray[np.int64]) -> Array:
         """RMS on every block of the fit to the others; 2 is the range."""
         errors = []
-        for k, block in enumerate(self.blocks):
-            solution = self._solve(columns, [other for j, other in enumerate(self.blocks) if j != k])
-            errors.append(np.sqrt(_square(block, columns, solution) / block.samples))
+        for block, others in zip(self.blocks, self.others, strict=True):
+            solution = self._solve(columns, others)
+            errors.append(np.sqrt(_square(block.rows, columns, solution) / block.samples))
         return np.maximum(np.array(errors, dtype=np.float64), 1e-12)
 
-    def _solve(self, columns: npt.NDArray[np.int64], blocks: list[_Block]) -> Solution:
-        rows = np.concatenate([block.rows[:, columns] for block in blocks])
+    def _solve(self, columns: npt.NDArray[np.int64], rows: Array) -> Solution:
+        rows = rows[:, columns]
         penalty = np.zeros((columns.size, columns.size))
         penalty[:-1, :-1] = np.diag(np.sqrt(RIDGE * np.sum(rows[:, :-1] ** 2, axis=0)))
         lower = np.zeros(columns.size - 1 - self.free)
@@ -269,15 +294,14 @@ class _Way:
 
     def _own(self, group: str, others: npt.NDArray[np.int64]) -> float:
         """Largest share of a column of a group that no combination of the other groups' columns imitates."""
-        rows = np.concatenate([block.rows for block in self.blocks])
-        columns = rows[:, self.groups[group]]
-        factor = triangle(np.column_stack([rows[:, others], columns]))
+        columns = self.whole[:, self.groups[group]]
+        factor = triangle(np.column_stack([self.whole[:, others], columns]))
         left = np.linalg.norm(factor[others.size :, others.size :], axis=0)
         return float(np.max(left / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)))
 
 
-def _square(block: _Block, columns: npt.NDArray[np.int64], solution: Solution) -> float:
-    left = block.rows[:, columns] @ np.concatenate([solution.free, solution.bounded, [-1.0]])
+def _square(rows: Array, columns: npt.NDArray[np.int64], solution: Solution) -> float:
+    left = rows[:, columns] @ np.concatenate([solution.free, solution.bounded, [-1.0]])
     return float(left @ left)
 
 

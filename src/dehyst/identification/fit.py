@@ -177,6 +177,14 @@ class LoopFacts:
         """What follows rate or creeps, percent of range (rms), 0 where neither is found; None if it was not tested."""
         return max((found.size_percent for found in self.evidence), default=None)
 
+    @property
+    def depends(self) -> tuple[str, ...]:
+        """What depends on rate or time, percent of range; in one where the log cannot tell which of the two."""
+        found = [each for each in self.evidence if each.there]
+        if all(each.told for each in found):
+            return tuple(f"{each.size_percent:.2g} % of range depend on {each.words}" for each in found)
+        return (f"{max(each.size_percent for each in found):.2g} % of range depend on rate or time",)
+
     def lacking(self, low: float, high: float) -> str:
         """What this log cannot tell of rate and creep, why, and the line that plans a motion that does; "" if nothing.
 
@@ -185,6 +193,9 @@ class LoopFacts:
         untold = [found.words for found in self.evidence if not found.told]
         if self.evidence and not untold:
             return ""
+        what = f"dependence on {' and '.join(untold) or 'rate and time (creep)'} cannot be told from hysteresis"
+        if any(found.there and not found.told for found in self.evidence):
+            what = "rate and creep cannot be told apart"
         lacks = [
             words
             for lacking, words in (
@@ -195,10 +206,7 @@ class LoopFacts:
             if lacking
         ]
         why = f" ({', '.join(lacks)})" if lacks else ""
-        return (
-            f"dependence on {' and '.join(untold) or 'rate and time (creep)'} cannot be told from hysteresis in this "
-            f"log{why}; dehyst design --range {low:.3g} {high:.3g} plans a motion that tells"
-        )
+        return f"{what} in this log{why}; dehyst design --range {low:.3g} {high:.3g} plans a motion that tells"
 
 
 @dataclass(frozen=True, slots=True)

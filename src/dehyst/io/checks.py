@@ -218,8 +218,8 @@ def _few_loops(table: Table, x_name: str, x: Array) -> list[Finding]:
     cure = (
         "Hysteresis cannot be seen without a way back: log at least one full loop, better two."
         if turns <= 0
-        else "A half of the log holds one branch only, so nothing can be held out: fit all of it "
-        "(--train-fraction 1), and log a second loop for a test."
+        else "A half of the log holds one branch only: fit all of it (--train-fraction 1), and log a second loop "
+        "for a test."
     )
     return [Finding("few-loops", f"input '{x_name}' of {table.name} {what}. {cure}")]
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, LoopFacts, Score
-from dehyst.identification.judge import GOOD_PERCENT, SERIOUS, UNUSABLE
+from dehyst.identification.judge import GOOD_PERCENT, LOOPS, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
@@ -106,10 +106,22 @@ def improvement(fit: Fit) -> float:
     return static.rmse / score.rmse if score.rmse > 0.0 else math.inf
 
 
+def curve_fits_better(fit: Fit) -> bool:
+    """Whether the curve beats a model with memory on fitted samples, whatever the held-out ones say."""
+    return fit.test is not None and fit.certificate.operators > 0 and fit.train.rmse > fit.static_train.rmse
+
+
 def _against_curve(fit: Fit) -> Light:
     if not fit.certificate.operators:
         return Light("Against a curve", Grade.GOOD, "the model is the curve: none with memory did better")
     times = improvement(fit)
+    if curve_fits_better(fit) and "static-as-good" not in codes(fit):
+        reason = (
+            f"on samples held out its error is {number(times, 2)} times smaller than that of the best curve without "
+            f"hysteresis, but on those fitted the curve is as good: {number(fit.static_train.rmse_percent)} against "
+            f"{number(fit.train.rmse_percent)} % of range"
+        )
+        return Light("Against a curve", max(Grade.CARE, _grade(times, BETTER_THAN_CURVE, high_is_good=True)), reason)
     grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
     if "static-as-good" in codes(fit):
         grade = Grade.BAD
@@ -155,7 +167,7 @@ def _inverse(fit: Fit) -> Light:
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     share = miss[0] / _input_range(fit)
     grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
-    if "inverse-misses" in codes(fit):
+    if codes(fit) & {"inverse-misses", "inverse-useless"}:
         grade = Grade.BAD
     reason = (
         f"misses the applied input by {of_range(100.0 * share)} its range (RMS); undoes the model to {number(error, 2)}"
@@ -172,6 +184,9 @@ def _inverse(fit: Fit) -> Light:
 
 def _determined(fit: Fit) -> Light:
     missing = len(fit.certificate.undetermined)
+    if "never-turns" in codes(fit):
+        reason = "the input never turns in the fitted samples: one branch cannot show hysteresis"
+        return Light("Determined", Grade.BAD, reason)
     if not fit.certificate.operators:
         return Light("Determined", Grade.GOOD, "a curve has no operators; do not go beyond the logged range")
     if missing == 0:
@@ -189,10 +204,12 @@ def _data(fit: Fit) -> Light:
     if "mixed-loop" in found:
         reasons.append("loops run in both directions")
     if "rate-dependent" in found:
-        reasons += _depends(facts)
+        reasons += facts.depends
     if "drift" in found:
         reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
-    if "few-loops" in found:
+    if "two-actuators" in found:
+        reasons.append("the actuator became another one within the log")
+    if found & LOOPS:
         reasons.append(f"only {count(facts.loops, 'complete loop')}")
     if "small-test" in found:
         reasons.append("too little is held out to test a model on")
@@ -205,7 +222,8 @@ def _data(fit: Fit) -> Light:
     card = fit.model.card.input
     missing = "" if card.low is None or card.high is None else facts.lacking(card.low, card.high)
     if reasons:
-        return Light("The data", Grade.CARE, "; ".join([*reasons, missing] if missing else reasons))
+        grade = Grade.BAD if "two-actuators" in found else Grade.CARE
+        return Light("The data", grade, "; ".join([*reasons, missing] if missing else reasons))
     return Light("The data", Grade.GOOD, "; ".join(part for part in (_looked_for(facts), missing) if part))
 
 
@@ -217,13 +235,7 @@ def _looked_for(facts: LoopFacts) -> str:
         loops += f" of {sizes[0]:.0f} to {sizes[1]:.0f} % of the input's range"
     absent = ["drift from cycle to cycle"]
     absent += [f"dependence on {each.words}" for each in facts.evidence if each.told and not each.there]
-    return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *_depends(facts)])
-
-
-def _depends(facts: LoopFacts) -> list[str]:
-    return [
-        f"{number(each.size_percent, 2)} % of range depend on {each.words}" for each in facts.evidence if each.there
-    ]
+    return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *facts.depends])
 
 
 def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
@@ -244,6 +256,8 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
         says.append("It is a curve without memory: hysteresis was not found on loops held out, or does not repeat.")
     elif grades["Against a curve"] is Grade.BAD:
         says.append("A simple curve without hysteresis does as well: use that, or look for what else moves the output.")
+    elif curve_fits_better(fit):
+        says.append("On the fitted samples a simple curve without hysteresis does as well.")
     elif math.isfinite(times):
         says.append(f"The best curve without hysteresis is {number(times, 2)} times worse.")
     if overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
