@@ -25,7 +25,7 @@ SERIOUS = {
     "swapped-columns",
     "output-stopped",
 }
-LOOPS = {"few-loops", "never-turns"}
+FEW_LOOPS = {"few-loops", "never-turns"}
 # And those that forbid compensation.
 UNUSABLE = {"poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless", "two-actuators"}
 
@@ -61,7 +61,7 @@ def examine(
     judged = [*about_data(data, loop_facts, abs(change), doubt, family)]
     judged += about_fit(records, data, measured, certificate, paper, held_out)
     # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
-    said = LOOPS if {finding.code for finding in judged} & LOOPS else set()
+    said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
     read = [finding for record in records for finding in record.findings if finding.code not in said]
     found = [*read, *judged]
     unique = {(finding.code, finding.message): finding for finding in found}

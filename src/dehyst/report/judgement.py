@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, LoopFacts, Score
-from dehyst.identification.judge import GOOD_PERCENT, LOOPS, SERIOUS, UNUSABLE
+from dehyst.identification.judge import GOOD_PERCENT, FEW_LOOPS, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
@@ -209,7 +209,7 @@ def _data(fit: Fit) -> Light:
         reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
     if "two-actuators" in found:
         reasons.append("the actuator became another one within the log")
-    if found & LOOPS:
+    if found & FEW_LOOPS:
         reasons.append(f"only {count(facts.loops, 'complete loop')}")
     if "small-test" in found:
         reasons.append("too little is held out to test a model on")
