@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, LoopFacts, Score
-from dehyst.identification.judge import GOOD_PERCENT, FEW_LOOPS, SERIOUS, UNUSABLE
+from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
