@@ -62,6 +62,18 @@ def test_a_clock_that_was_set_is_one_clock(kind: str) -> None:
     assert whole >= (60 if kind == "there and back" else 56)  # at a corner nothing tells that a signal goes on
 
 
+def test_one_clock_has_one_explanation_at_corners_too() -> None:
+    rng = np.random.default_rng(5)
+    x, y = cycling(rng, 2000, 200.0, True, 0.0)
+    corners = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0)[:2] + 1
+    t = STEP * np.arange(x.size)
+    for k, place in enumerate(sorted([*corners.tolist(), 450, 870, 1190, 1610, 1830])):
+        t[place:] += 0.7 if k % 2 else -0.7
+    samples, codes = prepared(t, x, y)
+    assert codes == ["clock-jump"] and not samples.breaks and samples.time is not None
+    np.testing.assert_allclose(np.diff(samples.time), STEP, rtol=0.06)
+
+
 def test_another_recording_and_lost_samples_stay_what_they_are() -> None:
     rng = np.random.default_rng(4)
     taken = 0
