@@ -33,7 +33,7 @@ def test_options_are_completed():
 
 
 def test_a_script_for_the_shell_is_shown(run, monkeypatch):
-    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")  # else the shell that began the tests counts
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")  # else that of the parent counts
     status, out, _ = run("--show-completion", "bash")
     assert status == 0
     assert "complete_bash $1" in out
