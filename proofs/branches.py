@@ -22,7 +22,11 @@ RUNS = (("core_bits", ()), ("core_claims", ()), ("block_random", ("6000", "1")))
 EXPLAINED = {
     ("joint_image.c", "return numbers && (step >= value || value - step < value);"): (
         "what is no number is refused by reals_are_good before"
-    )
+    ),
+    ("element_inverse.c", "while (close < 2 && round < DEHYST_ROUNDS) {"): "no sum tried needs all rounds",
+    ("element_inverse.c", "const int halves = slow || round >= DEHYST_ROUNDS - HALVINGS || (beyond && known[up]);"): (
+        "the last halvings keep the bound of time for any sum; no sum tried gets there"
+    ),
 }
 """(file, text of the line): why no input takes one of its branches."""
 

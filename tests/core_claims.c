@@ -301,6 +301,74 @@ static void images_of_joints(void)
     }
 }
 
+/* Parameters and memory of a sum of elements: taken as they are, and refused for each number that is wrong, one at a time. */
+static dehyst_element part[3];
+static dehyst_elements sum;
+
+static void whole_sum(void)
+{
+    static const double u[3] = {-1, 0, 1}, v[3] = {-2, 0, 1};
+    const dehyst_map map = {3, u, v}, none = {0, NULL, NULL};
+    const dehyst_element input = {DEHYST_INPUT, 0, 0, 0, 1, none}, path = {DEHYST_PATH, 1, 0.5, 0, 0.25, map},
+                         wide = {DEHYST_WIDE, 2, 0.5, 0.5, 0.25, none};
+    const dehyst_elements whole = {3, part, map, map, 0, -1, 1, 1, {DEHYST_BY_OUTPUT, 0, 0}, {0, 0, 0}, {1, 0, 0}};
+    part[0] = input, part[1] = path, part[2] = wide, sum = whole;
+}
+
+#define REFUSED(wrong_number) \
+    (whole_sum(), CLAIM(dehyst_elements_check(&sum) == DEHYST_IMAGE_GOOD), (void)(wrong_number), \
+     CLAIM(dehyst_elements_check(&sum) == DEHYST_IMAGE_INVALID))
+
+static void sums_of_elements(void)
+{
+    static const double turns[3] = {-1, 2, 1}, far[3] = {0, NAN, 1};
+    const dehyst_map falls = {3, turns, turns}, back = {3, (const double[3]){-1, 0, 1}, turns}, lost = {3, (const double[3]){-1, 0, 1}, far};
+    REFUSED(sum.n = 0);
+    REFUSED(sum.schedules = -1);
+    REFUSED(sum.schedules = DEHYST_SCHEDULES + 1);
+    REFUSED(sum.offset = NAN);
+    REFUSED(sum.low = 2);
+    REFUSED(sum.before.n = 1);
+    REFUSED(sum.before = falls);
+    REFUSED(sum.after = back);
+    REFUSED(sum.source[0] = DEHYST_BY_OUTPUT - 1);
+    REFUSED(sum.source[0] = DEHYST_GIVEN);
+    REFUSED(sum.schedule_low[0] = NAN);
+    REFUSED(sum.schedule_high[0] = 0); /* no width */
+    for (int k = 0; k < 3; ++k) {
+        REFUSED(part[k].kind = -1);
+        REFUSED(part[k].kind = DEHYST_KINDS);
+        REFUSED(part[k].schedule = -1);
+        REFUSED(part[k].schedule = 3);
+        REFUSED(part[k].radius = NAN);
+        REFUSED(part[k].radius = -0.5);
+        REFUSED(part[k].gain = NAN);
+        REFUSED(part[k].gain = -0.5);
+        REFUSED(part[k].gain = 1.5);
+        REFUSED(part[k].weight = INFINITY);
+    }
+    REFUSED(part[1].radius = 0); /* a way of no length */
+    REFUSED(part[1].map.n = 1);
+    REFUSED(part[1].map = falls);
+    REFUSED(part[1].map = lost);
+    REFUSED(part[2].gain = 1); /* its edge would stand still */
+    whole_sum();
+    sum.schedules = 0; /* then none of its numbers counts */
+    part[1].schedule = part[2].schedule = 0;
+    sum.source[0] = 9;
+    CLAIM(dehyst_elements_check(&sum) == DEHYST_IMAGE_GOOD);
+    const double good[3] = {7, 0.5, 7}, astray[3] = {7, 0.6, 7}, numberless[3] = {7, NAN, 7};
+    CLAIM(dehyst_elements_memory_check(&sum, good, 0) == DEHYST_IMAGE_GOOD);
+    CLAIM(dehyst_elements_memory_check(&sum, good, NAN) == DEHYST_IMAGE_INVALID);
+    CLAIM(dehyst_elements_memory_check(&sum, astray, 0) == DEHYST_IMAGE_INVALID);
+    CLAIM(dehyst_elements_memory_check(&sum, numberless, 0) == DEHYST_IMAGE_INVALID);
+    for (int32_t kind = DEHYST_PLAY; kind <= DEHYST_STOP; ++kind) { /* a play is no further from its input than its radius */
+        part[1].kind = kind;
+        CLAIM(dehyst_elements_memory_check(&sum, good, 1) == DEHYST_IMAGE_GOOD);
+        CLAIM(dehyst_elements_memory_check(&sum, good, 1.1) == DEHYST_IMAGE_INVALID);
+    }
+}
+
 int main(void)
 {
     maps_and_models();
@@ -313,6 +381,7 @@ int main(void)
     resets();
     senses();
     images_of_joints();
+    sums_of_elements();
     printf("%d claims do not hold\n", wrong);
     return wrong > 0;
 }
