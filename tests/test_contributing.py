@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import test_families_conformity as conformity
-from dehyst import Recording, compare
-from dehyst.families import STARTS, example, load_file, registry
+from dehyst import Recording, compare, load
+from dehyst.families import STARTS, example, registry
 
 PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTION = PAGE.partition("### A family for comparison")[2].partition("\n#")[0]
@@ -58,7 +58,7 @@ def test_the_family_shown_takes_part_in_the_command(registered, run, tmp_path):
     signals = ("--input", "x_bar", "--output", "y_deg", "--families", f"static,{registered}", "--save", model)
     status, out, err = run("compare", tmp_path / "log.csv", *signals)
     assert status == 0 and out.startswith(f"{registered} has the smallest error"), out + err
-    assert load_file(model).family == registered
+    assert load(model).family == registered
     status, _, err = run("compensate", model, tmp_path / "log.csv", "--output", "y_deg", "--out", tmp_path / "x.csv")
     assert status == 0, err
 

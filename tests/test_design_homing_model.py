@@ -37,7 +37,7 @@ def samples(homing):
 def test_afterwards_the_doubt_of_the_compiled_model_is_the_guaranteed_half_width(model, tolerance, start, spent):
     homing = home_model(model, LIMITS, tolerance=tolerance, low=-1.0, high=1.0, start=start, spent=spent)
     time, y, _ = samples(homing)
-    unknown = model.with_known(False).simulate(y, time)
+    unknown = model.with_known(False).run(y, time)
     assert homing.half_width <= tolerance * (1 + 1e-9)
     assert unknown.doubt[-1] == pytest.approx(homing.half_width, abs=1e-3)
     if spent:
@@ -56,7 +56,7 @@ def test_the_answer_of_a_model_with_any_past_is_known_to_the_tolerance(model, pa
     answers = []
     for before in (earlier, -earlier):
         whole = np.concatenate([before, y])
-        answers.append(model.simulate(whole, 0.01 * np.arange(whole.size)).u[-1])
+        answers.append(model.run(whole, 0.01 * np.arange(whole.size)).u[-1])
     assert abs(answers[0] - answers[1]) <= 2 * homing.half_width + 2e-3
 
 

@@ -89,7 +89,7 @@ def test_the_answer_is_the_sum_of_its_terms_each_by_its_own_definition(schedules
         y, t = walk(seed + 100)
         sigma = {"p": np.sin(t)}
         expected = by_definition(model, y, t, sigma)
-        found = model.simulate(y, t, given=sigma if len(schedules) > 1 else None).u
+        found = model.run(y, t, given=sigma if len(schedules) > 1 else None).u
         assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()  # decay() is within 1e-7
 
 
@@ -117,7 +117,7 @@ def test_the_bank_of_an_identification_is_what_the_model_runs():
     weights = np.concatenate([model.stop_weights[0], model.path_weights[0], model.creep_weights[0]])
     curve = np.polynomial.polynomial.polyval(y - model.center, model.polynomial[0])
     found = bank @ weights + curve + model.viscous[0] * central(y, t)
-    assert np.abs(found - model.simulate(y, t).u).max() < 1e-12
+    assert np.abs(found - model.run(y, t).u).max() < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -127,8 +127,8 @@ def test_the_truth_lies_within_the_doubt_whatever_the_past_was(seed):
     y, t = walk(seed + 60, 500)
     past, y = np.clip(past, -1, 1), np.clip(y - y[0] + past[-1], -1, 1)
     time = np.concatenate([t_past, t_past[-1] + t])
-    truth = model.simulate(np.concatenate([past, y]), time).u[300:]
-    run = model.with_known(False).simulate(y, time[300:])
+    truth = model.run(np.concatenate([past, y]), time).u[300:]
+    run = model.with_known(False).run(y, time[300:])
     rate = model.viscous.max() * np.abs(central(np.concatenate([past, y]), time)[300:] - central(y, time[300:]))
     assert (np.abs(run.u - truth) <= run.doubt + rate + 1e-12).all()
     assert (np.diff(run.doubt) <= 1e-12).all() or model.schedules  # with one set of weights it never grows
@@ -137,14 +137,14 @@ def test_the_truth_lies_within_the_doubt_whatever_the_past_was(seed):
 def test_after_a_stroke_over_twice_the_largest_radius_no_stop_is_in_doubt():
     model = DirectInverse(radii=[0.1, 0.5], stop_weights=[1.0, 2.0], known=False)
     y = np.linspace(0.0, 1.0, 101)
-    run = model.simulate(y, np.arange(101.0))
+    run = model.run(y, np.arange(101.0))
     assert run.doubt[0] == 0.1 + 2 * 0.5
     assert run.doubt[-1] == 0.0
 
 
 def test_an_unknown_past_starts_without_any_hysteresis_in_the_answer():
     model = random_model(1, known=False)
-    assert np.abs(model.simulate([0.3], [0.0]).parts[0, :2]).max() < 1e-15
+    assert np.abs(model.run([0.3], [0.0]).parts[0, :2]).max() < 1e-15
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -156,7 +156,7 @@ def test_u_rises_with_y_at_every_moment_if_the_curve_does(seed):
     y, t = walk(seed)
     assert model.least_slope(-9.0, 9.0) > 0
     for k in (50, 200, 399):
-        ends = [model.simulate(np.append(y[:k], y[k] + d), t[: k + 1], np.zeros(k + 1)).u[-1] for d in (-0.1, 0, 0.1)]
+        ends = [model.run(np.append(y[:k], y[k] + d), t[: k + 1], np.zeros(k + 1)).u[-1] for d in (-0.1, 0, 0.1)]
         assert ends[0] < ends[1] < ends[2]
 
 
@@ -175,15 +175,15 @@ def test_pruning_changes_no_answer():
     sparse = DirectInverse(**{**vars(model), "stop_weights": np.array([[0, 1.0, 0, 0, 2.0, 0]])})
     y, t = walk(3)
     assert sparse.pruned().radii.size == 2
-    assert np.abs(sparse.simulate(y, t).u - sparse.pruned().simulate(y, t).u).max() < 1e-13
+    assert np.abs(sparse.run(y, t).u - sparse.pruned().run(y, t).u).max() < 1e-13
 
 
 def test_scales_multiply_the_parts_of_their_groups():
     model = random_model(4)
     y, t = walk(5)
-    run = model.simulate(y, t)
+    run = model.run(y, t)
     scales = np.array([0.5, 1.5, 0.0, 2.0])
-    found = model.scaled(scales, offset=0.25).simulate(y, t).u
+    found = model.scaled(scales, offset=0.25).run(y, t).u
     assert np.abs(found - (run.u + 0.25 + run.parts @ (scales - 1))).max() < 1e-12
     assert len(GROUPS) == 4
 
@@ -193,9 +193,9 @@ def test_the_stepper_at_a_fixed_period_is_the_simulation():
     y, _ = walk(8)
     t = 1e-3 * np.arange(y.size)
     rate = central(y, t)
-    run = model.simulate(y, t, rate)
+    run = model.run(y, t, rate)
     for at in (None, y[0]):
-        step = model.stepper(1e-3)
+        step = model.core_stepper(1e-3)
         if at is not None:
             step.reset(at)
         found = [step(a, b) for a, b in zip(y, rate, strict=True)]
@@ -204,7 +204,7 @@ def test_the_stepper_at_a_fixed_period_is_the_simulation():
 
 def test_a_stepper_begins_at_rest_at_the_first_sample_it_accepts_wherever_that_is():
     model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0])
-    step = model.stepper(1e-3)
+    step = model.core_stepper(1e-3)
     assert step(np.nan) == 0.0 and step.rejected
     assert step(20.0) == 20.0  # at rest: no stop is bent
     assert not step.rejected and step.rejected_ever
@@ -216,7 +216,7 @@ def test_a_stepper_begins_at_rest_at_the_first_sample_it_accepts_wherever_that_i
 def test_a_stepper_goes_on_from_an_image_to_the_bit_and_refuses_those_of_others():
     model = random_model(6, known=False)
     y, _ = walk(8)
-    step, other = model.stepper(1e-3), model.stepper(1e-3)
+    step, other = model.core_stepper(1e-3), model.core_stepper(1e-3)
     for x in y[:200]:
         step(x)
     step(np.nan)
@@ -225,15 +225,15 @@ def test_a_stepper_goes_on_from_an_image_to_the_bit_and_refuses_those_of_others(
     assert (other.doubt, other.rejected, other.rejected_ever) == (step.doubt, True, True)
     assert other(np.nan) == step(np.nan)
     assert [other(x, 0.3) for x in y[200:]] == [step(x, 0.3) for x in y[200:]]
-    unstarted = model.stepper(1e-3)
-    unstarted.restore(model.stepper(1e-3).save())
-    assert unstarted(0.7) == model.stepper(1e-3)(0.7)
+    unstarted = model.core_stepper(1e-3)
+    unstarted.restore(model.core_stepper(1e-3).save())
+    assert unstarted(0.7) == model.core_stepper(1e-3)(0.7)
     before = other.save().tolist()
     for stranger in (random_model(7), random_model(6), random_model(6, schedules=(Schedule("load", 0.0, 1.0),))):
         with pytest.raises(ValueError, match="belongs to"):
-            other.restore(stranger.stepper(1e-3).save())
+            other.restore(stranger.core_stepper(1e-3).save())
     with pytest.raises(ValueError, match="another period"):
-        other.restore(model.stepper(2e-3).save())
+        other.restore(model.core_stepper(2e-3).save())
     for place, value in ((2, 1e6), (2, 0.5), (1, 2.0), (3, np.nan), (-1, -1.0), (21, 50.0)):
         damaged = image.copy()
         damaged[place] = value
@@ -246,22 +246,22 @@ def test_a_sample_that_is_not_a_number_costs_its_neighbours_nothing_and_is_told(
     model = random_model(6)
     t = 0.02 * np.arange(300)
     y = 0.7 * np.sin(t)
-    whole = model.simulate(y, t).u
+    whole = model.run(y, t).u
     holed = y.copy()
     holed[[0, 100, 101]] = np.nan
     with pytest.warns(RejectedSamplesWarning, match="3 of 300"):
-        run = model.simulate(holed, t)
+        run = model.run(holed, t)
     assert run.u[0] == 0.0
     assert run.u[100] == run.u[101] == run.u[99]
     good = np.isfinite(holed)
     assert np.abs(run.u - whole)[good].max() < 0.02 * np.ptp(whole)
     assert (np.diff(run.u[102:110]) != 0).all()
     with pytest.warns(RejectedSamplesWarning, match="2 of 300"):
-        model.simulate(y, t, np.where(np.arange(300) < 2, np.inf, 0.0))
+        model.run(y, t, np.where(np.arange(300) < 2, np.inf, 0.0))
 
 
 def test_samples_that_are_not_numbers_are_held_and_flagged():
-    step = random_model(0).stepper(1e-3)
+    step = random_model(0).core_stepper(1e-3)
     good = step(0.3, 0.1)
     memory = step.memory.tolist()
     for bad in (np.nan, np.inf, 1e101):
@@ -274,7 +274,7 @@ def test_samples_that_are_not_numbers_are_held_and_flagged():
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=True, width=64), max_size=30))
 def test_no_sequence_of_samples_makes_an_answer_beyond_the_limits(samples):
     model = random_model(9).with_card(CARD)
-    step = model.stepper(1e-3)
+    step = model.core_stepper(1e-3)
     for x in samples:
         assert -15.0 <= step(x, x, x, x) <= 15.0
 
@@ -301,21 +301,21 @@ def test_what_is_no_model_is_refused_with_the_cure(changes, said):
 def test_signals_that_do_not_fit_are_refused():
     model = random_model(0, (Schedule("p", 0.0, 1.0),))
     with pytest.raises(ParameterError, match="depends on 'p'"):
-        model.simulate([0.0, 1.0], [0.0, 1.0])
+        model.run([0.0, 1.0], [0.0, 1.0])
     with pytest.raises(ParameterError, match="2 samples of y but 3 times"):
-        model.simulate([0.0, 1.0], [0.0, 1.0, 2.0])
+        model.run([0.0, 1.0], [0.0, 1.0, 2.0])
     with pytest.raises(ParameterError, match="runs backwards at sample 1"):
-        model.simulate([0.0, 1.0], [1.0, 0.0], given={"p": 0.5})
+        model.run([0.0, 1.0], [1.0, 0.0], given={"p": 0.5})
 
 
 def test_without_an_identified_range_signals_of_any_unit_pass_unlimited():
     model = DirectInverse(radii=[0.5e6], stop_weights=[2.0], polynomial=[0.0, 3.0])  # in Pa and counts, say
     y = np.array([0.0, 5e6, 4e7, 3.8e7])
-    assert model.simulate(y, np.arange(4.0)).u.tolist() == [0.0, 16e6, 121e6, 113e6]
+    assert model.run(y, np.arange(4.0)).u.tolist() == [0.0, 16e6, 121e6, 113e6]
 
 
 def test_an_output_is_not_looked_for_without_a_range():
-    from dehyst.identification.direct.forward import follow
+    from dehyst.models.follow import follow
 
     with pytest.raises(ParameterError, match="names no range"):
         follow(DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]), [0.0, 1.0])

@@ -343,14 +343,14 @@ def test_a_direct_inverse_says_which_of_its_parts_changed(worn, part, size):
     t = np.cumsum(np.where(cycle % 2, 0.05, 0.004))
     creep = {"time_constants": [2.0], "creep_weights": [0.4]} if part == "own-creep" else {}
     new, old = direct(**{**creep, **worn}), direct(**creep)
-    u = new.simulate(y, t).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
+    u = new.run(y, t).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
     found = dehyst.drift(old, dehyst.Recording(input=u, output=y, time=t))
     change = found.change(part)
     assert change.drifted and change.estimate == pytest.approx(size, rel=0.1)
     assert [c.part for c in found.logs[0].changes if c.drifted and c.effect_percent > 0.5 * change.effect_percent] == [
         part
     ]
-    same = old.simulate(y, t).u + 0.005 * np.random.default_rng(2).standard_normal(y.size)
+    same = old.run(y, t).u + 0.005 * np.random.default_rng(2).standard_normal(y.size)
     assert dehyst.drift(old, dehyst.Recording(input=same, output=y, time=t)).status == "unchanged"
 
 
@@ -358,7 +358,7 @@ def test_a_shifted_sensor_is_an_offset_of_a_direct_inverse_and_nothing_else():
     """Where the curve is held, beyond the range, a shift would look like a bend of the curve and a smaller gain."""
     y = np.sin(np.arange(8000) * np.pi / 100)
     model, t = direct(), 0.01 * np.arange(8000)
-    u = model.simulate(y, t).u + 0.005 * np.random.default_rng(3).standard_normal(8000)
+    u = model.run(y, t).u + 0.005 * np.random.default_rng(3).standard_normal(8000)
     found = dehyst.drift(model, dehyst.Recording(input=u, output=y + 0.1, time=t))
     offset = found.change("offset")
     assert offset.drifted and offset.estimate == pytest.approx(-0.2, rel=0.05)  # slope 2 of the curve
@@ -379,7 +379,7 @@ def test_a_direct_inverse_that_depends_on_a_load_needs_it():
     model = direct(**{**sets, "schedules": (schedule,)})
     y = np.sin(np.linspace(0.0, 24 * np.pi, 2401))
     t, load = np.linspace(0.0, 24.0, 2401), np.linspace(0.0, 10.0, 2401)
-    u = model.simulate(y, t, given={"load": load}).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
+    u = model.run(y, t, given={"load": load}).u + 0.005 * np.random.default_rng(1).standard_normal(y.size)
     later = dehyst.Recording(input=u, output=y, time=t)
     assert "--load" in dehyst.drift(model, later).verdict
     assert dehyst.drift(model, later, load=load).status == "unchanged"
@@ -392,7 +392,7 @@ def test_a_direct_inverse_is_identified_anew_and_accepted_only_if_better():
     noise = 0.01 * np.random.default_rng(1).standard_normal(y.size)
     old, worn = direct(), direct(stop_weights=[0.7, 0.4])
     better, same = (
-        dehyst.drift(old, dehyst.Recording(input=m.simulate(y, t).u + noise, output=y, time=t), refit=True)
+        dehyst.drift(old, dehyst.Recording(input=m.run(y, t).u + noise, output=y, time=t), refit=True)
         for m in (worn, old)
     )
     assert better.acceptance.accepted and isinstance(better.model, DirectInverse) and better.model is not old
@@ -484,7 +484,7 @@ def loaded_log(model, seed, samples=9600):
     y = np.sin(turn) * np.where(np.arange(samples) // 200 % 3, 1.0, 0.6)
     given = {"load": 5.0 + 5.0 * np.sin(turn / 6.9 + seed), "mean_pressure": 2.0 + np.cos(turn / 4.3 + seed)}
     t = 0.02 * np.arange(samples)
-    u = model.simulate(y, t, given=given).u + 0.005 * rng.standard_normal(samples)
+    u = model.run(y, t, given=given).u + 0.005 * rng.standard_normal(samples)
     return dehyst.Recording(input=u, output=y, time=t, name=f"log {seed}"), given
 
 

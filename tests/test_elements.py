@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst import _native
 from dehyst.errors import InvertibilityError, ModelFileError, ParameterError
-from dehyst.families import Scaling, load_file
+from dehyst.families import Scaling
 from dehyst.families.creep_pi import CreepPrandtlIshlinskii
 from dehyst.families.dahl import Dahl
 from dehyst.families.elements import KINDS, Element, ElementModel
@@ -248,7 +248,7 @@ def test_a_file_holds_the_model_to_the_bit(tmp_path_factory, seed):
     rng = np.random.default_rng(seed)
     model = random_model(seed, schedules=((-1, -0.5, 0.5),), before_map=bend(rng, 0.2, 2.0), dead_time=0.06)
     path = model.save(tmp_path_factory.mktemp("m") / "m.json")
-    assert load_file(path) == model
+    assert dehyst.load(path) == model
     assert json.loads(json.dumps(model.parameters())) == model.parameters()
 
 
@@ -312,7 +312,7 @@ def test_a_hostile_file_is_refused(tmp_path):
         parameters = {**content["parameters"], "values": {**content["parameters"]["values"], key: value}}
         (tmp_path / "bad.json").write_text(json.dumps(signed("dehyst-family", "elements", parameters, model.card)))
         with pytest.raises(ModelFileError):
-            load_file(tmp_path / "bad.json")
+            dehyst.load(tmp_path / "bad.json")
 
 
 def test_the_binding_refuses_tables_that_do_not_fit():

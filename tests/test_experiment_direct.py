@@ -77,7 +77,7 @@ def test_the_model_is_that_of_the_written_log():
     assert np.array_equal(again.stop_weights, found.fit.model.stop_weights)
     q, t = found.unseen["angle_rad"], found.unseen["time_s"]
     k = calibrated().stiffness(3e5)
-    np.testing.assert_allclose(again.simulate(q, t).u - k * q, found.direct.simulate(q, t).u, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(again.run(q, t).u - k * q, found.direct.run(q, t).u, rtol=0, atol=1e-9)
 
 
 def test_the_torque_is_what_the_muscles_gave_beyond_the_known_load():
@@ -143,8 +143,8 @@ def test_a_sheared_model_less_its_shear_is_the_torque():
     model = dehyst.DirectInverse(radii=[0.2], stop_weights=[3.0], polynomial=[1.0, 50.0, 0.5], center=0.1)
     t = np.linspace(0.0, 5.0, 101)
     q = 0.4 * np.sin(t)
-    bare = unsheared(model, 60.0, -30.0, 30.0).simulate(q, t).u
-    np.testing.assert_allclose(bare, model.simulate(q, t).u - 60.0 * q, rtol=0, atol=1e-12)
+    bare = unsheared(model, 60.0, -30.0, 30.0).run(q, t).u
+    np.testing.assert_allclose(bare, model.run(q, t).u - 60.0 * q, rtol=0, atol=1e-12)
 
 
 def test_the_motions_of_several_rates_begin_with_the_loops():

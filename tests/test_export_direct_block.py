@@ -125,7 +125,7 @@ def test_while_on_it_is_the_direct_inverse_begun_at_rest_at_the_first_good_sampl
     inputs[0, 0] = np.nan
     block = DirectBlock(model, PERIOD, range=(-1e6, 1e6))
     u, _ = of_the_twin(block, inputs, np.ones(len(inputs), bool))
-    step = model.stepper(PERIOD)
+    step = model.core_stepper(PERIOD)
     step.reset(inputs[1, 0])
     plain = np.array([step(*row) for row in inputs[1:]])
     inside = np.abs(plain) < 180  # the stepper's own limit

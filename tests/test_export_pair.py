@@ -18,7 +18,7 @@ from dehyst.control import (
     save_controller,
 )
 from dehyst.errors import ModelFileError
-from dehyst.models import DirectInverse, ModelCard, PrandtlIshlinskii, SignalCard, load_any
+from dehyst.models import DirectInverse, ModelCard, PrandtlIshlinskii, SignalCard, load
 from dehyst.models.storage import model_to_dict
 from export_samples import play_model
 
@@ -48,15 +48,15 @@ def command(monkeypatch, capsys, model, controller):
 def test_a_controller_of_another_model_is_refused_by_name_before_anything_is_written(
     place, monkeypatch, capsys, own, other
 ):
-    save_controller(JointControllerParameters(shear=0.0), "controller.json", model=load_any(own))
+    save_controller(JointControllerParameters(shear=0.0), "controller.json", model=load(own))
     status, said = command(monkeypatch, capsys, other, "controller.json")
     told = " ".join(said.err.split())
     assert status == 2
     assert not (place / "out").exists()
     assert "another model" in told
     assert other in told
-    assert str(model_to_dict(load_any(own))["sha256"])[:12] in told
-    assert str(model_to_dict(load_any(other))["sha256"])[:12] in told
+    assert str(model_to_dict(load(own))["sha256"])[:12] in told
+    assert str(model_to_dict(load(other))["sha256"])[:12] in told
     assert "save_controller" in told
     assert command(monkeypatch, capsys, own, "controller.json")[0] == 0
 

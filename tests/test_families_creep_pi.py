@@ -176,5 +176,5 @@ def test_a_damper_is_refused_with_the_reason():
 
 def test_a_file_keeps_the_model_bit_for_bit(tmp_path):
     x, time = wander(300), uneven(300)
-    again = dehyst.families.load_file(MODEL.save(tmp_path / "model.json"))
+    again = dehyst.load(MODEL.save(tmp_path / "model.json"))
     assert np.array_equal(again.simulate(x, time), MODEL.simulate(x, time))

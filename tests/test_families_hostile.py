@@ -7,8 +7,9 @@ import json
 import numpy as np
 import pytest
 
+from dehyst import load
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.families import Scaling, example, load_file, names
+from dehyst.families import Scaling, example, names
 from dehyst.models.storage import signed
 
 T = 120
@@ -73,5 +74,5 @@ def test_what_a_hostile_file_holds_is_not_printed_at_length(name, part, tmp_path
     parameters[part] = {f"key{k}": 1.0 for k in range(2000)} if part != "start" else list(range(2000))
     path.write_text(json.dumps(signed("dehyst-family", name, parameters, model.card)))
     with pytest.raises(ModelFileError) as fault:
-        load_file(path)
+        load(path)
     assert len(str(fault.value)) < 1000 + len(str(path))

@@ -166,5 +166,5 @@ def test_a_fluidic_muscle_is_answered():
 
 def test_a_file_keeps_the_model_bit_for_bit(tmp_path):
     x, time = wander(300), uneven(300)
-    again = dehyst.families.load_file(VISCOUS.save(tmp_path / "model.json"))
+    again = dehyst.load(VISCOUS.save(tmp_path / "model.json"))
     assert np.array_equal(again.simulate(x, time), VISCOUS.simulate(x, time))

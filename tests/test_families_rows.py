@@ -12,7 +12,7 @@ from scipy.optimize import lsq_linear
 import dehyst
 from dehyst import Recording, families
 from dehyst.errors import IdentificationError, ParameterError
-from dehyst.families import choice, identify_family, load_file
+from dehyst.families import choice, identify_family
 from dehyst.families.columns import GROUPS, TIMED, Columns, Pace, columns_of
 from dehyst.families.elements import Element, ElementModel
 from dehyst.families.program import BLOCKS, LEAST, LEAST_OF_MAP, Program, Regularisation, sums_of
@@ -212,7 +212,7 @@ def test_each_row_is_fitted_by_its_name_saved_and_played(name, tmp_path):
     log_of = record(DAMPED if name == "damper-sum" else LAGGING, samples=2500)
     fit = identify_family(log_of, name)
     assert fit.family == name and (fit.model.family == name or name == "elements")
-    again = load_file(fit.model.save(tmp_path / "row.json"))
+    again = dehyst.load(fit.model.save(tmp_path / "row.json"))
     assert again.family == fit.model.family
     x, time = log_of.input[:600], log_of.time[:600]
     y = fit.model.simulate(x, time)

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.identification import follow
 from dehyst.identification.direct import selection
 from dehyst.identification.direct.cautions import about_direct_fit
 from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
@@ -21,6 +20,7 @@ from dehyst.identification.evidence import Evidence, permutation_p
 from dehyst.identification.least_squares import solve_bounded
 from dehyst.identification.split import split_recordings
 from dehyst.models import ModelCard, Schedule, SignalCard
+from dehyst.models.follow import follow
 from direct_samples import TIPS, asked, log, motion
 
 STOPS = ((0.4, 0.5), (3.0, 0.3))
@@ -56,7 +56,7 @@ def test_stops_and_curve_are_found_again_on_loops_that_were_not_fitted(plain_fit
     assert plain_fit.certificate.rises
     t, y = motion(UNSEEN)
     truth = asked(t, y, np.gradient(y, t), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002))
-    assert np.sqrt(np.mean((plain_fit.model.simulate(y, t).u - truth) ** 2)) < 0.002 * np.ptp(truth)
+    assert np.sqrt(np.mean((plain_fit.model.run(y, t).u - truth) ** 2)) < 0.002 * np.ptp(truth)
 
 
 def test_weights_sit_at_the_radii_that_made_the_data_when_these_are_offered():
@@ -71,8 +71,8 @@ def test_weights_sit_at_the_radii_that_made_the_data_when_these_are_offered():
 
 
 def test_the_prediction_is_what_the_saved_model_answers(plain, plain_fit, tmp_path):
-    model = dehyst.load_direct(plain_fit.model.save(tmp_path / "m.json"))
-    run = model.simulate(plain.output, plain.time)
+    model = dehyst.load(plain_fit.model.save(tmp_path / "m.json"))
+    run = model.run(plain.output, plain.time)
     np.testing.assert_allclose(run.u, plain_fit.predictions[0], rtol=0, atol=1e-9)
     assert model.card == plain_fit.model.card
     assert model.card.provenance["verdict"] == plain_fit.verdict
@@ -114,7 +114,7 @@ def test_noise_on_the_input_does_not_make_the_compensator_worse_as_it_does_throu
     direct, forward = [], []
     for seed in range(3):
         noisy = log(t, y, clean + 0.02 * np.ptp(clean) * np.random.default_rng(seed).standard_normal(t.size))
-        mine = dehyst.identify_direct(noisy, initial_state="rest", train_fraction=1.0).model.simulate(new_y, new_t).u
+        mine = dehyst.identify_direct(noisy, initial_state="rest", train_fraction=1.0).model.run(new_y, new_t).u
         other = dehyst.identify(noisy, train_fraction=1.0).model.inverse().simulate(new_y)
         direct.append(np.sqrt(np.mean((mine - truth) ** 2)))
         forward.append(np.sqrt(np.mean((other - truth) ** 2)))
@@ -283,10 +283,10 @@ def test_a_schedule_is_learnt_and_asked_for(name):
     without = dehyst.identify_direct(rec, initial_state="rest", creep=0)
     assert fit.test.rmse_percent < 0.5
     assert fit.test.rmse < 0.3 * without.test.rmse
-    answer = fit.model.simulate(y, t, given={name: sigma}).u
+    answer = fit.model.run(y, t, given={name: sigma}).u
     np.testing.assert_allclose(answer, fit.predictions[0], atol=1e-9)
     with pytest.raises(ParameterError, match=name):
-        fit.model.simulate(y, t)
+        fit.model.run(y, t)
 
 
 def test_a_schedule_that_changes_nothing_is_said_to_be_of_no_use(plain):
@@ -413,7 +413,7 @@ def invertible(draw):
 def test_reading_a_model_forward_undoes_it(model, stroke):
     t, y = motion((0.9, -0.7, 0.3, -0.2), stroke=stroke, hold=0.2)
     rate, load = np.concatenate([[0.0], np.diff(y) / np.diff(t)]), 2.0 + 1.5 * np.sin(t)
-    u = model.simulate(y, t, rate=rate, given={"load": load}).u
+    u = model.run(y, t, rate=rate, given={"load": load}).u
     found = follow(model, u, t, {"load": load}, start="rest")
     assert found.missed == 0
     np.testing.assert_allclose(found.y, y, atol=1e-4)  # the first sample is interpolated, and what it leaves fades

@@ -71,10 +71,10 @@ def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder
     arguments = ("compensate", model, folder / "reference.csv", "--output", Y, "--start", "model")
     status, _, err = run(*arguments, "--load", "load_N", "--out", out)
     assert status == 0, err
-    loaded = dehyst.load_direct(model)
+    loaded = dehyst.load(model)
     reference = dehyst.read_signal(folder / "reference.csv", Y)
     asked_for = dehyst.read_signal(out, f"compensated_{loaded.card.input.name}").values
-    expected = loaded.simulate(reference.values, reference.time, given={"load": np.full(reference.values.size, 20.0)})
+    expected = loaded.run(reference.values, reference.time, given={"load": np.full(reference.values.size, 20.0)})
     np.testing.assert_allclose(asked_for, expected.u, rtol=1e-9, atol=1e-12)
     assert run(*arguments)[0] == 2
     assert "--load" in run(*arguments)[2]
@@ -120,7 +120,7 @@ def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folde
     status, text, err = identify(run, folder, "--load", "load_kg", "--creep", "0", "--save", model, log="mass.csv")
     assert status == 0, err
     assert "kg (a mass; no joint controller takes it)" in " ".join(text.split())
-    (schedule,) = dehyst.load_direct(model).outside
+    (schedule,) = dehyst.load(model).outside
     assert schedule.unit == "kg"
     t, y = motion((0.8, -0.6, 0.3))
     write_csv(
@@ -175,7 +175,7 @@ def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path)
     at = [text.index(f"{k} {title}</h2>") for k, title in enumerate(titles, 1)]
     assert at == sorted(at)
     assert {path.name for path in figures.glob("*.svg")} >= {"figure-1-loop.svg", "figure-4-weights.svg"}
-    assert "load_direct" in text
+    assert "load" in text
 
 
 def test_a_drift_is_not_told_from_a_mass_where_the_model_has_a_force(run, folder, tmp_path):

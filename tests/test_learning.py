@@ -100,7 +100,7 @@ def quasistatic(truth, seconds=120.0, push=lambda t: 0.0, adaptation=None, swing
     controller = learner(adaptation, model)
     t = PERIOD * np.arange(round(seconds / PERIOD))
     q = swing * np.sin(0.8 * t) * np.clip(t / 3.0, 0, 1)
-    needed = truth.simulate(q, t).u
+    needed = truth.run(q, t).u
     inertial = JOINT.inertia * np.gradient(np.gradient(q, PERIOD), PERIOD)
     contact = np.zeros(t.size)
     for k, angle in enumerate(q):

@@ -14,7 +14,7 @@ from export_samples import play_model
 RUNNING = {
     "Stepper": lambda: play_model().stepper("dense"),
     "StackStepper": lambda: play_model().stepper("logarithmic"),
-    "DirectStepper": lambda: DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).stepper(0.01),
+    "DirectStepper": lambda: DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).core_stepper(0.01),
     "Block": lambda: Block(play_model())._native,
     "JointController": lambda: JointController(JointControllerParameters())._native,
 }

@@ -123,7 +123,7 @@ def test_a_direct_inverse_begins_with_any_past_unless_told(run, tmp_path):
     for start, known in ((None, False), ("unknown", False), ("rest", True), ("model", True)):
         _, out, err = run("compensate", tmp_path / "d.json", tmp_path / "r.csv", *(("--start", start) if start else ()))
         assert err.startswith(f"start: {start or 'unknown'}, ")
-        np.testing.assert_allclose(answer(out), model.with_known(known).simulate(q, t).u, atol=1e-12)
+        np.testing.assert_allclose(answer(out), model.with_known(known).run(q, t).u, atol=1e-12)
 
 
 @pytest.mark.parametrize(

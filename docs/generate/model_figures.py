@@ -68,7 +68,7 @@ def _loop_figure(model: Any) -> Figure:
             x,
             [
                 (
-                    np.asarray(model.simulate(x, np.arange(x.size, dtype=np.float64)).u),
+                    np.asarray(model.run(x, np.arange(x.size, dtype=np.float64)).u),
                     BLUE,
                     "input that the output needs",
                 )

@@ -57,13 +57,14 @@ if TYPE_CHECKING:
     from dehyst.io.chunks import open_chunks as open_chunks
     from dehyst.models import DirectInverse as DirectInverse
     from dehyst.models import HysteresisModel as HysteresisModel
+    from dehyst.models import Model as Model
     from dehyst.models import ModifiedPrandtlIshlinskii as ModifiedPrandtlIshlinskii
     from dehyst.models import MonotoneMap as MonotoneMap
     from dehyst.models import PrandtlIshlinskii as PrandtlIshlinskii
     from dehyst.models import ShearedPrandtlIshlinskii as ShearedPrandtlIshlinskii
     from dehyst.models import StaticCurve as StaticCurve
     from dehyst.models import StopOperatorModel as StopOperatorModel
-    from dehyst.models import load_direct as load_direct
+    from dehyst.models import load as load
     from dehyst.models import load_model as load_model
     from dehyst.plant import Arm as Arm
     from dehyst.plant import Mechanism as Mechanism
@@ -119,6 +120,7 @@ _HOME = {
     "JointController": "dehyst.control",
     "JointControllerParameters": "dehyst.control",
     "Mechanism": "dehyst.plant",
+    "Model": "dehyst.models",
     "ModifiedPrandtlIshlinskii": "dehyst.models",
     "LoopModel": "dehyst.families",
     "MonotoneMap": "dehyst.models",
@@ -150,7 +152,7 @@ _HOME = {
     "identify_paper": "dehyst.identification",
     "identify_stream": "dehyst.identification.stream",
     "inspect_log": "dehyst.io",
-    "load_direct": "dehyst.models",
+    "load": "dehyst.models",
     "load_model": "dehyst.models",
     "load_robot": "dehyst.plant",
     "open_chunks": "dehyst.io.chunks",

@@ -41,6 +41,17 @@ struct DirectStepper {
         return dehyst_direct_output(&direct.view, &direct.state, nullptr);
     }
 
+    // A step `passed` seconds after the one before, whatever the period of the parameters is.
+    double advance(double y, double rate, double passed, const In &time_constant, double first, double second)
+    {
+        require(time_constant.size() == direct.gain.size(), "a time constant for every creep term");
+        const std::vector<double> kept = direct.gain;
+        after(passed, time_constant);
+        const double u = step(y, rate, first, second);
+        direct.gain = kept;
+        return u;
+    }
+
     // y, rate, time (T,), given (T, 2), restart (T,) -> u and doubt, (T, 2 + groups): each group's part behind them; and
     // how many samples were rejected.
     nb::tuple simulate(const In &y, const In &rate, const In &time, const Table &given, const Rows &restart,
@@ -63,8 +74,7 @@ struct DirectStepper {
             }
             if (restart.data()[k] != 0 || k == 0) started = false;
             const double passed = k > 0 && restart.data()[k] == 0 ? time.data()[k] - time.data()[k - 1] : 0.0;
-            for (std::size_t j = 0; j < direct.gain.size(); ++j)
-                direct.gain[j] = -std::expm1(-passed / time_constant.data()[j]);
+            after(passed, time_constant);
             double *row = rows->data() + k * columns;
             row[0] = step(y.data()[k], rate.data()[k], given.data()[2 * k], given.data()[2 * k + 1]);
             rejected += direct.state.flags & DEHYST_REJECTED;
@@ -110,6 +120,12 @@ struct DirectStepper {
   private:
     static constexpr std::size_t kHead = 5 + 2 * DEHYST_GROUPS;
     static constexpr double kFlags = DEHYST_REJECTED | DEHYST_REJECTED_EVER | DEHYST_LIMITED | DEHYST_LIMITED_EVER;
+
+    void after(double passed, const In &time_constant)
+    {
+        for (std::size_t j = 0; j < direct.gain.size(); ++j)
+            direct.gain[j] = -std::expm1(-passed / time_constant.data()[j]);
+    }
 
     // At rest at y; what was rejected before stays known.
     void begin(double y)
@@ -221,6 +237,8 @@ void bind_direct(nb::module_ &m)
         .def(nb::init<const nb::tuple &>(), "parameters"_a)
         .def("__call__", &DirectStepper::step, "y"_a, "rate"_a = 0.0, "first"_a = 0.0, "second"_a = 0.0,
              "u for the next sample of y, its rate and the scheduling variables from outside.")
+        .def("advance", &DirectStepper::advance, "y"_a, "rate"_a, "passed"_a, "time_constant"_a, "first"_a = 0.0,
+             "second"_a = 0.0, "u for the next sample, `passed` seconds after the one before.")
         .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at rest at y. Without it the first accepted sample is where it begins.")
         .def("save", &DirectStepper::save, "Image of the state for `restore`.")
         .def("restore", &DirectStepper::restore, "image"_a, "Continue from a saved image, to the bit.")

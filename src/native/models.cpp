@@ -203,8 +203,10 @@ void bind_models(nb::module_ &m)
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
-        .def("__call__", &Stepper::step, "x"_a, "Output for the next sample x.")
-        .def("__call__", &Stepper::step_object, "x"_a.none(),
+        .def("__call__", [](Stepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
+             "Output for the next sample x; the time since the one before changes nothing.")
+        .def("__call__", [](Stepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
+             "period"_a = 0.0,
              "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &Stepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")

@@ -24,7 +24,7 @@ inline double sample_of(nb::handle x)
 }
 
 // First base of a class with `double step(double)` whose objects are called with a float. Python finds `entry` in the
-// object itself (PEP 590); everything but one float goes on to the `__call__` that the class is bound with.
+// object itself (PEP 590); everything but one float, or a second one for the time since then, goes on to the `__call__` that the class is bound with.
 template <class T>
 class SampleCall {
   protected:
@@ -63,7 +63,8 @@ class SampleCall {
 
     static PyObject *call(PyObject *self, PyObject *const *words, std::size_t count, PyObject *names)
     {
-        if (PyVectorcall_NARGS(count) == 1 && names == nullptr && PyFloat_Check(words[0]))
+        const Py_ssize_t given = PyVectorcall_NARGS(count);
+        if (names == nullptr && (given == 1 || (given == 2 && PyFloat_Check(words[1]))) && PyFloat_Check(words[0]))
             return PyFloat_FromDouble(static_cast<T *>(owner(self))->step(PyFloat_AS_DOUBLE(words[0])));
         PyObject *method = PyObject_GetAttrString(self, "__call__");
         if (method == nullptr) return nullptr;

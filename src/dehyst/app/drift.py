@@ -29,8 +29,7 @@ from dehyst.identification.drift import Change, Drift, drift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.io import read_log
-from dehyst.models import DirectInverse, HysteresisModel
-from dehyst.models.storage import load_any
+from dehyst.models import DirectInverse, Model, load
 from dehyst.recording import Recording
 from dehyst.shell import quoted
 
@@ -79,7 +78,7 @@ class DriftRequest:
 def run_drift(request: DriftRequest) -> None:
     """Read, compare, refit if asked to, report, print; the exit status is the verdict's."""
     _refuse_clashes(request)
-    model = load_any(request.model)
+    model = load(request.model)
     with ask_progress("reading", request.json):
         read, unusable = _read_all(request, model)
         reference = None if request.reference is None else _read(request, model, request.reference, None)
@@ -108,9 +107,7 @@ def run_drift(request: DriftRequest) -> None:
             print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
 
 
-def _read_all(
-    request: DriftRequest, model: HysteresisModel | DirectInverse
-) -> tuple[list[Read], list[tuple[str, str]]]:
+def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tuple[str, str]]]:
     """Return recordings with log and run; and logs of other columns or without motion, with the reason."""
     read: list[Read] = []
     unusable: list[tuple[str, str]] = []
@@ -127,9 +124,7 @@ def _read_all(
     return read, unusable
 
 
-def _signals(
-    request: DriftRequest, model: HysteresisModel | DirectInverse, read: list[Read], reference: Recording | None
-) -> dict[str, Any]:
+def _signals(request: DriftRequest, model: Model, read: list[Read], reference: Recording | None) -> dict[str, Any]:
     """Scheduling signals by name, one for each recording and the reference, in the model's unit."""
     units = {each.name: each.unit for each in model.schedules} if isinstance(model, DirectInverse) else {}
     if reference is not None and request.reference is not None:
@@ -143,7 +138,7 @@ def _signals(
     return found
 
 
-def _read(request: DriftRequest, model: HysteresisModel | DirectInverse, log: Path, run: str | None) -> Recording:
+def _read(request: DriftRequest, model: Model, log: Path, run: str | None) -> Recording:
     return read_log(
         log,
         request.input or model.card.input.name,

@@ -18,7 +18,7 @@ from dehyst.app.export_request import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_controller
-from dehyst.errors import ParameterError
+from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
 from dehyst.export.excerpt import ALL, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
@@ -34,8 +34,9 @@ from dehyst.models import (
     PrandtlIshlinskii,
     ShearedPrandtlIshlinskii,
     StopOperatorModel,
-    load_any,
+    load,
 )
+from dehyst.models.storage import OWN
 from dehyst.shell import quoted
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
@@ -52,16 +53,22 @@ def run_export(request: ExportRequest) -> None:
     _refuse_contradictions(request)
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
-    loaded = load_any(request.model)
-    pair = pair_findings(loaded, request.model, request.controller)
+    loaded = load(request.model)
+    if loaded.file_kind != OWN:
+        raise ModelFileError(
+            f"model file '{request.model}' holds a {loaded.family} model, which has no form in C. Use it with `dehyst "
+            f"simulate` and `dehyst compensate`, or export a family of `dehyst identify`."
+        )
+    taken = cast(HysteresisModel | DirectInverse, loaded)
+    pair = pair_findings(taken, request.model, request.controller)
     findings: list[Finding]
-    if isinstance(loaded, DirectInverse):
+    if isinstance(taken, DirectInverse):
         with ask_progress("exporting", request.json):
-            subject, findings = direct_subject_of(loaded, request, real)
+            subject, findings = direct_subject_of(taken, request, real)
             written = export(subject, request.target, request.out, request.overwrite)
         _say(written, subject, request, [*pair, *findings])
         return
-    model, request, told = _as_unit(loaded, request)
+    model, request, told = _as_unit(taken, request)
     if request.period is not None:
         raise ParameterError(
             f"--period {request.period:g} belongs to a direct inverse, and '{request.model}' is none: no number of it "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,11 +17,10 @@ from dehyst.app.unknown import column, place, refuse_without_unknown_state, with
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, OutputError, ParameterError
 from dehyst.families.base import LoopModel
-from dehyst.families.storage import load_file
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
-from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard
+from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard, load
 from dehyst.units import canonical, convert
 
 Array = npt.NDArray[np.float64]
@@ -121,10 +121,10 @@ def run_compensate(request: PlayRequest) -> None:
     print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
 
 
-def _read(request: PlayRequest, role: str) -> tuple[LoopModel | HysteresisModel | DirectInverse, Signal]:
+def _read(request: PlayRequest, role: str) -> tuple[Any, Signal]:
     _refuse_sources(request)
     refuse_without_unknown_state(request.unknown_state, request.figure, request.overwrite)
-    model = load_file(request.model)
+    model = load(request.model)
     try:
         signal = read_signal(
             request.log,

@@ -13,9 +13,9 @@ from dehyst.app.unknown import band_columns, column
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ParameterError, TimeError
 from dehyst.findings import Finding
-from dehyst.identification import follow
 from dehyst.io import Signal, read_signal
 from dehyst.models import DirectInverse, SignalCard
+from dehyst.models.follow import follow
 from dehyst.units import MASS_FACTORS, mass_unit
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +31,7 @@ def compensate_direct(request: PlayRequest, model: DirectInverse, signal: Signal
     if start != MODEL:
         _refuse_past(request)
         model = model.with_known(start == REST)
-    run = model.simulate(y, _time(request, model, signal), given=given)
+    run = model.run(y, _time(request, model, signal), given=given)
     findings += more + outside(run.u, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += jumps(run.u, model.card.input, signal, "")
     columns = {column(model.card.output): y, column(model.card.input, "compensated"): run.u}

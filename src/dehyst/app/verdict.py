@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from dehyst.families.base import LoopModel
 from dehyst.findings import Finding
 from dehyst.grades import Grade, doubtful, grade_of
-from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models import Model
 
 
-def verdict_findings(model: LoopModel | HysteresisModel | DirectInverse, path: Path, forbid: str) -> list[Finding]:
+def verdict_findings(model: Model, path: Path, forbid: str) -> list[Finding]:
     """Return the verdict as a warning unless it was good; `forbid` is what not to do after the worst one."""
     said = model.card.provenance.get("verdict")
     verdict = doubtful(said)  # printable: the file may come from anywhere

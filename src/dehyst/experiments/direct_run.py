@@ -81,7 +81,7 @@ def without_time(model: DirectInverse, columns: Mapping[str, Array]) -> float:
         A log by column name: ``angle_rad``, ``time_s``, ``torque_Nm``, ``mean_pressure_bar``.
     """
     q = columns[ANGLE]
-    run = model.simulate(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
+    run = model.run(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
     hysteresis = run.parts[:, [GROUPS.index(name) for name in ("short", "long")]].sum(axis=1)
     curves = np.vander((q - q.mean()) / max(float(np.ptp(q)), 1e-12), CURVE + 1)
 

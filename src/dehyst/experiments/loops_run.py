@@ -220,7 +220,7 @@ def _identified(
     def says(columns: Mapping[str, Array]) -> Array:
         q = columns[OUTPUT]
         if direct is not None:
-            run = direct.simulate(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
+            run = direct.run(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
             return np.asarray(run.u / (BAR * characteristic.slope(q)))
         assert isinstance(fit, Fit)
         return fit.model.inverse().simulate(q) - shear * q

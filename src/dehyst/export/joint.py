@@ -193,7 +193,7 @@ class _Friction:
     """What a joint needs that is a bit more than its direct inverse says."""
 
     def __init__(self, model: DirectInverse, parameters: JointControllerParameters) -> None:
-        self._step = model.stepper(parameters.period)
+        self._step = model.core_stepper(parameters.period)
         self._given = [schedule.name for schedule in model.outside]
 
     def torque(self, plant: _Joint, reference: JointReference) -> float:

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from dehyst.export.regeneration import regeneration_checks, version_check
 from dehyst.export.signal import from_csv, same_bits
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import target
-from dehyst.models import DirectInverse
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.storage import model_from_text
 
 
@@ -205,7 +205,8 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
     settings = manifest["settings"]
     try:
         what, name, real = (str(settings[key]) for key in ("what", "name", "real"))
-        model = model_from_text(_text(content, "model.json"), str(folder / "model.json"))
+        text = _text(content, "model.json")
+        model = cast(HysteresisModel | DirectInverse, model_from_text(text, str(folder / "model.json")))
         if what == "joint-controller":
             text = _text(content, "controller.json")
             return joint_subject(

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from dehyst.families.registry import example as example
     from dehyst.families.registry import family as family
     from dehyst.families.registry import names as names
-    from dehyst.families.storage import load_file as load_file
     from dehyst.families.training import Stretch as Stretch
     from dehyst.families.training import Training as Training
 
@@ -53,7 +52,6 @@ _HOME = {
     "example": "dehyst.families.registry",
     "family": "dehyst.families.registry",
     "identify_family": "dehyst.families.fitting",
-    "load_file": "dehyst.families.storage",
     "names": "dehyst.families.registry",
 }
 

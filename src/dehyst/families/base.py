@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import os
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from pathlib import Path
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.errors import InvertibilityError, ParameterError
-from dehyst.models import ModelCard
+from dehyst.errors import ParameterError
+from dehyst.models import Model, ModelCard
 from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.model import without_inverse
 from dehyst.recording import Recording
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Scaling:
 UNSCALED = Scaling()
 
 
-class LoopModel(ABC):
+class LoopModel(Model):
     """A frozen record of parameters with a formula y = f[x] that has a memory.
 
     A family derives a frozen dataclass from this class, gives it its parameters, and last the three fields ::
@@ -102,9 +102,9 @@ class LoopModel(ABC):
 
     family: ClassVar[str] = ""
     rate_dependent: ClassVar[bool] = False
+    file_kind = "dehyst-family"
     scaling: Scaling
     start: str
-    card: ModelCard
 
     @abstractmethod
     def rest(self, x: float) -> Array:
@@ -136,6 +136,11 @@ class LoopModel(ABC):
     def no_inverse(self) -> str:
         """Why there is no inverse, in one sentence; empty if there is one: the output strictly follows the input."""
 
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of identified values."""
+        return self.free_parameters
+
     @classmethod
     def example(cls) -> Self:
         """Return a small model of this family, for tests and pictures."""
@@ -150,7 +155,7 @@ class LoopModel(ABC):
 
         return identify_family(recordings, cls.family, train_fraction=train_fraction, seed=seed)
 
-    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None) -> Array:
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the output (T,) for an input (T,), beginning in the model's start state. [output]
 
         Parameters
@@ -159,6 +164,8 @@ class LoopModel(ABC):
             Input, (T,). [input]
         time
             (T,), increasing; needed by families that depend on rate or time. [s]
+        signals
+            What `needs` names, (T,) or a number each.
 
         Raises
         ------
@@ -171,7 +178,8 @@ class LoopModel(ABC):
             return inputs
         scaled = np.ascontiguousarray(self._scale().inward(inputs))
         memory = self.before(float(scaled[0]))
-        return self._answer(self.scaling.outward(self.run(scaled, self._steps(time, inputs.size), memory)[0]))
+        more = self._more(signals, inputs.size)
+        return self._answer(self.scaling.outward(self.run(scaled, self._steps(time, inputs.size), memory, **more)[0]))
 
     def inverse(self) -> InverseLoop:
         """Return what undoes this model: ``model.inverse().simulate(model.simulate(x))`` is x.
@@ -182,7 +190,7 @@ class LoopModel(ABC):
             If there is no inverse; the message says why.
         """
         if self.no_inverse:
-            raise InvertibilityError(f"this {self.family} model has no inverse: {self.no_inverse}", family=self.family)
+            raise without_inverse(self)
         return InverseLoop(self)
 
     def run_inverse(self, y: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
@@ -219,23 +227,17 @@ class LoopModel(ABC):
         """Return the same model with other signals."""
         return replace(self, card=card)  # type: ignore[type-var]
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the model to a JSON file, atomically; `dehyst.families.load_file` reads it back bit for bit.
+    def at_rest(self, first: float) -> Self:
+        """Return the same model that begins as if it had never moved from its first input."""
+        return self.with_start("rest")
 
-        Raises
-        ------
-        ParameterError
-            If its family is not registered.
-        OutputError
-            If the file cannot be written. An earlier file of that name stays as it was.
-        """
-        from dehyst.families.storage import save_loop  # knows the registry
-
-        return save_loop(self, path)
+    def file_parameters(self) -> dict[str, Any]:
+        """Return parameters, scaling and start, as they stand in a model file."""
+        return {"values": self.parameters(), "scaling": asdict(self.scaling), "start": self.start}
 
     def stepper(self) -> LoopStepper:
         """Return the model as a function of one sample."""
-        return LoopStepper(self)
+        return LoopStepper(self, self.run, self.scaling, float)
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, plain values; scaling, start and card left out."""
@@ -250,6 +252,11 @@ class LoopModel(ABC):
         """One line: family, parameters, signals."""
         signals = f"{self.card.input!s} -> {self.card.output!s}"
         return f"<{type(self).__name__} {self.family!r}: {self.free_parameters} parameters, {signals}>"
+
+    def _more(self, signals: Mapping[str, npt.ArrayLike], size: int) -> dict[str, Any]:
+        """What `run` takes beside input and steps of time: nothing, but for models with schedules."""
+        self.given(signals, size)
+        return {}
 
     def _scale(self) -> Scaling:
         if isinstance(self.scaling, Scaling):
@@ -297,7 +304,7 @@ class LoopModel(ABC):
 
 
 @dataclass(frozen=True)
-class InverseLoop:
+class InverseLoop(Model):
     """The input that an output needs; made by ``model.inverse()``.
 
     Attributes
@@ -309,11 +316,31 @@ class InverseLoop:
     of: LoopModel
 
     @property
+    def family(self) -> str:
+        """Name of the family."""
+        return self.of.family
+
+    @property
+    def card(self) -> ModelCard:  # type: ignore[override]
+        """Signals, exchanged."""
+        return self.of.card.swapped()
+
+    @property
     def rate_dependent(self) -> bool:
         """Whether time stamps are needed."""
         return self.of.rate_dependent
 
-    def simulate(self, y: npt.ArrayLike, time: npt.ArrayLike | None = None) -> Array:
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of scheduling signals."""
+        return self.of.needs
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of terms that carry weight."""
+        return self.of.nonzero_weights
+
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the inputs (T,) that the outputs (T,) need, from the model's start state on. [input]
 
         Raises
@@ -324,13 +351,14 @@ class InverseLoop:
         from dehyst.families.inversion import first_input
 
         of = self.of
-        outputs = of._finite(y, "output y")
+        outputs = of._finite(x, "output y")
         if not outputs.size:
             return outputs
         scaled = np.ascontiguousarray((outputs - of._scale().level) / of.scaling.amplitude)
         memory = of.before(first_input(of, float(scaled[0])))
-        x = of.run_inverse(scaled, of._steps(time, outputs.size), memory)[0]
-        return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * x))
+        more = of._more(signals, outputs.size)
+        found = of.run_inverse(scaled, of._steps(time, outputs.size), memory, **more)[0]
+        return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * found))
 
     def inverse(self) -> LoopModel:
         """Return the model."""
@@ -338,11 +366,39 @@ class InverseLoop:
 
     def stepper(self) -> LoopStepper:
         """Return the inverse as a function of one sample."""
-        return LoopStepper(self)
+        of = self.of
+        return LoopStepper(of, of.run_inverse, of.scaling.swapped(), self._first)
+
+    def _first(self, scaled: float) -> float:
+        from dehyst.families.inversion import first_input
+
+        return first_input(self.of, scaled)
+
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same with other signals."""
+        return replace(self, of=self.of.with_card(card.swapped()))
+
+    def at_rest(self, first: float) -> Self:
+        """Return the same that begins as if it had never moved."""
+        return replace(self, of=self.of.with_start("rest"))
+
+    def pruned(self) -> Self:
+        """Return the same without terms of zero weight."""
+        return replace(self, of=self.of.pruned())
+
+    def file_parameters(self) -> dict[str, Any]:
+        """Refuse: the file is that of the model.
+
+        Raises
+        ------
+        ParameterError
+            Always.
+        """
+        raise ParameterError("an inverse has no file of its own; save the model, .of, and invert it again.")
 
 
 class LoopStepper:
-    """A model or an inverse as a function of one sample: ``step(value, period)``; `reset` begins anew.
+    """A model or an inverse as a function of one sample: ``step(value, period, **signals)``; `reset` begins anew.
 
     Examples
     --------
@@ -352,9 +408,17 @@ class LoopStepper:
     (0.0, True)
     """
 
-    def __init__(self, model: LoopModel | InverseLoop) -> None:
-        self._backward = isinstance(model, InverseLoop)
-        self._model = model.of if isinstance(model, InverseLoop) else model
+    def __init__(
+        self,
+        model: LoopModel,
+        run: Callable[..., tuple[Array, Array]],
+        scaling: Scaling,
+        first: Callable[[float], float],
+    ) -> None:
+        self._model, self._run, self._first = model, run, first
+        self._from, self._unit = scaling.center, scaling.half_range
+        self._onto, self._size = scaling.level, scaling.amplitude
+        self._value, self._dt = np.zeros(1), np.zeros(1) if model.rate_dependent else None
         self._memory: Array | None = None
         self.output = 0.0
 
@@ -362,22 +426,17 @@ class LoopStepper:
         """Forget everything; the next sample is the first."""
         self._memory = None
 
-    def __call__(self, value: float, period: float = 0.0) -> float:
+    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""
-        from dehyst.families.inversion import first_input
-
-        model, scaling = self._model, self._model.scaling
-        if not np.isfinite(value):
+        if not isfinite(value):
             return self.output  # a rejected sample holds the last output
-        if self._backward:
-            scaled = (value - scaling.level) / scaling.amplitude
-            first = first_input(model, scaled) if self._memory is None else 0.0
-        else:
-            scaled = first = (value - scaling.center) / scaling.half_range
-        fresh = self._memory is None
-        memory = model.before(first) if self._memory is None else self._memory
-        dt = np.array([0.0 if fresh else period]) if model.rate_dependent else None
-        answer, self._memory = (model.run_inverse if self._backward else model.run)(np.array([scaled]), dt, memory)
-        origin, unit = (scaling.center, scaling.half_range) if self._backward else (scaling.level, scaling.amplitude)
-        self.output = float(origin + unit * answer[0])
+        scaled = (value - self._from) / self._unit
+        if self._memory is None:
+            self._memory, period = self._model.before(self._first(scaled)), 0.0
+        self._value[0] = scaled
+        if self._dt is not None:
+            self._dt[0] = period
+        more = self._model._more(signals, 1) if signals or self._model.needs else {}
+        answer, self._memory = self._run(self._value, self._dt, self._memory, **more)
+        self.output = float(self._onto + self._size * answer[0])
         return self.output

@@ -32,11 +32,13 @@ Inertia, memory of the sign of the speed beyond these elements, drift without ca
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.errors import ParameterError
@@ -244,6 +246,21 @@ class ElementModel(LoopModel):
         return self._fall if self.direction == "forward" else ""
 
     @property
+    def nonzero_weights(self) -> int:
+        """Number of elements that carry weight."""
+        return sum(q.weight != 0.0 for q in self.elements)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of the given signals that schedules follow: signal_0, signal_1."""
+        return tuple(f"signal_{k}" for k in (0, 1) if any(source == k for source, _, _ in self.schedules))
+
+    def pruned(self) -> Self:
+        """Return the same sum without elements of zero weight, which is exact; one stays."""
+        kept = tuple(q for q in self.elements if q.weight != 0.0)
+        return replace(self, elements=kept or self.elements[:1])
+
+    @property
     def free_parameters(self) -> int:
         """Points of maps, weights that are not 0, offset."""
         own = sum(len(q.map[0]) if q.map[0] else int(q.weight != 0.0) for q in self.elements)
@@ -269,9 +286,13 @@ class ElementModel(LoopModel):
             kind, *whole, *real, points, maps, self.offset, before, after, -FARTHEST, FARTHEST, source, limits
         )  # fmt: skip
 
-    @property
+    @cached_property
     def _sum(self) -> _native.ElementSum:
         return _native.ElementSum(*self._tables)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but the machine, which is made anew."""
+        return {name: value for name, value in self.__dict__.items() if name != "_sum"}
 
     def rest(self, x: float) -> Array:
         """Everything that follows the input at it, and nothing relaxing; then the inputs that are under way."""
@@ -330,6 +351,12 @@ class ElementModel(LoopModel):
             ),
             period=0.02,
         )
+
+    def _more(self, signals: Mapping[str, npt.ArrayLike], size: int) -> dict[str, Any]:
+        """The given signals side by side, (T, 2); None where no schedule follows one."""
+        named = self.given(signals, size)
+        none = np.zeros(size)
+        return {"given": np.column_stack([named.get(f"signal_{k}", none) for k in (0, 1)])} if named else {}
 
     def _signals(self, given: Array | None) -> Array | None:
         if given is None and any(source >= 0 for source, _, _ in self.schedules):

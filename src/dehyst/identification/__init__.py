@@ -1,7 +1,7 @@
 """Identification: data -> model, with what the data can and cannot tell."""
 
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
-from dehyst.identification.direct import DirectFit, Rival, follow, identify_direct
+from dehyst.identification.direct import DirectFit, Rival, identify_direct
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
@@ -22,7 +22,6 @@ __all__ = [
     "Trial",
     "choose_shear",
     "cross_validate",
-    "follow",
     "identify",
     "identify_direct",
     "identify_paper",

@@ -2,7 +2,8 @@
 
 from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, StackStepper, Stepper
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.direct import GROUPS, DirectInverse, DirectRun
+from dehyst.models.direct import GROUPS, DirectDemand, DirectInverse, DirectRun
+from dehyst.models.model import Band, Model
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
@@ -10,13 +11,16 @@ from dehyst.models.schedule import Schedule
 from dehyst.models.sheared import ShearedPrandtlIshlinskii, subtracted_shear
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
-from dehyst.models.storage import load_any, load_direct, load_model, model_from_dict, model_to_dict
+from dehyst.models.storage import load, load_model, model_from_dict, model_to_dict
 
 __all__ = [
     "GROUPS",
+    "Band",
+    "DirectDemand",
     "DirectInverse",
     "DirectRun",
     "HysteresisModel",
+    "Model",
     "ModelCard",
     "ModifiedPrandtlIshlinskii",
     "MonotoneMap",
@@ -29,8 +33,7 @@ __all__ = [
     "StaticCurve",
     "Stepper",
     "StopOperatorModel",
-    "load_any",
-    "load_direct",
+    "load",
     "load_model",
     "model_from_dict",
     "model_to_dict",

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import warnings
-from abc import ABC, abstractmethod
-from pathlib import Path
+from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
@@ -15,7 +13,7 @@ from dehyst import _native
 from dehyst._native import StackStepper, Stepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, signal_array
-from dehyst.models.card import ModelCard
+from dehyst.models.model import Band, Model
 from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 
 if TYPE_CHECKING:
@@ -35,15 +33,16 @@ class RejectedSamplesWarning(UserWarning):
     """Some samples were not finite; the last good output was held for them."""
 
 
-class HysteresisModel(ABC):
+class HysteresisModel(Model):
     """A rate-independent model y = Gamma[x] with a state, frozen after construction.
 
     Subclasses give the parameters of the core's general form y = after(H[before(x)]), H a
     Prandtl-Ishlinskii operator; everything else follows from it.
     """
 
-    family: ClassVar[str]
-    card: ModelCard
+    bounded = True
+    closeness = 1e-9
+    family: ClassVar[str] = ""
 
     @abstractmethod
     def inverse(self) -> HysteresisModel:
@@ -52,10 +51,6 @@ class HysteresisModel(ABC):
     @abstractmethod
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the same model starting from another state (n,)."""
-
-    @abstractmethod
-    def with_card(self, card: ModelCard) -> Self:
-        """Return the same model with another description of its signals."""
 
     @abstractmethod
     def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:
@@ -73,7 +68,8 @@ class HysteresisModel(ABC):
         Returns
         -------
         step
-            Called with a sample, it returns the output.
+            Called with a sample, it returns the output; a period [s] behind it, which other models need, changes
+            nothing.
 
         Raises
         ------
@@ -93,11 +89,6 @@ class HysteresisModel(ABC):
         """Largest slope |dx/dy| of the inverse: how much it amplifies noise. [input/output]"""
 
     @property
-    @abstractmethod
-    def nonzero_weights(self) -> int:
-        """Number of operators that carry weight."""
-
-    @property
     def radii(self) -> Array:
         """Thresholds of the play operators inside, (n,); a curve without memory has one, 0. [input of the operator]"""
         return self._plays()[0].thresholds
@@ -109,7 +100,7 @@ class HysteresisModel(ABC):
         )
         return f"<{type(self).__name__} {self.family!r}: {operators}, {self.card.input!s} -> {self.card.output!s}>"
 
-    def simulate(self, x: npt.ArrayLike) -> Array:
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the model's output for an input signal, starting from the model's state.
 
         The state of an identified model is that of the actuator before the first sample of its log. At another moment,
@@ -120,6 +111,8 @@ class HysteresisModel(ABC):
         ----------
         x
             Input samples, (T,). [input] A sample that is not finite is rejected: the last good output is held.
+        time
+            Not used: the order of the samples is all that counts. [s]
 
         Returns
         -------
@@ -137,7 +130,9 @@ class HysteresisModel(ABC):
         hundred samples on, go through an engine whose cost hardly depends on the number of operators; it agrees
         with the steps within 1e-14 of max|y|, and the interpreter is free meanwhile.
         """
-        y, rejected = self.stepper("dense").simulate(signal_array(x, "input x"))
+        inputs = signal_array(x, "input x")
+        self.given(signals, inputs.size)
+        y, rejected = self.stepper("dense").simulate(inputs)
         if rejected:
             warnings.warn(
                 f"{rejected} of {y.size} samples are not finite (or beyond {_native.INPUT_LIMIT:g}); the last good "
@@ -219,6 +214,17 @@ class HysteresisModel(ABC):
         start = start_states(plays, value, known, _mapped(past, before))
         return start.lowest, start.highest
 
+    def band(
+        self,
+        x: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        past: Past = None,
+        **signals: npt.ArrayLike,
+    ) -> Band:
+        """Return `interval` with its middle, which is never off by more than half the width, and `certainty`."""
+        low, high = self.interval(x, past=past)
+        return Band(0.5 * (low + high), low, high, self.certainty(x, past=past))
+
     def certainty(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> Array:
         """Return how much of the memory is known, (T,): 0 for nothing, 1 once no start state matters; never falling.
 
@@ -274,18 +280,6 @@ class HysteresisModel(ABC):
         step = self.stepper("dense")
         step.simulate(signal_array(x, "input x"))
         return step.state
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the model to a JSON file, atomically; `dehyst.load_model` reads it back bit for bit.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written. An earlier file of that name stays as it was.
-        """
-        from dehyst.models.storage import save_model  # same room; the storage knows all families
-
-        return save_model(self, path)
 
 
 def _mapped(past: Past, before: MonotoneMap | None) -> Past:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import itertools
-import os
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -19,6 +17,8 @@ from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.follow import BEYOND, follow
+from dehyst.models.model import Band, Model
 from dehyst.models.schedule import Schedule
 
 NONE = np.zeros(0)
@@ -51,7 +51,7 @@ class DirectRun(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DirectInverse:
+class DirectInverse(Model):
     r"""What an actuator needs at its input u for an output y, identified in that direction.
 
     .. math::
@@ -101,7 +101,9 @@ class DirectInverse:
     Examples
     --------
     >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0])
-    >>> model.simulate([0.0, 1.0, 0.0], [0.0, 1.0, 2.0]).u.tolist()
+    >>> model.run([0.0, 1.0, 0.0], [0.0, 1.0, 2.0]).u.tolist()
+    [0.0, 2.0, -1.0]
+    >>> model.inverse().simulate([0.0, 1.0, 0.0]).tolist()
     [0.0, 2.0, -1.0]
     """
 
@@ -118,6 +120,8 @@ class DirectInverse:
     known: bool = True
     card: ModelCard = NO_CARD
     family: ClassVar[str] = "direct-inverse"
+    direction = "inverse"
+    closeness = float("inf")
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -158,6 +162,28 @@ class DirectInverse:
         """Schedules whose variables come from outside, in the order in which they are given."""
         return tuple(schedule for schedule in self.schedules if schedule.outside)
 
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether there is creep or a viscous term."""
+        return bool(np.any(self.creep_weights > 0.0) or np.any(self.viscous > 0.0))
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of the schedules from outside."""
+        return tuple(schedule.name for schedule in self.outside)
+
+    @property
+    def no_forward(self) -> str:
+        """Without a range of the output there is nowhere to look for the one that an input gives."""
+        card = self.card.output
+        if card.low is not None and card.high is not None:
+            return ""
+        return (
+            f"the model names no range of '{card.name}', within which the output for an input could be looked for. "
+            f"Identify it with `dehyst identify --family direct-inverse`, which writes the range into the model file, "
+            f"or give it a card: model.with_card(ModelCard(SignalCard('u'), SignalCard('y', low=-1, high=1)))."
+        )
+
     def __repr__(self) -> str:
         """One line: family, terms, signals and their identified ranges; parameters are attributes."""
         terms = f"{self.radii.size} stops, {self.path_lengths.size} path lags, {self.time_constants.size} creep lags"
@@ -170,6 +196,10 @@ class DirectInverse:
     def with_known(self, known: bool) -> Self:
         """Return the same model that begins after a homing, or with any past."""
         return replace(self, known=known)
+
+    def at_rest(self, first: float) -> Self:
+        """Return the same model that begins after a homing, wherever that left it."""
+        return self.with_known(True)
 
     def pruned(self) -> Self:
         """Return the same function without terms of zero weight."""
@@ -250,17 +280,20 @@ class DirectInverse:
                     taken += float(np.abs(weights[2 * v + 1] - weights[2 * v]) @ size) / width
         return lowest - scale * taken
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the model to a JSON file, atomically; `dehyst.load_direct` reads it back bit for bit.
-
-        Raises
-        ------
-        OutputError
-            If the file cannot be written. An earlier file of that name stays as it was.
-        """
-        from dehyst.models.storage import save_model  # same room; the storage knows all families
-
-        return save_model(self, path)
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        return {
+            "radii": self.radii.tolist(),
+            "stop_weights": self.stop_weights.tolist(),
+            "path_lengths": self.path_lengths.tolist(),
+            "path_weights": self.path_weights.tolist(),
+            "time_constants": self.time_constants.tolist(),
+            "creep_weights": self.creep_weights.tolist(),
+            "polynomial": self.polynomial.tolist(),
+            "viscous": self.viscous.tolist(),
+            "center": self.center,
+            "schedules": [{"name": s.name, "low": s.low, "high": s.high, "unit": s.unit} for s in self.schedules],
+            "known": self.known,
+        }
 
     @property
     def groups(self) -> npt.NDArray[np.int64]:
@@ -299,26 +332,97 @@ class DirectInverse:
             bool(self.known),
         )  # fmt: skip
 
-    def stepper(self, period: float) -> DirectStepper:
-        """Return the model as a function of one sample, for samples `period` apart: ``step(y, rate, first, second)``.
+    def core_stepper(self, period: float) -> DirectStepper:
+        """Return the step of exported code, for samples `period` apart: ``step(y, rate, first, second)`` answers u.
 
-        `first` and `second` are the scheduling variables from outside in the order of `outside`. The arithmetic is that
-        of exported code.
+        `first` and `second` are the scheduling variables from outside in the order of `outside`. `inverse` has the
+        step of every model, which takes the rate from the samples.
 
-        It begins at rest at the first sample that it accepts, as `simulate` does; ``step.reset(y)`` begins at rest at
+        It begins at rest at the first sample that it accepts, as `run` does; ``step.reset(y)`` begins at rest at
         y. A sample that is not finite is rejected: the last answer is held and nothing moves, `step.rejected` says so,
         and `step.rejected_ever` that there was one. `step.save()` returns the state, ``step.restore(image)`` goes on
         from it, to the bit; images of another model or another period are refused.
 
         Examples
         --------
-        >>> step = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).stepper(1e-3)
+        >>> step = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).core_stepper(1e-3)
         >>> step(0.0), step(1.0), step(0.0)
         (0.0, 2.0, -1.0)
         """
         return DirectStepper(self.parameters(period))
 
-    def simulate(
+    def stepper(self) -> Any:
+        """Return nothing: an input is solved for its output along a whole signal, with `simulate`.
+
+        Raises
+        ------
+        ParameterError
+            Always.
+        """
+        raise ParameterError(
+            "a direct inverse has no step from input to output: it was identified the other way round and is solved "
+            "along a whole signal, model.simulate(x, time). What runs sample by sample is model.inverse().stepper()."
+        )
+
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
+        """Return the output (T,) for an input (T,): the one that needs that input, solved sample by sample. [y]
+
+        It is looked for within the card's range and 10 % beyond, and stands at the end of that where there is none;
+        `lost` counts such samples. The rate of the output is its difference from the sample before.
+
+        Raises
+        ------
+        ParameterError
+            If the card names no range of the output, time or a scheduling signal is missing, or lengths differ.
+
+        Examples
+        --------
+        >>> from dehyst.models import SignalCard
+        >>> card = ModelCard(SignalCard("u", low=-9.0, high=9.0), SignalCard("y", low=-3.0, high=3.0))
+        >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
+        >>> model.simulate([0.0, 2.0, -1.0]).round(9).tolist()
+        [0.0, 1.0, 0.0]
+        """
+        u = signal_array(x, "input x")
+        given = self.given(signals, u.size)
+        if not u.size:
+            return NONE
+        stamps = self._stamps(time, u.size)
+        return follow(self, u, stamps, given, "rest" if self.known else "unknown").y
+
+    def lost(self, y: Array) -> int:
+        """Return at how many samples of a simulated output (T,) none within reach needs the input.
+
+        Examples
+        --------
+        >>> from dehyst.models import SignalCard
+        >>> card = ModelCard(SignalCard("u"), SignalCard("y", low=-1.0, high=1.0))
+        >>> model = DirectInverse(polynomial=[0.0, 1.0], card=card)
+        >>> model.lost(model.simulate([0.0, 9.0]))
+        1
+        """
+        low, high = self.card.output.low, self.card.output.high
+        if low is None or high is None:
+            return 0
+        reach = BEYOND * (high - low)
+        return int(np.count_nonzero((y <= low - reach) | (y >= high + reach)))
+
+    def inverse(self) -> DirectDemand:
+        """Return what was identified: the input that an output needs."""
+        return DirectDemand(self)
+
+    def _stamps(self, time: npt.ArrayLike | None, size: int) -> Array:
+        if time is None and self.rate_dependent:
+            raise ParameterError(
+                "this direct inverse depends on time (creep or rate), but no time is given. Pass time, one stamp [s] "
+                "a sample."
+            )
+        stamps = np.arange(size, dtype=np.float64) if time is None else signal_array(time, "time")
+        if stamps.size != size:
+            raise ParameterError(f"{size} samples but {stamps.size} times; pass one of each a sample.")
+        return stamps
+
+    def run(
         self,
         y: npt.ArrayLike,
         time: npt.ArrayLike,
@@ -326,7 +430,7 @@ class DirectInverse:
         given: Mapping[str, npt.ArrayLike] | None = None,
         restart: npt.ArrayLike | None = None,
     ) -> DirectRun:
-        """Return u along an output signal, beginning at rest at its first sample.
+        """Return u along an output signal, beginning at rest at its first sample, with doubt and parts.
 
         Parameters
         ----------
@@ -389,6 +493,149 @@ class DirectInverse:
                 )
             table[:, column] = np.broadcast_to(np.asarray(given[schedule.name], float), size)
         return table
+
+
+@dataclass(frozen=True)
+class DirectDemand(Model):
+    """The input that an output needs, as a direct inverse was identified; made by ``model.inverse()``.
+
+    Attributes
+    ----------
+    of
+        The direct inverse.
+    """
+
+    of: DirectInverse
+    family: ClassVar[str] = "direct-inverse"
+    direction = "inverse"
+    bounded = True
+    closeness = float("inf")
+
+    @property
+    def card(self) -> ModelCard:  # type: ignore[override]
+        """Signals, exchanged."""
+        return self.of.card.swapped()
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether time stamps are needed."""
+        return self.of.rate_dependent
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of scheduling signals."""
+        return self.of.needs
+
+    @property
+    def no_inverse(self) -> str:
+        """Why an input does not tell its output."""
+        return self.of.no_forward
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of terms that carry weight."""
+        return self.of.nonzero_weights
+
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
+        """Return the input (T,) that an output (T,) needs; its rate by central differences.
+
+        Raises
+        ------
+        ParameterError
+            As `DirectInverse.run`.
+        """
+        return self._run(x, time, signals).u
+
+    def _run(self, y: npt.ArrayLike, time: npt.ArrayLike | None, signals: Mapping[str, npt.ArrayLike]) -> DirectRun:
+        values = signal_array(y, "y")
+        return self.of.run(values, self.of._stamps(time, values.size), given=self.of.given(signals, values.size))
+
+    def band(
+        self,
+        x: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        past: tuple[float, float] | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Band:
+        """Return what may be needed after any past: u and its doubt.
+
+        Raises
+        ------
+        ParameterError
+            If a past range is given.
+        """
+        if past is not None:
+            raise ParameterError(
+                "--past does not go with a direct inverse, whose stops begin with any past. Leave it out: the band is "
+                "the wider one."
+            )
+        run = DirectDemand(self.of.with_known(False))._run(x, time, signals)
+        certainty = 1.0 - run.doubt / max(float(run.doubt.max(initial=0.0)), 1e-300)
+        return Band(run.u, run.u - run.doubt, run.u + run.doubt, certainty)
+
+    def inverse(self) -> DirectInverse:
+        """Return the direct inverse, read from input to output."""
+        return self.of
+
+    def stepper(self) -> DirectSteps:
+        """Return it as a function of one sample."""
+        return DirectSteps(self.of)
+
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same with other signals."""
+        return replace(self, of=self.of.with_card(card.swapped()))
+
+    def at_rest(self, first: float) -> Self:
+        """Return the same that begins after a homing."""
+        return replace(self, of=self.of.with_known(True))
+
+    def pruned(self) -> Self:
+        """Return the same without terms of zero weight."""
+        return replace(self, of=self.of.pruned())
+
+    def file_parameters(self) -> dict[str, Any]:
+        """Refuse: the file is that of the direct inverse.
+
+        Raises
+        ------
+        ParameterError
+            Always.
+        """
+        raise ParameterError("the demand of a direct inverse has no file of its own; save what it was made from, .of.")
+
+
+class DirectSteps:
+    """A direct inverse as a function of one sample, ``step(y, period, **signals)``; `reset` begins anew.
+
+    The rate is the difference from the sample before.
+
+    Examples
+    --------
+    >>> step = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).inverse().stepper()
+    >>> step(0.0), step(1.0, 0.01), step(0.0, 0.01), step.output
+    (0.0, 2.0, -1.0, -1.0)
+    """
+
+    def __init__(self, model: DirectInverse) -> None:
+        self._model = model
+        self._taus = np.array(model.time_constants)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything; the next sample is the first."""
+        self._step = DirectStepper(self._model.parameters(1.0))
+        self._last: float | None = None
+        self.output = 0.0
+
+    def __call__(self, y: float, period: float = 0.0, **signals: float) -> float:
+        """Return u for the next sample of y, `period` [s] after the one before."""
+        given = [float(self._model.given(signals, 1)[name][0]) for name in self._model.needs]
+        passed = 0.0 if self._last is None else float(period)
+        rate = (y - self._last) / passed if self._last is not None and passed > 0.0 else 0.0
+        self.output = self._step.advance(y, rate, passed, self._taus, *given)
+        if not self._step.rejected:
+            self._last = y
+        return self.output
 
 
 def _derivative(coefficients: Array, x: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -113,6 +113,15 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
 
     def _inner(self) -> HysteresisModel:
         return self.hysteresis
+
+    def pruned(self) -> Self:
+        """Return the same model without operators of weight zero, which is exact."""
+        return replace(self, hysteresis=self.hysteresis.pruned())
+
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        maps = {"after": self.after, "before": self.before}
+        told = {name: None if each is None else each.file_parameters() for name, each in maps.items()}
+        return {"hysteresis": self.hysteresis.file_parameters(), **told}
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, hysteresis=self.hysteresis.with_state(state))

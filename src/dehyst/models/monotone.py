@@ -76,6 +76,10 @@ class MonotoneMap:
         """Return the values at u, (T,)."""
         return _native.map_values(self.u, self.v, signal_array(u, "u"))
 
+    def file_parameters(self) -> dict[str, list[float]]:
+        """Return breakpoints and values as plain JSON values."""
+        return {"u": self.u.tolist(), "v": self.v.tolist()}
+
     def inverse(self) -> MonotoneMap:
         """Return the inverse map."""
         if self.increasing:

@@ -1,4 +1,4 @@
-"""Parameters of each model family as plain JSON values, and back."""
+"""Models from the parameters of their files; `file_parameters` of each is the other way."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array
-from dehyst.models.base import HysteresisModel
 from dehyst.models.direct import DirectInverse
+from dehyst.models.model import Model
 from dehyst.models.modified import ModifiedPrandtlIshlinskii
 from dehyst.models.monotone import MonotoneMap
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
@@ -22,64 +22,6 @@ Json = dict[str, Any]
 
 MOST_SCHEDULES = 3
 LONGEST_NAME = 200
-
-
-def _play_parameters(model: PrandtlIshlinskii) -> Json:
-    return {
-        "thresholds": model.thresholds.tolist(),
-        "weights": model.weights.tolist(),
-        "offset": model.offset,
-        "center": model.center,
-        "state": None if model.state is None else model.state.tolist(),
-    }
-
-
-def _map_parameters(mapping: MonotoneMap | None) -> Json | None:
-    return None if mapping is None else {"u": mapping.u.tolist(), "v": mapping.v.tolist()}
-
-
-def _direct_parameters(model: DirectInverse) -> Json:
-    return {
-        "radii": model.radii.tolist(),
-        "stop_weights": model.stop_weights.tolist(),
-        "path_lengths": model.path_lengths.tolist(),
-        "path_weights": model.path_weights.tolist(),
-        "time_constants": model.time_constants.tolist(),
-        "creep_weights": model.creep_weights.tolist(),
-        "polynomial": model.polynomial.tolist(),
-        "viscous": model.viscous.tolist(),
-        "center": model.center,
-        "schedules": [{"name": s.name, "low": s.low, "high": s.high, "unit": s.unit} for s in model.schedules],
-        "known": model.known,
-    }
-
-
-def parameters_of(model: HysteresisModel | DirectInverse) -> Json:
-    """Return the parameters of a model by name."""
-    if isinstance(model, PrandtlIshlinskii):
-        return _play_parameters(model)
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        return {
-            "hysteresis": _play_parameters(model.hysteresis),
-            "after": _map_parameters(model.after),
-            "before": _map_parameters(model.before),
-        }
-    if isinstance(model, StopOperatorModel):
-        return {
-            "thresholds": model.thresholds.tolist(),
-            "stop_weights": model.stop_weights.tolist(),
-            "slope": model.slope,
-            "offset": model.offset,
-            "center": model.center,
-            "state": None if model.state is None else model.state.tolist(),
-        }
-    if isinstance(model, ShearedPrandtlIshlinskii):
-        return {"hysteresis": _play_parameters(model.hysteresis), "shear": model.shear}
-    if isinstance(model, StaticCurve):
-        return {"curve": _map_parameters(model.curve)}
-    if isinstance(model, DirectInverse):
-        return _direct_parameters(model)
-    raise ParameterError(f"no file format for models of type {type(model).__name__}.")
 
 
 def _numbers(value: Any, name: str) -> list[float]:
@@ -149,7 +91,7 @@ def _read_schedule(entry: Any) -> Schedule:
     return Schedule(name, number(entry["low"], "low"), number(entry["high"], "high"), unit)
 
 
-def model_of(family: Any, p: Json) -> HysteresisModel | DirectInverse:
+def model_of(family: Any, p: Json) -> Model:
     """Return the model of a family and its parameters; KeyError or ParameterError if they are not those of one."""
     if family == "pi":
         return _read_play(p)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -192,6 +192,15 @@ class PrandtlIshlinskii(HysteresisModel):
         falling = replace(self, weights=np.minimum(self.weights, 0.0), offset=0.0)._operator_bounds(u, known, past)
         any_past = self._operator_bounds(u, known, None)
         return np.maximum(rising[0] + falling[0], any_past[0]), np.minimum(rising[1] + falling[1], any_past[1])
+
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        return {
+            "thresholds": self.thresholds.tolist(),
+            "weights": self.weights.tolist(),
+            "offset": self.offset,
+            "center": self.center,
+            "state": None if self.state is None else self.state.tolist(),
+        }
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import InvertibilityError, ParameterError
-from dehyst.models.arrays import parameter_number
+from dehyst.models.arrays import Array, parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
@@ -104,6 +104,20 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
         slopes = self.inverse().partial_sums * np.sign(self.hysteresis.weights[0])
         return bool(np.all(slopes > 0.0))
 
+    @property
+    def no_forward(self) -> str:
+        """Why the input alone does not decide the output."""
+        if self.has_forward:
+            return ""
+        lowest = float(np.min(self.inverse().partial_sums * np.sign(self.hysteresis.weights[0])))
+        return (
+            f"this model only runs as a compensator: once its loop is open, {self.card.input.name} changes by "
+            f"{lowest:.3g} for each unit of {self.card.output.name}, so that the input alone does not decide the "
+            f"output (its backbone was taken off before the fit, or k = {self.shear:g} hides it). Use "
+            f"model.inverse(), `dehyst compensate` or `dehyst export --what inverse`; or simulate the sheared "
+            f"loop, model.hysteresis.simulate(u + k y)."
+        )
+
     def as_play(self) -> PrandtlIshlinskii:
         """Return the model as a plain operator from u to y.
 
@@ -114,15 +128,7 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
         """
         if not self.has_forward:
             lowest = float(np.min(self.inverse().partial_sums * np.sign(self.hysteresis.weights[0])))
-            raise InvertibilityError(
-                f"this model only runs as a compensator: once its loop is open, {self.card.input.name} changes by "
-                f"{lowest:.3g} for each unit of {self.card.output.name}, so that the input alone does not decide the "
-                f"output (its backbone was taken off before the fit, or k = {self.shear:g} hides it). Use "
-                f"model.inverse(), `dehyst compensate` or `dehyst export --what inverse`; or simulate the sheared "
-                f"loop, model.hysteresis.simulate(u + k y).",
-                slope=lowest,
-                shear=self.shear,
-            )
+            raise InvertibilityError(self.no_forward, slope=lowest, shear=self.shear)
         return self.inverse().inverse()
 
     def stepper(self, method: StepMethod = "auto") -> Stepper | StackStepper:  # noqa: D102 - see the base class
@@ -150,6 +156,24 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
 
     def _inner(self) -> HysteresisModel:
         return self.as_play()
+
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        return {"hysteresis": self.hysteresis.file_parameters(), "shear": self.shear}
+
+    def replay(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Array:
+        """Return the output for an input that came from an output: H[x + k y] where x alone does not decide it.
+
+        Examples
+        --------
+        >>> model = ShearedPrandtlIshlinskii(PrandtlIshlinskii([0.0, 0.1], [0.05, 0.04]), shear=10.0)
+        >>> model.replay(model.inverse().simulate([0.0, 0.01]), [0.0, 0.01]).round(12).tolist()
+        [0.0, 0.01]
+        """
+        if not self.no_forward:
+            return self.simulate(x, time, **signals)
+        return self.hysteresis.simulate(np.asarray(x) + self.shear * np.asarray(y), time, **signals)
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the same model starting from another state (n,) of H."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -61,6 +61,9 @@ class StaticCurve(HysteresisModel):
 
     def _inner(self) -> HysteresisModel:
         return PrandtlIshlinskii(_ZERO, _IDENTITY)
+
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        return {"curve": self.curve.file_parameters()}
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the curve itself: it has no memory."""

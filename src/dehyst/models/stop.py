@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -106,6 +106,23 @@ class StopOperatorModel(HysteresisModel):
 
     def _inner(self) -> HysteresisModel:
         return self.as_play()
+
+    def pruned(self) -> Self:
+        """Return the same model without stops of weight zero, which is exact; threshold 0 stays."""
+        keep = self.stop_weights != 0.0
+        keep[0] = True
+        state = None if self.state is None else self.state[keep]
+        return replace(self, thresholds=self.thresholds[keep], stop_weights=self.stop_weights[keep], state=state)
+
+    def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
+        return {
+            "thresholds": self.thresholds.tolist(),
+            "stop_weights": self.stop_weights.tolist(),
+            "slope": self.slope,
+            "offset": self.offset,
+            "center": self.center,
+            "state": None if self.state is None else self.state.tolist(),
+        }
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))

@@ -6,17 +6,22 @@ import hashlib
 import json
 import math
 import os
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from dehyst.errors import ModelFileError, ParameterError
+from dehyst.errors import DehystError, ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models.base import HysteresisModel
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.direct import DirectInverse
-from dehyst.models.parameters import Json, model_of, number, parameters_of
+from dehyst.models.model import Model
+from dehyst.models.parameters import Json, number
 
 SCHEMA = 1
+OWN = "dehyst-model"
+# Which module reads the parameters of a kind of file: `model_of(family, parameters)`; those of families know more.
+READERS = {OWN: "dehyst.models.parameters", "dehyst-family": "dehyst.families.files"}
 # A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and the worst
 # hostile file of this size is refused within a second.
 MAXIMUM_BYTES = 1024 * 1024
@@ -33,7 +38,7 @@ def _checksum(content: Json) -> str:
     return hashlib.sha256(canonical.encode("ascii")).hexdigest()
 
 
-def model_to_dict(model: HysteresisModel | DirectInverse) -> Json:
+def model_to_dict(model: Model) -> Json:
     """Return the content of a model file, checksum included.
 
     Floats are written with 17 significant digits, so that reading gives the same bits.
@@ -45,7 +50,7 @@ def model_to_dict(model: HysteresisModel | DirectInverse) -> Json:
     >>> content["family"], content["schema"]
     ('pi', 1)
     """
-    return signed("dehyst-model", model.family, parameters_of(model), model.card)
+    return signed(model.file_kind, model.family, model.file_parameters(), model.card)
 
 
 def signed(kind: str, family: str, parameters: Json, card: ModelCard) -> Json:
@@ -73,7 +78,7 @@ def signed(kind: str, family: str, parameters: Json, card: ModelCard) -> Json:
     return content
 
 
-def save_model(model: HysteresisModel | DirectInverse, path: str | os.PathLike[str]) -> Path:
+def save_model(model: Model, path: str | os.PathLike[str]) -> Path:
     """Write a model file atomically, once it is sure that it can be read back."""
     text = json.dumps(model_to_dict(model), indent=1, allow_nan=False) + "\n"
     try:
@@ -123,23 +128,16 @@ def _read_signal(p: Any, name: str) -> SignalCard:
     return SignalCard(p["name"], p["unit"], *bounds)
 
 
-def check_signed(content: Any, kind: str, path: str) -> Json:
-    """Return the content of a file of a kind, as it was when it was signed.
+def check_signed(content: Any, path: str) -> Json:
+    """Return the content of a model file, as it was when it was signed.
 
     Raises
     ------
     ModelFileError
-        If it is of another kind or schema version, nested too deeply, or was altered.
+        If it is no model or of another schema version, nested too deeply, or was altered.
     """
-    if isinstance(content, dict) and content.get("format") == "dehyst-family" != kind:
-        raise _refuse(
-            path,
-            f"holds a {content.get('family')!s:.40} model, a family of the literature, which is not of this kind.",
-            "Use it with `dehyst simulate` and `dehyst compensate`, or read it with dehyst.families.load_file. What is "
-            "exported, certified and watched for drift are the families of `dehyst identify`.",
-        )
-    if not isinstance(content, dict) or content.get("format") != kind:
-        raise _refuse(path, f'is not a dehyst model: it lacks "format": "{kind}".')
+    if not isinstance(content, dict) or not isinstance(content.get("format"), str) or content["format"] not in READERS:
+        raise _refuse(path, f'is not a dehyst model: it lacks "format": "{OWN}".')
     if type(content.get("schema")) is not int or content["schema"] != SCHEMA:
         raise _refuse(
             path,
@@ -171,7 +169,7 @@ def read_card(content: Json) -> ModelCard:
     return ModelCard(_read_signal(content["input"], "input"), _read_signal(content["output"], "output"), provenance)
 
 
-def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | DirectInverse:
+def model_from_dict(content: Any, path: str = "model") -> Model:
     """Return the model of a file's content, or refuse it by name.
 
     Raises
@@ -180,13 +178,16 @@ def model_from_dict(content: Any, path: str = "model") -> HysteresisModel | Dire
         If the content is not a model, of another schema version, was altered since it was saved, or its
         parameters are not those of a model.
     """
-    intact = check_signed(content, "dehyst-model", path)
+    intact = check_signed(content, path)
+    made: Callable[[Any, Any], Model] = import_module(READERS[intact["format"]]).model_of
     try:
-        return model_of(intact["family"], intact["parameters"]).with_card(read_card(intact))
-    except (KeyError, TypeError, AttributeError) as fault:
+        return made(intact["family"], intact["parameters"]).with_card(read_card(intact))
+    except ModelFileError as fault:
+        raise _refuse(path, str(fault), "Install the version or the module that wrote it.") from None
+    except (KeyError, TypeError, AttributeError, IndexError) as fault:
         raise _refuse(path, f"lacks a part or holds one of the wrong kind ({fault!s:.200}).") from None
-    except (ParameterError, OverflowError) as fault:
-        raise _refuse(path, f"holds parameters of no model: {fault}") from None
+    except (DehystError, ValueError, OverflowError) as fault:
+        raise _refuse(path, f"holds parameters of no model: {fault!s:.600}") from None
 
 
 def content_of(text: str, path: str) -> Any:
@@ -197,7 +198,7 @@ def content_of(text: str, path: str) -> Any:
         raise _refuse(path, f"is not JSON ({fault}).") from None
 
 
-def model_from_text(text: str, path: str = "model") -> HysteresisModel | DirectInverse:
+def model_from_text(text: str, path: str = "model") -> Model:
     """Return the model that the text of a file describes, or refuse it by name.
 
     Raises
@@ -208,13 +209,13 @@ def model_from_text(text: str, path: str = "model") -> HysteresisModel | DirectI
     return model_from_dict(content_of(text, path), path)
 
 
-def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
-    """Read a file of a hysteresis model.
+def load(path: str | os.PathLike[str]) -> Model:
+    """Read a model file, whatever its family.
 
     Parameters
     ----------
     path
-        A file written by ``model.save(path)`` or ``dehyst identify ... --save``.
+        A file written by ``model.save(path)``, ``dehyst identify --save`` or ``dehyst compare --save``.
 
     Returns
     -------
@@ -224,8 +225,27 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     Raises
     ------
     ModelFileError
-        If the file is missing, damaged, hostile, of another schema version, or not a model; or if it holds a direct
-        inverse, which `load_direct` reads.
+        If the file is missing, damaged, hostile, of another schema version, or not a model.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from dehyst.models import PrandtlIshlinskii
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
+    >>> _ = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).save(path)
+    >>> load(path).simulate([0.0, 1.0]).tolist()
+    [0.0, 1.5]
+    """
+    return model_from_text(text_of(path), str(path))
+
+
+def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
+    """Read a file of a hysteresis model with operators: what has `interval`, `with_state` and `inverse_gain`.
+
+    Raises
+    ------
+    ModelFileError
+        As `load`, and if the file holds a model of another kind, which `load` reads.
 
     Examples
     --------
@@ -236,55 +256,14 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
     >>> load_model(path).weights.tolist()
     [1.0, 1.0]
     """
-    model = load_any(path)
-    if isinstance(model, DirectInverse):
+    model = load(path)
+    if model.file_kind != OWN or model.direction != "forward":
         raise _refuse(
             str(path),
-            "holds a direct inverse: the input that an output needs, and no model of the output.",
-            "Read it with dehyst.load_direct, or identify another family where a forward model is needed.",
+            f"holds a {model.family} model, which has no operators whose memory could be bounded.",
+            "Read it with dehyst.load, which reads every model, or identify another family where this is needed.",
         )
-    return model
-
-
-def load_direct(path: str | os.PathLike[str]) -> DirectInverse:
-    """Read a file of a direct inverse.
-
-    Parameters
-    ----------
-    path
-        A file written by ``model.save(path)`` or ``dehyst identify ... --family direct-inverse --save``.
-
-    Returns
-    -------
-    model
-        The direct inverse, equal to the saved one bit for bit.
-
-    Raises
-    ------
-    ModelFileError
-        As `load_model`; also if the file holds a hysteresis model.
-
-    Examples
-    --------
-    >>> import tempfile, pathlib
-    >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
-    >>> _ = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).save(path)
-    >>> load_direct(path).radii.tolist()
-    [0.5]
-    """
-    model = load_any(path)
-    if not isinstance(model, DirectInverse):
-        raise _refuse(
-            str(path),
-            f"holds a model of family '{model.family}', no direct inverse.",
-            "Read it with dehyst.load_model; its inverse is model.inverse(). Or identify with --family direct-inverse.",
-        )
-    return model
-
-
-def load_any(path: str | os.PathLike[str]) -> HysteresisModel | DirectInverse:
-    """Read a model file of either kind; errors are those of `load_model`."""
-    return model_from_text(text_of(path), str(path))
+    return cast(HysteresisModel, model)
 
 
 def text_of(path: str | os.PathLike[str]) -> str:

@@ -18,7 +18,6 @@ from dehyst.identification.direct.cautions import about_direct_fit, about_terms,
 from dehyst.identification.direct.columns import LENGTHS, RADII, ROWS, STARTS, Bank, Layout, Shape, rows_at, terms_along
 from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
 from dehyst.identification.direct.fit import DirectCertificate, DirectFit
-from dehyst.identification.direct.forward import follow
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.rivals import Compared, compare_forward
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
@@ -28,6 +27,7 @@ from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import HALF, Split, split_recordings, tested_on
 from dehyst.identification.threads import single_blas
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.models.follow import follow
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 

@@ -9,7 +9,6 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.direct.forward import follow
 from dehyst.identification.memory import state_before
 from dehyst.models import (
     GROUPS,
@@ -22,6 +21,7 @@ from dehyst.models import (
     StaticCurve,
     StopOperatorModel,
 )
+from dehyst.models.follow import follow
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -135,7 +135,7 @@ def _direct(model: DirectInverse, record: Recording, given: Given) -> Prediction
     restart = np.zeros(len(record), dtype=np.bool_)
     restart[list(record.breaks)] = True
     time = record.time if record.time is not None else np.arange(len(record), dtype=np.float64)
-    ran = model.with_known(False).simulate(record.output, time, given=given, restart=restart)
+    ran = model.with_known(False).run(record.output, time, given=given, restart=restart)
     loop = np.sum(np.delete(ran.parts, (CREEPING, VISCOUS), axis=1), axis=1)
     drive = None if model.card.output.low is None else _followed(model, record, time, given)
     return Prediction(ran.u, loop, drive, ran.parts[:, CREEPING].copy(), ran.parts[:, VISCOUS].copy())

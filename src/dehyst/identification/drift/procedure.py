@@ -27,11 +27,12 @@ from dehyst.identification.drift.opening import (
     scale_of,
     with_model,
 )
-from dehyst.identification.drift.parts import Model, Subject
+from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
 from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
 from dehyst.identification.mending import mended
 from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models import Model as AnyModel
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording, require_recordings, takes_recordings
 
@@ -46,7 +47,7 @@ SHOWN_CYCLES = 3
 
 @takes_recordings
 def drift(
-    model: Model,
+    model: AnyModel,
     recordings: Recording | Sequence[Recording],
     *,
     reference: Recording | None = None,

@@ -170,7 +170,7 @@ def direct_steps(fit: DirectFit, model_file: str | os.PathLike[str] | None) -> t
     name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
     output = quoted(" ".join(clean(fit.recordings[0].output_name).split()))
     code = (
-        f"import dehyst\n\nmodel = dehyst.load_direct({name!r})\nrun = model.simulate(reference, time)\n"
+        f"import dehyst\n\nmodel = dehyst.load({name!r})\nrun = model.run(reference, time)\n"
         "u = run.u            # input to apply\ndoubt = run.doubt    # half width while the past is unknown\n"
     )
     if direct_overall(fit) is Grade.BAD:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.errors import ParameterError
-from dehyst.models import DirectInverse
+
+if TYPE_CHECKING:
+    from dehyst.models.direct import DirectInverse
 
 Array = npt.NDArray[np.float64]
 
@@ -59,7 +61,7 @@ def follow(
 
     Examples
     --------
-    >>> from dehyst.models import ModelCard, SignalCard
+    >>> from dehyst.models import DirectInverse, ModelCard, SignalCard
     >>> card = ModelCard(SignalCard("u", low=-9.0, high=9.0), SignalCard("y", low=-3.0, high=3.0))
     >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
     >>> follow(model, [0.0, 2.0, -1.0], start="rest").y.round(9).tolist()
@@ -108,11 +110,7 @@ def follow(
 def _range(model: DirectInverse) -> tuple[float, float]:
     card = model.card.output
     if card.low is None or card.high is None:
-        raise ParameterError(
-            f"the model names no range of '{card.name}', within which the output for an input could be looked for. "
-            f"Identify it with `dehyst identify --family direct-inverse`, which writes the range into the model file, "
-            f"or give it a card: model.with_card(ModelCard(SignalCard('u'), SignalCard('y', low=-1, high=1)))."
-        )
+        raise ParameterError(model.no_forward)
     return card.low, card.high
 
 

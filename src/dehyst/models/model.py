@@ -1,0 +1,235 @@
+"""What every model answers, whatever its family and whichever way round it was identified."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import DehystError, InvertibilityError, ParameterError
+from dehyst.models.arrays import Array
+from dehyst.models.card import ModelCard
+
+
+class Band(NamedTuple):
+    """Answer of a model of whose past nothing is known.
+
+    Attributes
+    ----------
+    middle
+        (T,) what it answers.
+    low, high
+        (T,) ends of what it may answer after any past.
+    certainty
+        (T,) how much of the memory is known: 0 for nothing, 1 once no past matters.
+    """
+
+    middle: Array
+    low: Array
+    high: Array
+    certainty: Array
+
+
+class Model(ABC):
+    """A frozen relation between the two signals of a card, with a memory: from its input to its output.
+
+    `simulate` answers the card's output for its input, for every model: also for one that was identified the other way
+    round, which is solved for it. `inverse` is the model from output to input, with the card's signals exchanged.
+
+    Attributes
+    ----------
+    card
+        Signals and provenance.
+    direction
+        "forward": identified from input to output. "inverse": from output to input.
+    rate_dependent
+        Whether the answer depends on time, so that time stamps are needed.
+    needs
+        Names of the scheduling signals that `simulate` must be given beside its input.
+    bounded
+        Whether the memory is bounded, so that `band` says where the answer lies after any past.
+    closeness
+        How close the model comes to its input by way of its inverse, share of range; infinite where both take rates
+        from samples in their own way.
+    """
+
+    card: ModelCard
+    direction: str = "forward"
+    bounded: ClassVar[bool] = False
+    closeness: ClassVar[float] = 1e-6
+    file_kind: ClassVar[str] = "dehyst-model"
+
+    @property
+    @abstractmethod
+    def family(self) -> str:
+        """Name of the family."""
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether time stamps are needed."""
+        return False
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of scheduling signals."""
+        return ()
+
+    @property
+    def no_inverse(self) -> str:
+        """Why there is no inverse, in one sentence; empty if there is one."""
+        return _fault_of(self.inverse)
+
+    @property
+    def no_forward(self) -> str:
+        """Why the input alone does not decide the output, in one sentence; empty if it does."""
+        return ""
+
+    @property
+    @abstractmethod
+    def nonzero_weights(self) -> int:
+        """Number of terms that carry weight."""
+
+    @abstractmethod
+    def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
+        """Return the output (T,) for an input (T,), from the model's start state on. [output]
+
+        Parameters
+        ----------
+        x
+            Input, (T,). [input]
+        time
+            (T,), increasing; needed where `rate_dependent`. [s]
+        signals
+            What `needs` names, (T,) or a number each.
+        """
+
+    @abstractmethod
+    def inverse(self) -> Model:
+        """Return the model from output to input, its start state included."""
+
+    @abstractmethod
+    def stepper(self) -> Any:
+        """Return the model as a function of one sample: ``step(x, period)``, `period` [s] after the one before."""
+
+    @abstractmethod
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same model with another description of its signals."""
+
+    @abstractmethod
+    def at_rest(self, first: float) -> Self:
+        """Return the same model as if it had been at rest at a first input since ever."""
+
+    @abstractmethod
+    def file_parameters(self) -> dict[str, Any]:
+        """Return the parameters as plain JSON values, as they stand in a model file."""
+
+    def pruned(self) -> Self:
+        """Return the same model without terms of zero weight, which is exact; itself where there are none."""
+        return self
+
+    def replay(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Array:
+        """Return the output for an input that came from an output: as `simulate`, but for sheared loops that see y."""
+        return self.simulate(x, time, **signals)
+
+    def band(
+        self,
+        x: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        past: tuple[float, float] | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Band:
+        """Return where the output lies whatever the actuator did before the first sample.
+
+        Parameters
+        ----------
+        x, time, signals
+            As `simulate`.
+        past
+            Range (low, high) that the input has not left before; None: it may have been anywhere. [input]
+
+        Raises
+        ------
+        ParameterError
+            If the memory is not bounded.
+        """
+        raise ParameterError(
+            f"an unknown past (--unknown-state, --start unknown) needs a model whose memory is bounded, of `dehyst "
+            f"identify`; this is a {self.family} model. Leave it out, or choose --start rest."
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the model to a JSON file, atomically; `dehyst.load` reads it back bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If the file could not be read back, as that of a family that is not registered.
+        OutputError
+            If the file cannot be written. An earlier file of that name stays as it was.
+        """
+        from dehyst.models.storage import save_model  # same room; the storage knows all families
+
+        return save_model(self, path)
+
+    def given(self, signals: Mapping[str, npt.ArrayLike], size: int) -> dict[str, Array]:
+        """Return the scheduling signals, (T,) each.
+
+        Raises
+        ------
+        ParameterError
+            If one is missing, not known, or of another length.
+        """
+        missing = [name for name in self.needs if name not in signals]
+        spare = [name for name in signals if name not in self.needs]
+        if missing:
+            raise ParameterError(
+                f"the model depends on '{missing[0]}', which was not given. Pass {missing[0]}=values, one for each of "
+                f"the {size} samples, or one number.",
+                signal=missing[0],
+            )
+        if spare:
+            raise ParameterError(
+                f"this {self.family} model takes no '{spare[0]}'; it needs {', '.join(self.needs) or 'no signal'} "
+                f"beside its input. Leave it out.",
+                signal=spare[0],
+            )
+        try:
+            return {
+                name: np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=np.float64), (size,)))
+                for name, values in signals.items()
+            }
+        except (TypeError, ValueError) as fault:
+            raise ParameterError(f"a scheduling signal is not one number a sample, ({size},): {fault}.") from None
+
+
+def require_model(model: object, wanted: str) -> Model:
+    """Return the model.
+
+    Raises
+    ------
+    ParameterError
+        If it is none; `wanted` says what to pass.
+    """
+    if isinstance(model, Model):
+        return model
+    raise ParameterError(f"a {type(model).__name__} is no model. Pass {wanted}.", type=type(model).__name__)
+
+
+def without_inverse(model: Model) -> InvertibilityError:
+    """Return the refusal of an inverse that there is not."""
+    return InvertibilityError(f"this {model.family} model has no inverse: {model.no_inverse}", family=model.family)
+
+
+def _fault_of(made: Any) -> str:
+    try:
+        made()
+    except DehystError as fault:
+        return str(fault)
+    return ""
