@@ -19,7 +19,7 @@ void dehyst_block_reset(const dehyst_block *block, dehyst_block_state *state)
     state->started = 0;
 }
 
-static dehyst_real faded(dehyst_real share, dehyst_real target, dehyst_real part)
+dehyst_real dehyst_faded(dehyst_real share, dehyst_real target, dehyst_real part)
 {
     return share + part < target ? share + part : (share - part > target ? share - part : target);
 }
@@ -36,7 +36,7 @@ static dehyst_real switched(const dehyst_block *block, dehyst_block_state *state
                             dehyst_real output)
 {
     const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
-    state->share = state->started ? faded(state->share, target, block->fade) : target;
+    state->share = state->started ? dehyst_faded(state->share, target, block->fade) : target;
     state->started = 1;
     if (!(state->share < 1)) {
         return output;

@@ -88,6 +88,11 @@ static int arguments_are_good(const dehyst_block *block)
     return dehyst_accept(2 * low) && dehyst_accept(2 * high);
 }
 
+static int switching_is_good(dehyst_real slope, dehyst_real offset, dehyst_real fade)
+{
+    return dehyst_accept(slope) && dehyst_accept(offset) && dehyst_accept(fade) && fade >= LEAST_FADE && fade <= 1;
+}
+
 int32_t dehyst_block_check(const dehyst_block *block)
 {
     const dehyst_pi *pi = &block->model.hysteresis;
@@ -99,8 +104,7 @@ int32_t dehyst_block_check(const dehyst_block *block)
     const int ranges = range_is_good(block->input_low, block->input_high) &&
                        range_is_good(block->output_low, block->output_high) &&
                        range_is_good(block->reach_low, block->reach_high);
-    const int switching = dehyst_accept(block->line_slope) && dehyst_accept(block->line_offset) &&
-                          dehyst_accept(block->fade) && block->fade >= LEAST_FADE && block->fade <= 1;
+    const int switching = switching_is_good(block->line_slope, block->line_offset, block->fade);
     const int good = operators && maps && ranges && switching && arguments_are_good(block);
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }
@@ -141,6 +145,23 @@ int32_t dehyst_elements_memory_check(const dehyst_elements *sum, const dehyst_re
         const dehyst_real most = q->radius + SLACK * (size(last) + q->radius);
         const int play = q->kind == DEHYST_PLAY || q->kind == DEHYST_STOP;
         good = !(play && size(z[k] - last) > most) && !(q->kind == DEHYST_PATH && size(z[k]) > most);
+    }
+    return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
+}
+
+int32_t dehyst_element_block_check(const dehyst_element_block *block)
+{
+    const dehyst_elements *sum = &block->sum;
+    const dehyst_real rest[4] = {block->origin, block->level, block->amplitude, block->center};
+    int good = dehyst_elements_check(sum) == DEHYST_IMAGE_GOOD && (block->solves == 0 || block->solves == 1) &&
+               block->delay >= 0 && numbers(rest, 4) && (!block->start || numbers(block->start, sum->n)) &&
+               size(block->half_range) > 0 && dehyst_accept(block->half_range) &&
+               range_is_good(block->input_low, block->input_high) &&
+               range_is_good(block->output_low, block->output_high) && block->reach_low <= block->reach_high &&
+               switching_is_good(block->line_slope, block->line_offset, block->fade);
+    for (int32_t i = 0; good && i < 2; ++i) { /* as in arguments_are_good */
+        const dehyst_real end = i == 0 ? block->input_low : block->input_high;
+        good = dehyst_accept(2 * dehyst_map_value(&sum->before, (end - block->center) / block->half_range));
     }
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }

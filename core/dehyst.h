@@ -153,8 +153,9 @@ void dehyst_block_reset(const dehyst_block *block, dehyst_block_state *state);
  * is that of dehyst_model_step, to the bit. */
 dehyst_real dehyst_block_step(const dehyst_block *block, dehyst_block_state *state, dehyst_real x, int on);
 
-/* x within low..high, low if it is not a number. */
+/* x within low..high, low if it is not a number; a share one part nearer to its target. */
 dehyst_real dehyst_within(dehyst_real x, dehyst_real low, dehyst_real high);
+dehyst_real dehyst_faded(dehyst_real share, dehyst_real target, dehyst_real part);
 
 /* ---- Images: states and parameters as 32-bit words that can be stored, sent and checked. The first word tells kind and
  * format, the last one is a CRC-32; numbers are IEEE patterns, low word first, whatever the machine. Nothing is changed
@@ -450,12 +451,14 @@ typedef struct dehyst_elements_state {
     uint32_t flags;     /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER: a solution at low or high */
 } dehyst_elements_state;
 
-/* 12 of Newton's method, and two for each digit of a dehyst_real; see element_inverse.c. */
+/* Halvings that come down from any range to its rounding. Rounds of a solution: 12 of Newton's method, and two for each
+ * of them; see element_inverse.c. */
 #ifdef DEHYST_FLOAT
-#define DEHYST_ROUNDS 62
+#define DEHYST_HALVINGS 25
 #else
-#define DEHYST_ROUNDS 120
+#define DEHYST_HALVINGS 54
 #endif
+#define DEHYST_ROUNDS (12 + 2 * DEHYST_HALVINGS)
 
 /* At rest at x: all that follows it is there, and nothing relaxes. Flags are cleared; `output` is held until the first
  * good sample. */
@@ -497,6 +500,56 @@ typedef struct dehyst_delay {
 } dehyst_delay;
 
 dehyst_real dehyst_delay_step(dehyst_delay *delay, dehyst_real x);
+
+/* ---- A sum of elements, or what solves it, as a function block of a machine: bounded for every input, switched without
+ * a bump, saved and restored.
+ *
+ *   v = before((input - center)/half_range), late by the dead time
+ *   output = level + amplitude after(w),   w: the sum at v, or the x in low .. high at which the sum is v
+ *
+ * Where the answer meets its limit, memory follows what was answered: it stays that of an actuator that got it. */
+
+typedef struct dehyst_element_block {
+    dehyst_elements sum;                 /* maps before and after as they are run through here; low .. high of all x */
+    int32_t solves;                      /* 0: the sum is evaluated, 1: it is solved */
+    int32_t delay;                       /* dead time of the input, samples */
+    const dehyst_real *start;            /* (n,) memory at x = origin, from where one stroke leads to the first sample;
+                                          * null: at rest at the first sample */
+    dehyst_real origin;
+    dehyst_real center, half_range;      /* half_range is not 0, [input] */
+    dehyst_real level, amplitude;        /* [output] */
+    dehyst_real input_low, input_high;   /* inputs beyond are taken as the limit, [input] */
+    dehyst_real output_low, output_high; /* no output lies beyond, [output] */
+    dehyst_real reach_low, reach_high;   /* of the sum, where it is evaluated: there x is held back; DEHYST_FAR: nowhere */
+    dehyst_real line_slope, line_offset; /* answer while off: line_offset + line_slope input, [output/input], [output] */
+    dehyst_real fade;                    /* share of a switching that one sample makes, 1e-12 (float: 1e-6) .. 1 */
+    uint32_t fingerprint;                /* of the model: images of another one are refused */
+} dehyst_element_block;
+
+typedef struct dehyst_element_block_state {
+    dehyst_elements_state sum; /* its z (n,) and the ring (delay,) must point to memory before the reset */
+    dehyst_delay delay;
+    dehyst_real share;         /* 0 off .. 1 on */
+    dehyst_real output;        /* last good output, [output] */
+    uint32_t flags;            /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
+    int32_t started;           /* 0 until the first good sample after the reset */
+} dehyst_element_block_state;
+
+/* Nothing is remembered and flags are cleared; the first good sample begins as the model says. */
+void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_element_block_state *state);
+
+/* One sample, as dehyst_block_step; `given`: scheduling variables, any good numbers where there are none. The first good
+ * sample after a reset of a block that solves takes DEHYST_HALVINGS evaluations more. */
+dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                      dehyst_real x, const dehyst_real given[DEHYST_GIVEN], int on);
+
+/* Parameters, and images of the state, as those of a block. */
+#define DEHYST_ELEMENT_WORDS(n, delay) (6 + DEHYST_REAL_WORDS * ((n) + (delay) + 4))
+int32_t dehyst_element_block_check(const dehyst_element_block *block);
+int32_t dehyst_element_block_save(const dehyst_element_block *block, const dehyst_element_block_state *state,
+                                  uint32_t *image, int32_t words);
+int32_t dehyst_element_block_restore(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                     const uint32_t *image, int32_t words);
 
 /* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.
  *

@@ -18,17 +18,12 @@ void dehyst_direct_block_reset(const dehyst_direct_block *block, dehyst_direct_b
     state->started = 0;
 }
 
-static dehyst_real share_after(dehyst_real share, dehyst_real target, dehyst_real part)
-{
-    return share + part < target ? share + part : (share - part > target ? share - part : target);
-}
-
 /* The output while it is off, or on its way on or off; the first sample after a reset is there at once. */
 static dehyst_real between_both(const dehyst_direct_block *block, dehyst_direct_block_state *state, dehyst_real y,
                                 int on, int first, dehyst_real output)
 {
     const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
-    state->share = first ? target : share_after(state->share, target, block->fade);
+    state->share = first ? target : dehyst_faded(state->share, target, block->fade);
     if (!(state->share < 1)) {
         return output;
     }

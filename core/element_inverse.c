@@ -9,12 +9,11 @@
  * the last rounds halve what is left: from the whole range they come down to its rounding, whatever the sum. */
 #ifdef DEHYST_FLOAT
 #define ROUNDING 1.2e-7f
-#define HALVINGS 25
 #else
 #define ROUNDING 2.2e-16
-#define HALVINGS 54
 #endif
 #define NEWTON 12 /* first rounds; one to four are usual */
+#define LAST (DEHYST_ROUNDS - DEHYST_HALVINGS)
 
 static dehyst_real magnitude(dehyst_real x) { return x < 0 ? -x : x; }
 
@@ -38,7 +37,7 @@ dehyst_real dehyst_elements_solve(const dehyst_elements *sum, dehyst_elements_st
         const dehyst_real step = slope > 0 ? miss / slope : left;
         const int beyond = !(magnitude(step) < magnitude(left));
         const int slow = round >= NEWTON && !(2 * magnitude(step) < length);
-        const int halves = slow || round >= DEHYST_ROUNDS - HALVINGS || (beyond && known[up]);
+        const int halves = slow || round >= LAST || (beyond && known[up]);
         const dehyst_real next = halves ? x + (dehyst_real)0.5 * left : beyond ? bound[up] : x + step;
         bound[1 - up] = x;
         known[1 - up] = 1;

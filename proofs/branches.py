@@ -24,7 +24,7 @@ EXPLAINED = {
         "what is no number is refused by reals_are_good before"
     ),
     ("element_inverse.c", "while (close < 2 && round < DEHYST_ROUNDS) {"): "no sum tried needs all rounds",
-    ("element_inverse.c", "const int halves = slow || round >= DEHYST_ROUNDS - HALVINGS || (beyond && known[up]);"): (
+    ("element_inverse.c", "const int halves = slow || round >= LAST || (beyond && known[up]);"): (
         "the last halvings keep the bound of time for any sum; no sum tried gets there"
     ),
 }

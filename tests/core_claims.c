@@ -369,6 +369,119 @@ static void sums_of_elements(void)
     }
 }
 
+/* A block of a sum of elements: parameters, steps and images. */
+static double element_start[7] = {0, 0, 0, 0, 0, 0.1, 0};
+static dehyst_element block_part[7];
+static dehyst_element_block element_block;
+
+static void whole_block(int32_t solves, int32_t delay)
+{
+    static const int32_t kinds[7] = {DEHYST_INPUT, DEHYST_PLAY, DEHYST_STOP, DEHYST_WIDE, DEHYST_CREEP, DEHYST_PATH, DEHYST_RELAX};
+    const dehyst_map none = {0, NULL, NULL};
+    for (int k = 0; k < 7; ++k) {
+        const dehyst_element one = {kinds[k], k == 1 ? 1 : k == 2 ? 2 : 0, 0.25, 0.25, k == 0 ? 1 : 0.125, none};
+        block_part[k] = one;
+    }
+    const dehyst_elements whole = {7, block_part, none, none, 0, -1, 1, 1, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}};
+    const dehyst_element_block block = {whole, solves, delay, element_start, 0, 0, 1, 0, 1, -2, 2, -1.5, 1.5,
+                                        -1.25, 1.25, 0.5, 0, 0.25, 77};
+    element_block = block;
+}
+
+#define REFUSED_BLOCK(wrong_number) \
+    (whole_block(0, 2), CLAIM(dehyst_element_block_check(&element_block) == DEHYST_IMAGE_GOOD), (void)(wrong_number), \
+     CLAIM(dehyst_element_block_check(&element_block) == DEHYST_IMAGE_INVALID), element_start[0] = 0)
+
+static double random_part(uint32_t *seed)
+{
+    *seed = *seed * UINT32_C(1664525) + UINT32_C(1013904223);
+    return (double)(*seed >> 8) / 8388608 - 1;
+}
+
+static void element_blocks(void)
+{
+    REFUSED_BLOCK(element_block.sum.n = 0);
+    REFUSED_BLOCK(element_block.solves = -1);
+    REFUSED_BLOCK(element_block.solves = 2);
+    REFUSED_BLOCK(element_block.delay = -1);
+    REFUSED_BLOCK(element_block.origin = NAN);
+    REFUSED_BLOCK(element_block.level = NAN);
+    REFUSED_BLOCK(element_block.amplitude = NAN);
+    REFUSED_BLOCK(element_block.center = NAN);
+    REFUSED_BLOCK(element_start[0] = NAN);
+    REFUSED_BLOCK(element_block.half_range = 0);
+    REFUSED_BLOCK(element_block.half_range = INFINITY);
+    REFUSED_BLOCK(element_block.input_low = 3);
+    REFUSED_BLOCK(element_block.output_low = 3);
+    REFUSED_BLOCK(element_block.reach_low = 3);
+    REFUSED_BLOCK(element_block.line_slope = NAN);
+    REFUSED_BLOCK(element_block.line_offset = NAN);
+    REFUSED_BLOCK(element_block.fade = NAN);
+    REFUSED_BLOCK(element_block.fade = 0);
+    REFUSED_BLOCK(element_block.fade = 2);
+    REFUSED_BLOCK(element_block.half_range = 1e-101); /* inputs would be infinite */
+    enum { N = 7, RING = 3, WORDS = DEHYST_ELEMENT_WORDS(N, RING) };
+    uint32_t seed = 5, image[WORDS], other_image[WORDS];
+    for (int form = 0; form < 8; ++form) { /* solved or not, late or not, a start or rest; some are never held back */
+        const int32_t solves = form & 1, delay = form & 2 ? RING : 0, words = DEHYST_ELEMENT_WORDS(N, delay);
+        double z[N], ring[RING], other_z[N], other_ring[RING];
+        dehyst_element_block_state state, other;
+        whole_block(solves, delay);
+        element_block.start = form & 4 ? NULL : element_start;
+        CLAIM(dehyst_element_block_check(&element_block) == DEHYST_IMAGE_GOOD);
+        element_block.reach_high = form == 0 || form == 6 ? 1.25 : DEHYST_FAR;
+        state.sum.z = z, state.delay.ring = ring, other.sum.z = other_z, other.delay.ring = other_ring;
+        for (int sign = -1; sign <= 1; sign += 2) { /* the first sample is reached upwards and downwards */
+            const double given[2] = {0.25, 0};
+            dehyst_element_block_reset(&element_block, &state);
+            CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
+            CLAIM(dehyst_element_block_restore(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
+            CLAIM(state.output == 0 && dehyst_element_block_step(&element_block, &state, NAN, given, 1) == 0);
+            (void)dehyst_element_block_step(&element_block, &state, 0.5 * sign, given, sign > 0);
+            CLAIM(state.started && state.share == (sign > 0));
+        }
+        for (int k = 0; k < 4000; ++k) {
+            const double rejected = k % 101 == 7 ? NAN : 0, x = (k % 500 < 20 ? 3.0 : 1.4) * random_part(&seed);
+            const double given[2] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), k % 107 == 5 ? NAN : 0};
+            const double held = state.output;
+            const double output = dehyst_element_block_step(&element_block, &state, x + rejected, given, k % 40 > 10);
+            CLAIM(output >= -1.5 && output <= 1.5);
+            CLAIM(!(state.flags & DEHYST_REJECTED) || output == held);
+            CLAIM(!(x < -2 || x > 2) || (state.flags & (DEHYST_LIMITED | DEHYST_REJECTED)));
+        }
+        CLAIM(state.flags & DEHYST_LIMITED_EVER);
+        CLAIM(dehyst_element_block_save(&element_block, &state, image, words - 1) == DEHYST_IMAGE_SIZE);
+        CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
+        CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_GOOD);
+        for (int k = 0; k < 50; ++k) {
+            const double x = random_part(&seed), given[2] = {0.5, 0};
+            CLAIM(dehyst_element_block_step(&element_block, &state, x, given, 1) ==
+                  dehyst_element_block_step(&element_block, &other, x, given, 1));
+        }
+        CLAIM(dehyst_element_block_restore(&element_block, &other, image, words - 1) == DEHYST_IMAGE_SIZE);
+        memcpy(other_image, image, sizeof image);
+        const int at_rest = 5 + 2 * (N + delay);
+        const struct { int word; uint32_t value; int32_t answer; } wrong_words[] = {
+            {0, 1, DEHYST_IMAGE_KIND}, {1, 1, DEHYST_IMAGE_FOREIGN}, {2, 1, DEHYST_IMAGE_FOREIGN}, {3, 16, DEHYST_IMAGE_INVALID},
+            {4, 2, DEHYST_IMAGE_INVALID}, {5 + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {5 + 3, 0x40400000, DEHYST_IMAGE_INVALID},
+            {at_rest + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {at_rest + 5, 0xbff00000, DEHYST_IMAGE_INVALID},
+            {at_rest + 5, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest + 7, 0xc0400000, DEHYST_IMAGE_INVALID},
+            {at_rest + 7, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest - 1, 0x7ff00000, DEHYST_IMAGE_INVALID}};
+        for (size_t i = 0; i < sizeof wrong_words / sizeof *wrong_words; ++i) {
+            memcpy(image, other_image, sizeof image);
+            image[wrong_words[i].word] = wrong_words[i].value;
+            image[words - 1] = dehyst_image_sum(image, words - 1);
+            CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == wrong_words[i].answer);
+        }
+        memcpy(image, other_image, sizeof image);
+        image[4] = 0, image[at_rest + 5] = 0x3fe00000; /* it has not begun, but is half on */
+        image[words - 1] = dehyst_image_sum(image, words - 1);
+        CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_INVALID);
+        image[7] ^= 1u;
+        CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_DAMAGED);
+    }
+}
+
 int main(void)
 {
     maps_and_models();
@@ -382,6 +495,7 @@ int main(void)
     senses();
     images_of_joints();
     sums_of_elements();
+    element_blocks();
     printf("%d claims do not hold\n", wrong);
     return wrong > 0;
 }

@@ -31,6 +31,13 @@ struct Map {
     dehyst_map view() const { return {static_cast<int32_t>(u.size()), u.data(), v.data()}; }
 };
 
+// What a step of time [s] makes of the memory. One of no length moves nothing that takes time, and widens nothing.
+double gain_of(int32_t kind, double time, double dt)
+{
+    if (kind == DEHYST_WIDE) return dt > 0.0 ? std::min(time / dt, kMostGrowth) : 0.0;
+    return time > 0.0 ? -std::expm1(-std::max(dt, 0.0) / time) : 1.0;
+}
+
 // The elements of one call, whose gains follow the steps of time.
 class Timed {
   public:
@@ -42,18 +49,12 @@ class Timed {
     Timed(const Timed &) = delete;
     Timed &operator=(const Timed &) = delete;
 
-    // A step of no length [s] moves nothing that takes time, and widens nothing.
     void pass(double dt)
     {
         if (dt == passed_) return;
         passed_ = dt;
-        for (std::size_t k = 0; k < element_.size(); ++k) {
-            dehyst_element &q = element_[k];
-            if (q.kind == DEHYST_WIDE)
-                q.gain = dt > 0.0 ? std::min(time_[k] / dt, kMostGrowth) : 0.0;
-            else
-                q.gain = time_[k] > 0.0 ? -std::expm1(-std::max(dt, 0.0) / time_[k]) : 1.0;
-        }
+        for (std::size_t k = 0; k < element_.size(); ++k)
+            element_[k].gain = gain_of(element_[k].kind, time_[k], dt);
     }
 
     dehyst_elements view;
@@ -150,6 +151,16 @@ class ElementSum {
         return nb::make_tuple(rows.release(x.size(), n), own(std::move(after)));
     }
 
+    const dehyst_elements &view() const { return view_; }
+
+    // (n,) gains at a period of the samples.
+    std::vector<double> gains(double period) const
+    {
+        std::vector<double> gain(element_.size());
+        for (std::size_t k = 0; k < gain.size(); ++k) gain[k] = gain_of(element_[k].kind, time_[k], period);
+        return gain;
+    }
+
   private:
     using Step = double (*)(const dehyst_elements *, dehyst_elements_state *, double, const double *);
 
@@ -209,6 +220,97 @@ class ElementSum {
     dehyst_elements view_{};
 };
 
+using Words = nb::ndarray<nb::numpy, uint32_t, nb::ndim<1>>;
+using Image = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Switch = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+Words own(std::vector<uint32_t> &&values)
+{
+    auto *kept = new std::vector<uint32_t>(std::move(values));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<uint32_t> *>(p); });
+    return Words(kept->data(), {kept->size()}, owner);
+}
+
+// A sum of elements at a fixed period as a function block, with its memory. `numbers`: those of dehyst_element_block from
+// origin to fade, in its order.
+class ElementBlock {
+  public:
+    ElementBlock(const ElementSum &sum, double period, bool solves, int32_t delay, const In &start, const In &numbers,
+                 uint32_t fingerprint)
+        : element_(sum.view().element, sum.view().element + sum.view().n),
+          start_(copy(start)),
+          z_(element_.size()),
+          ring_(static_cast<std::size_t>(std::max(delay, 1)))
+    {
+        require(numbers.size() == 14 && (start.size() == 0 || start.size() == z_.size()),
+                "14 numbers, and a start for each element or none");
+        const double *at = numbers.data();
+        const std::vector<double> gain = sum.gains(period);
+        for (std::size_t k = 0; k < gain.size(); ++k) element_[k].gain = gain[k];
+        block_ = {sum.view(), solves ? 1 : 0, delay, start_.empty() ? nullptr : start_.data(), at[0], at[1], at[2],
+                  at[3],      at[4],          at[5], at[6],                                     at[7], at[8], at[9],
+                  at[10],     at[11],         at[12], at[13],                                   fingerprint};
+        block_.sum.element = element_.data();
+        require(dehyst_element_block_check(&block_) == DEHYST_IMAGE_GOOD, "numbers that are those of no block");
+        state_.sum.z = z_.data();
+        state_.delay.ring = ring_.data();
+        reset();
+    }
+    ElementBlock(const ElementBlock &) = delete;
+    ElementBlock &operator=(const ElementBlock &) = delete;
+
+    void reset() { dehyst_element_block_reset(&block_, &state_); }
+
+    double step(double x, double first, double second, bool on)
+    {
+        const double given[DEHYST_GIVEN] = {first, second};
+        return dehyst_element_block_step(&block_, &state_, x, given, on ? 1 : 0);
+    }
+
+    nb::tuple run(const In &x, const Given &given, const Switch &on)
+    {
+        const std::size_t samples = x.size();
+        require(given.shape(0) == samples && given.shape(1) == DEHYST_GIVEN && on.size() == samples,
+                "signals differ in length");
+        Buffer answer(samples);
+        std::vector<uint32_t> flags(samples);
+        {
+            const nb::gil_scoped_release released;
+            Patience patience(20 + 40 * z_.size());
+            for (std::size_t k = 0; k < samples && !patience.stops(); ++k) {
+                const double *row = given.data() + DEHYST_GIVEN * k;
+                answer.data()[k] = step(x.data()[k], row[0], row[1], on.data()[k]);
+                flags[k] = state_.flags;
+            }
+        }
+        raise_if_stopped();
+        return nb::make_tuple(answer.release(), own(std::move(flags)));
+    }
+
+    Words save() const
+    {
+        std::vector<uint32_t> image(static_cast<std::size_t>(DEHYST_ELEMENT_WORDS(block_.sum.n, block_.delay)));
+        (void)dehyst_element_block_save(&block_, &state_, image.data(), static_cast<int32_t>(image.size()));
+        return own(std::move(image));
+    }
+
+    int32_t restore(const Image &image)
+    {
+        if (image.size() > INT32_MAX) return DEHYST_IMAGE_SIZE;
+        return dehyst_element_block_restore(&block_, &state_, image.data(), static_cast<int32_t>(image.size()));
+    }
+
+    double output() const { return state_.output; }
+    double share() const { return state_.share; }
+    uint32_t flags() const { return state_.flags; }
+
+  private:
+    std::vector<dehyst_element> element_;
+    std::vector<double> start_, z_, ring_;
+    dehyst_element_block block_{};
+    dehyst_element_block_state state_{};
+};
+
 }  // namespace
 
 void bind_element_sum(nb::module_ &m)
@@ -219,6 +321,8 @@ void bind_element_sum(nb::module_ &m)
                       double, const Pairs &, const Pairs &, double, double, const Whole &, const Pairs &>(),
              "kind"_a, "schedule"_a, "radius"_a, "time"_a, "weight"_a, "points"_a, "map"_a, "offset"_a, "before"_a,
              "after"_a, "low"_a, "high"_a, "source"_a, "range"_a)
+        .def("gains", [](const ElementSum &sum, double period) { return own(sum.gains(period)); }, "period"_a,
+             "(n,) gains at a period of the samples.")
         .def("rest", &ElementSum::rest, "x"_a, "Memory (2 + n,) at rest at x: x, the last step, elements.")
         .def("run", &ElementSum::run, "x"_a, "dt"_a.none(), "given"_a.none(), "memory"_a,
              "(y (T,), memory, number of rejected samples, 0).")
@@ -226,4 +330,15 @@ void bind_element_sum(nb::module_ &m)
              "(x (T,), memory, number of rejected samples, most rounds of a sample).")
         .def("columns", &ElementSum::columns, "x"_a, "dt"_a.none(), "memory"_a,
              "(each element without map and weight (T, n), memory).");
+    nb::class_<ElementBlock>(m, "ElementBlock", "A sum of elements as a function block at a fixed period, with its memory.")
+        .def(nb::init<const ElementSum &, double, bool, int32_t, const In &, const In &, uint32_t>(), "sum"_a, "period"_a,
+             "solves"_a, "delay"_a, "start"_a, "numbers"_a, "fingerprint"_a, nb::keep_alive<1, 2>())
+        .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
+        .def("step", &ElementBlock::step, "x"_a, "first"_a, "second"_a, "on"_a, "Output for the next sample.")
+        .def("run", &ElementBlock::run, "x"_a, "given"_a, "on"_a, "(outputs (T,), flags (T,)).")
+        .def("save", &ElementBlock::save, "Image of the state.")
+        .def("restore", &ElementBlock::restore, "image"_a, "Go on from an image; the core's answer, 0 if it was good.")
+        .def_prop_ro("output", &ElementBlock::output, "Last good output.")
+        .def_prop_ro("share", &ElementBlock::share, "0 off .. 1 on.")
+        .def_prop_ro("flags", &ElementBlock::flags, "Of the last sample.");
 }

@@ -156,8 +156,9 @@ class Block:
         range: tuple[float, float] | None = None,
         ramp: int = 500,
     ) -> None:
-        _check(model, direction, ramp)
-        low, high = _declared(model, range)
+        _check(model)
+        refuse_settings(direction, ramp)
+        low, high = declared_range(model.card.input, range)
         self.model = model
         self.direction: Direction = direction
         self.ramp = int(ramp)
@@ -270,7 +271,7 @@ class Block:
             which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
         """
         refuse(
-            self._native.restore(_words(image)),
+            self._native.restore(words_of(image)),
             "Restore what save() of a block of the same model returned; this block still has the state it had.",
         )
 
@@ -283,12 +284,16 @@ class Block:
         return f"<Block {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
 
 
-def _check(model: HysteresisModel, direction: str, ramp: int) -> None:
+def _check(model: HysteresisModel) -> None:
     if not isinstance(model, HysteresisModel):
         raise ParameterError(
             f"a block is made of a hysteresis model, not of a {type(model).__name__}; pass fit.model or "
             f"dehyst.load_model('model.json')."
         )
+
+
+def refuse_settings(direction: str, ramp: int) -> None:
+    """Refuse a direction and a number of samples that are none."""
     if direction not in ("inverse", "forward"):
         raise ParameterError(
             f"direction = {direction!r:.40} is none; pass 'inverse' (wanted output in, needed input out) or 'forward'."
@@ -300,10 +305,9 @@ def _check(model: HysteresisModel, direction: str, ramp: int) -> None:
         )
 
 
-def _declared(model: HysteresisModel, bounds: tuple[float, float] | None) -> tuple[float, float]:
-    """Range of the actuator's input."""
+def declared_range(card: SignalCard, bounds: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the range of the actuator's input: `bounds`, or those of its signal; refuse what is none."""
     if bounds is None:
-        card = model.card.input
         if card.low is None or card.high is None:
             raise ParameterError(
                 f"the range of the input {card.label} is not known: this model was not identified from a log. Without "
@@ -389,7 +393,8 @@ def _parameters(native: _native.Block) -> BlockParameters:
     return BlockParameters(**values)
 
 
-def _words(image: npt.ArrayLike) -> Words:
+def words_of(image: npt.ArrayLike) -> Words:
+    """Return an image as 32-bit words, or refuse what is none."""
     words = np.asarray(image)
     whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
     if not whole:

@@ -184,9 +184,9 @@ class DirectBlock:
         samples = signal_array(y, "y")
         table = np.zeros((samples.size, 2))
         for column, name in enumerate(self.given):
-            table[:, column] = _along(told[name], samples.size, name)
-        switches = _along(on, samples.size, "on") != 0
-        return self._native.run(samples, _along(rate, samples.size, "rate"), table, switches)
+            table[:, column] = along(told[name], samples.size, name)
+        switches = along(on, samples.size, "on") != 0
+        return self._native.run(samples, along(rate, samples.size, "rate"), table, switches)
 
     def reset(self) -> None:
         """Forget everything, flags cleared; the next good sample begins at rest and switches at once."""
@@ -204,8 +204,8 @@ class DirectBlock:
         return f"<DirectBlock: {self.input!s} -> {self.output!s}, every {self.period:g} s>"
 
 
-def _along(values: npt.ArrayLike, samples: int, name: str) -> Array:
-    """One value for all samples, or one each."""
+def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
+    """One value for all samples, or one each, as (T,)."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf" or array.shape not in ((), (samples,)):
         raise ParameterError(

@@ -208,16 +208,19 @@ class LoopModel(Model):
         """
         if not isinstance(self.start, str) or self.start not in STARTS:
             raise ParameterError(f"start = {self.start!r:.60} is not one of {', '.join(STARTS)}.")
-        if self.start == "rest":
-            return self.rest(first)
-        origin = float(self.scaling.inward(0.0)) if self.start == "origin" else 0.0
-        turns = {"rising": (1.0, -1.0), "falling": (-1.0, 1.0)}.get(self.start, ())
-        memory, at = self.rest(origin), origin
-        for turn in (*turns, first):
-            way = np.linspace(at, turn, PRELUDE + 1)[1:]
-            memory = self.run(way, np.zeros(PRELUDE) if self.rate_dependent else None, memory)[1]
-            at = turn
-        return memory
+        return self.rest(first) if self.start == "rest" else self._stroke(*self.departure(), first)
+
+    def departure(self) -> tuple[Array, float]:
+        """Return the memory, and its scaled input, from where one stroke leads to the first sample; not for "rest"."""
+        at = float(self.scaling.inward(0.0)) if self.start == "origin" else 0.0
+        memory = self.rest(at)
+        for turn in {"rising": (1.0, -1.0), "falling": (-1.0, 1.0)}.get(self.start, ()):
+            memory, at = self._stroke(memory, at, turn), turn
+        return memory, at
+
+    def _stroke(self, memory: Array, at: float, turn: float) -> Array:
+        way = np.linspace(at, turn, PRELUDE + 1)[1:]
+        return self.run(way, np.zeros(PRELUDE) if self.rate_dependent else None, memory)[1]
 
     def with_start(self, start: str) -> Self:
         """Return the same model that begins in another state, one of `STARTS`."""

@@ -42,7 +42,7 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.errors import ParameterError
-from dehyst.families.base import UNSCALED, LoopModel, Scaling
+from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling
 from dehyst.families.inversion import FARTHEST, first_input
 from dehyst.families.rising import least_slope
 from dehyst.models import ModelCard
@@ -272,7 +272,8 @@ class ElementModel(LoopModel):
         return round(self.dead_time / self.period) if self.dead_time else 0
 
     @cached_property
-    def _tables(self) -> tuple[Any, ...]:
+    def tables(self) -> tuple[Any, ...]:
+        """What the machine is made of (`_native.ElementSum`)."""
         q = self.elements
         whole = [np.array([getattr(e, name) for e in q], dtype=np.int32) for name in ("schedule",)]
         kind = np.array([KINDS.index(e.kind) for e in q], dtype=np.int32)
@@ -288,7 +289,14 @@ class ElementModel(LoopModel):
 
     @cached_property
     def _sum(self) -> _native.ElementSum:
-        return _native.ElementSum(*self._tables)
+        return _native.ElementSum(*self.tables)
+
+    @property
+    def evaluated(self) -> ElementModel:
+        """The sum itself, from its argument to its value: of an inverse model, from the output to the input."""
+        if self.direction == "forward":
+            return replace(self, dead_time=0.0)
+        return replace(self, direction="forward", dead_time=0.0, scaling=self.scaling.swapped())
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but the machine, which is made anew."""
@@ -296,17 +304,27 @@ class ElementModel(LoopModel):
 
     def rest(self, x: float) -> Array:
         """Everything that follows the input at it, and nothing relaxing; then the inputs that are under way."""
-        forward = replace(self, direction="forward", start="rest", dead_time=0.0)
-        at = x if self.direction == "forward" else first_input(forward, x)
+        still = replace(self.evaluated, start="rest")
+        at = x if self.direction == "forward" else first_input(still, x)
         return np.concatenate([self._sum.rest(at), np.full(self.delay, x)])
 
     def before(self, first: float) -> Array:
-        """As every family, but lags have had time to come to the first sample; it is what is under way, too."""
-        if self.delay:
-            return np.concatenate([replace(self, dead_time=0.0).before(first), np.full(self.delay, first)])
+        """As every family, but lags have had time to come to the first sample; it is what is under way, too.
+
+        Of an inverse model the start is one of its output, along which it was identified: that which answers `first`.
+        """
+        if self.delay or self.direction == "inverse":
+            sum_ = self.evaluated
+            at = first if self.direction == "forward" else first_input(sum_, first)
+            return np.concatenate([sum_.before(at), np.full(self.delay, first)])
         memory = np.array(super().before(first))
         memory[AHEAD:][[q.kind in LAGS for q in self.elements]] = memory[0]
         return memory
+
+    def _stroke(self, memory: Array, at: float, turn: float) -> Array:
+        """Memory needs no schedule."""
+        way = np.linspace(at, turn, PRELUDE + 1)[1:]
+        return self.columns(way, np.zeros(PRELUDE), memory)[1]
 
     def run(self, x: Array, dt: Array | None, memory: Array, given: Array | None = None) -> tuple[Array, Array]:
         """Evaluate the sum, or solve it; `given` (T, 2) are scheduling signals."""

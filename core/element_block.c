@@ -1,0 +1,134 @@
+#include "dehyst.h"
+
+#define DOUBLINGS 6 /* the stroke to the first sample is made in 2^6 parts: the decay of a short one is exact */
+
+static dehyst_real line_at(const dehyst_element_block *block, dehyst_real x)
+{
+    return dehyst_within(block->line_offset + block->line_slope * x, block->output_low, block->output_high);
+}
+
+void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_element_block_state *state)
+{
+    dehyst_elements_reset(&block->sum, &state->sum, 0, 0);
+    state->delay.n = block->delay;
+    state->delay.at = 0;
+    for (int32_t i = 0; i < block->delay; ++i) {
+        state->delay.ring[i] = 0;
+    }
+    state->share = 0;
+    state->output = line_at(block, dehyst_within(0, block->input_low, block->input_high));
+    state->flags = 0;
+    state->started = 0;
+}
+
+/* Memory of an actuator that comes to x in one stroke from the start, and waits until all lags are there. */
+static void arrive(const dehyst_element_block *block, dehyst_elements_state *state, dehyst_real x)
+{
+    const dehyst_elements *sum = &block->sum;
+    dehyst_elements_reset(sum, state, x, 0);
+    for (int32_t k = 0; block->start && k < sum->n; ++k) {
+        const dehyst_element *q = &sum->element[k];
+        const dehyst_real z = block->start[k];
+        if (q->kind == DEHYST_PLAY || q->kind == DEHYST_STOP || q->kind == DEHYST_WIDE) {
+            state->z[k] = dehyst_within(z, x - q->radius, x + q->radius);
+        } else if (q->kind == DEHYST_PATH) {
+            const dehyst_real way = x - block->origin;
+            const dehyst_real end = way < 0 ? -q->radius : q->radius;
+            dehyst_real left = dehyst_decay((way < 0 ? -way : way) / ((1 << DOUBLINGS) * q->radius));
+            for (int32_t i = 0; i < DOUBLINGS; ++i) {
+                left *= left;
+            }
+            state->z[k] = end + left * (z - end);
+        }
+    }
+}
+
+/* The same, to the x where the sum is `value`: halving comes down to rounding. */
+static void arrive_at_value(const dehyst_element_block *block, dehyst_elements_state *state, const dehyst_real *given,
+                            dehyst_real value)
+{
+    dehyst_real share[DEHYST_SHARES];
+    dehyst_real low = block->sum.low;
+    dehyst_real high = block->sum.high;
+    for (int32_t i = 0; i < DEHYST_HALVINGS; ++i) {
+        const dehyst_real x = low + (dehyst_real)0.5 * (high - low);
+        dehyst_real slope;
+        arrive(block, state, x);
+        dehyst_elements_shares(&block->sum, state, given, share);
+        if (dehyst_elements_value(&block->sum, state, share, x, 1, &slope) < value) {
+            low = x;
+        } else {
+            high = x;
+        }
+    }
+    arrive(block, state, high);
+}
+
+/* The sum at x. Where it would leave its reach, x is held back at the point where it meets it: memory follows that. */
+static dehyst_real evaluated(const dehyst_element_block *block, dehyst_elements_state *state, const dehyst_real *share,
+                             dehyst_real x, int *limited)
+{
+    const dehyst_elements *sum = &block->sum;
+    if (!(block->reach_high < DEHYST_INPUT_LIMIT)) { /* there is none */
+        return dehyst_elements_follow(sum, state, share, x);
+    }
+    dehyst_real slope;
+    dehyst_real value = dehyst_elements_value(sum, state, share, x, 1, &slope);
+    if (!(value >= block->reach_low && value <= block->reach_high)) {
+        value = dehyst_within(value, block->reach_low, block->reach_high);
+        x = dehyst_elements_solve(sum, state, share, value);
+        *limited = 1;
+    }
+    dehyst_elements_advance(sum, state, x);
+    return value;
+}
+
+static dehyst_real solved(const dehyst_element_block *block, dehyst_elements_state *state, const dehyst_real *share,
+                          dehyst_real value, int *limited)
+{
+    const dehyst_real x = dehyst_elements_solve(&block->sum, state, share, value);
+    *limited |= x <= block->sum.low || x >= block->sum.high;
+    dehyst_elements_advance(&block->sum, state, x);
+    return x;
+}
+
+dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                      dehyst_real x, const dehyst_real given[DEHYST_GIVEN], int on)
+{
+    const dehyst_elements *sum = &block->sum;
+    dehyst_real share[DEHYST_SHARES];
+    state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);
+    if (!dehyst_accept(x) || !dehyst_accept(given[0]) || !dehyst_accept(given[1])) {
+        state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
+        return state->output;
+    }
+    const dehyst_real taken = dehyst_within(x, block->input_low, block->input_high);
+    const dehyst_real scaled = (taken - block->center) / block->half_range;
+    for (int32_t i = 0; !state->started && i < block->delay; ++i) {
+        state->delay.ring[i] = scaled;
+    }
+    const dehyst_real argument = dehyst_map_value(&sum->before, dehyst_delay_step(&state->delay, scaled));
+    if (!state->started && block->solves) {
+        arrive_at_value(block, &state->sum, given, argument);
+    } else if (!state->started) {
+        arrive(block, &state->sum, argument);
+    }
+    dehyst_elements_shares(sum, &state->sum, given, share);
+    int limited = taken < x || taken > x;
+    const dehyst_real answer = block->solves ? solved(block, &state->sum, share, argument, &limited)
+                                             : evaluated(block, &state->sum, share, argument, &limited);
+    const dehyst_real result = block->level + block->amplitude * dehyst_map_value(&sum->after, answer);
+    dehyst_real output = dehyst_within(result, block->output_low, block->output_high);
+    limited |= !(result >= block->output_low && result <= block->output_high);
+    const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
+    state->share = state->started ? dehyst_faded(state->share, target, block->fade) : target;
+    if (state->share < 1) {
+        const dehyst_real line = line_at(block, taken);
+        /* rounding must not leave the range */
+        output = dehyst_within(line + state->share * (output - line), block->output_low, block->output_high);
+    }
+    state->started = 1;
+    state->output = output;
+    state->flags |= limited ? (uint32_t)DEHYST_LIMITED | (uint32_t)DEHYST_LIMITED_EVER : 0u;
+    return output;
+}

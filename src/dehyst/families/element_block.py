@@ -1,0 +1,404 @@
+"""A sum of elements, or its inverse, as a function block of a machine: bounded, switched without a bump, restored."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.control.block import Direction, Words, declared_range, refuse_settings, words_of
+from dehyst.control.direct_block import along
+from dehyst.control.images import refuse
+from dehyst.errors import ParameterError
+from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
+from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.card import SignalCard
+
+BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
+LONG = 1e9  # s, after which every lag is there
+ROUNDING = 1e-9
+NUMBERS = (
+    "origin", "center", "half_range", "level", "amplitude", "input_low", "input_high", "output_low", "output_high",
+    "reach_low", "reach_high", "line_slope", "line_offset", "fade",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ElementBlockParameters:
+    """Parameters of the core's ``dehyst_element_block`` with the bits that are used: what an exporter prints.
+
+    Attributes
+    ----------
+    kind, schedule, radius, gain, weight, maps
+        Of the elements, in their order; the gain for the period.
+    offset
+        c of the sum.
+    before, after
+        Maps in front of what runs and behind it: those of the model, or swapped where the sum is solved.
+    low, high
+        Of all x of the sum. [scaled]
+    source, schedule_low, schedule_high
+        Of the schedules.
+    solves
+        Whether the sum is solved and not evaluated.
+    delay
+        Dead time in samples.
+    start
+        Memory before the stroke to the first sample; () at rest there.
+    numbers
+        By the names of `NUMBERS`.
+    fingerprint
+        First 32 bits of the SHA-256 of all of it.
+    """
+
+    kind: tuple[int, ...]
+    schedule: tuple[int, ...]
+    radius: tuple[float, ...]
+    gain: tuple[float, ...]
+    weight: tuple[float, ...]
+    maps: tuple[Pairs, ...]
+    offset: float
+    before: Pairs
+    after: Pairs
+    low: float
+    high: float
+    source: tuple[int, ...]
+    schedule_low: tuple[float, ...]
+    schedule_high: tuple[float, ...]
+    solves: bool
+    delay: int
+    start: tuple[float, ...]
+    numbers: Mapping[str, float]
+    fingerprint: int
+
+
+class ElementBlock:
+    r"""A sum of elements or its inverse as a function block: what runs on a machine, and what is exported.
+
+    .. math::
+
+        y = s \, \Gamma[\min(\max(x, x_0), x_1)] + (1 - s)(a + b x), \qquad y_0 \le y \le y_1
+
+    Gamma is the model or its inverse at a fixed period, s the share of it (1 on, 0 off), a + b x the straight line
+    through the ends of the slow loop. The first good sample begins as ``model.before`` says.
+
+    **Limits.** An inverse block asks for inputs of the actuator within `range` and for no other: where it would need
+    another, its memory is that of an actuator that got what it answered. It takes wanted outputs half of the slow
+    loop's height beyond its ends: so much creep and rate may add. A forward block takes inputs in `range`.
+
+    **Switching, guard, images** are those of a `Block`. Dead time counts forward.
+
+    Parameters
+    ----------
+    model
+        From the actuator's input to its output, whatever its direction.
+    direction
+        "inverse": wanted output in, needed input out. "forward": applied input in, expected output out.
+    period
+        Between two samples. [s]
+    range
+        Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
+    ramp
+        Samples that switching takes, at least 1.
+
+    Raises
+    ------
+    ParameterError
+        If no range is known, a setting makes no sense, or at this period the inverse would not be stable.
+    InvertibilityError
+        If an inverse is asked for and the model has none.
+
+    Examples
+    --------
+    >>> from dehyst.families.elements import Element
+    >>> model = ElementModel((Element("input", weight=0.5), Element("creep", time=2.0, weight=0.5)))
+    >>> block = ElementBlock(model, "inverse", period=1.0, range=(-2.0, 2.0))
+    >>> [round(block.step(y), 6) for y in (0.0, 0.6967, 0.8161, float("nan"))]
+    [0.0, 0.999951, 1.000028, 1.000028]
+    """
+
+    def __init__(
+        self,
+        model: ElementModel,
+        direction: Direction = "inverse",
+        *,
+        period: float,
+        range: tuple[float, float] | None = None,
+        ramp: int = 500,
+    ) -> None:
+        refuse_settings(direction, ramp)
+        low, high = declared_range(model.card.input, range)
+        self.model = model
+        self.direction: Direction = direction
+        self.period = parameter_number(period, "period")
+        self.ramp = int(ramp)
+        self._refuse_period()
+        self.parameters, sum_ = _made(self, low, high)
+        p = self.parameters
+        self._native = _native.ElementBlock(
+            sum_, self.period, p.solves, p.delay, np.array(p.start), np.array([p.numbers[name] for name in NUMBERS]),
+            p.fingerprint,
+        )  # fmt: skip
+
+    def _refuse_period(self) -> None:
+        model = self.model
+        if not self.period > 0.0:
+            raise ParameterError(f"a period of {self.period:g} s is none; pass the time between two samples, above 0.")
+        if self.direction == "inverse":
+            model.inverse()  # says why there is none
+        if not self.solves:
+            return
+        slope = replace(model, direction="forward", period=self.period, dead_time=0.0).least_slope
+        if slope < LEAST_SLOPE:
+            raise ParameterError(
+                f"every {self.period:g} s the sum has no stable solution: its least slope is {slope:.3g} of its range, "
+                f"and must be {LEAST_SLOPE:g} or more. It was identified every {model.period:g} s; run it so, or "
+                f"identify from a log with the period of the machine."
+            )
+
+    @property
+    def solves(self) -> bool:
+        """Whether each sample is a solution of the sum, not its value."""
+        return (self.direction == "inverse") == (self.model.direction == "forward")
+
+    @property
+    def input(self) -> SignalCard:
+        """Name, unit and limits of what goes in."""
+        return self._card("input", self.model.card.output, self.model.card.input)
+
+    @property
+    def output(self) -> SignalCard:
+        """Name, unit and limits of what comes out."""
+        return self._card("output", self.model.card.input, self.model.card.output)
+
+    def _card(self, place: str, inverse: SignalCard, forward: SignalCard) -> SignalCard:
+        numbers = self.parameters.numbers
+        card = inverse if self.direction == "inverse" else forward
+        return replace(card, low=numbers[f"{place}_low"], high=numbers[f"{place}_high"])
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the scheduling variables, in their order."""
+        return given_names(self.model)
+
+    @property
+    def share(self) -> float:
+        """Present share of the model in the output: 0 off, 1 on."""
+        return self._native.share
+
+    @property
+    def last(self) -> float:
+        """Last good output; before the first sample that of the line. [output]"""
+        return self._native.output
+
+    @property
+    def flags(self) -> int:
+        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
+        return self._native.flags
+
+    def step(self, x: float | None, on: bool = True, given: Mapping[str, float] | None = None) -> float:
+        """Return the output for the next sample.
+
+        Parameters
+        ----------
+        x
+            Input; None, for a sensor without an answer, is a rejected sample. [input]
+        on
+            Whether the model answers; otherwise the straight line does.
+        given
+            Scheduling variables by name.
+
+        Raises
+        ------
+        ParameterError
+            If one of them is no number, or a scheduling variable is missing.
+        """
+        told = self._told(given)
+        try:
+            values = [float("nan") if v is None else float(v) for v in (x, *(told[name] for name in self.given))]
+        except (TypeError, ValueError, OverflowError):
+            raise ParameterError(
+                "a sample is one number each, or None for a sensor without an answer. Whole signals go through run()."
+            ) from None
+        first, second = [*values[1:], 0.0, 0.0][:2]
+        return self._native.step(values[0], first, second, bool(on))
+
+    def run(
+        self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None
+    ) -> tuple[Array, Words]:
+        """Return outputs and flags of many samples, going on from the present state.
+
+        Parameters
+        ----------
+        x
+            Inputs, (T,). [input]
+        on
+            Whether the model answers, (T,) or one value for all.
+        given
+            Scheduling variables by name, (T,) or a number each.
+
+        Returns
+        -------
+        y : (T,)
+            Outputs, with the bits of `step`. [output]
+        flags : (T,)
+            Sums of the bits in `BLOCK_FLAGS`.
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ, values are no numbers, or a scheduling variable is missing.
+        """
+        told, samples = self._told(given), signal_array(x, "input x")
+        table = np.zeros((samples.size, 2))
+        for column, name in enumerate(self.given):
+            table[:, column] = along(told[name], samples.size, name)
+        return self._native.run(samples, table, along(on, samples.size, "on") != 0)
+
+    def reset(self) -> None:
+        """Forget everything, flags cleared; the next good sample begins as the model says and switches at once."""
+        self._native.reset()
+
+    def save(self) -> Words:
+        """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""
+        return self._native.save()
+
+    def restore(self, image: npt.ArrayLike) -> None:
+        """Go on from an image of `save`, bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
+            which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
+        """
+        refuse(
+            self._native.restore(words_of(image)),
+            "Restore what save() of a block of the same model returned; this block still has the state it had.",
+        )
+
+    def _told(self, given: Mapping[str, Any] | None) -> Mapping[str, Any]:
+        told = given or {}
+        missing = [name for name in self.given if name not in told]
+        if missing:
+            raise ParameterError(
+                f"the model depends on '{missing[0]}', which was not given. Pass given={{'{missing[0]}': value}}."
+            )
+        return told
+
+    def __repr__(self) -> str:
+        """One line: direction, signals and their limits."""
+        return f"<ElementBlock {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
+
+
+def given_names(model: ElementModel) -> tuple[str, ...]:
+    """Names of the signals 0 and 1 that schedules follow, up to the last one that is used."""
+    last = max((source for source, _, _ in model.schedules), default=-1)
+    return tuple(f"given_{k + 1}" for k in range(last + 1))
+
+
+def _made(block: ElementBlock, low: float, high: float) -> tuple[ElementBlockParameters, _native.ElementSum]:
+    model, inverse, solves = block.model, block.direction == "inverse", block.solves
+    scaling = model.scaling
+    slow = _slow(model, low, high)
+    wide = BEYOND * abs(slow[1] - slow[0])
+    reached = min(slow) - wide, max(slow) + wide
+    slope = (slow[1] - slow[0]) / (high - low)
+    line = (1.0 / slope, low - slow[0] / slope) if inverse else (slope, slow[0] - slope * low)
+    into = scaling.swapped() if inverse else scaling
+    limits = (reached, (low, high)) if inverse else ((low, high), reached)
+    before, after = model.before_map, model.after_map
+    maps = ((after[1], after[0]), (before[1], before[0])) if solves else (before, after)
+    start, origin = _departure(model)
+    ends = _through(maps[0], *((end - into.center) / into.half_range for end in limits[0]))
+    exits = _through(_swapped(maps[1]), *((end - into.level) / into.amplitude for end in limits[1]))
+    x_range, reach = (exits, None) if solves else (ends, exits)
+    if not solves and not inverse:  # a forward block never holds back: the actuator did get it
+        bottom, top = _bounds(model, *ends, (*start, origin) if start else ())
+        bottom, top = sorted(into.level + into.amplitude * v for v in _through(maps[1], bottom, top))
+        limits = limits[0], (bottom, top)
+        reach = None
+    tables = list(model.tables)
+    tables[8:12] = [np.array(maps[0]).reshape(2, -1), np.array(maps[1]).reshape(2, -1), *x_range]
+    sum_ = _native.ElementSum(*tables)
+    far = reach or (-_native.INPUT_LIMIT, _native.INPUT_LIMIT)
+    values = (origin, into.center, into.half_range, into.level, into.amplitude, *limits[0], *limits[1], *far, *line)
+    numbers = dict(zip(NUMBERS, map(float, (*values, 1.0 / block.ramp)), strict=True))
+    q = model.elements
+    parameters = ElementBlockParameters(
+        kind=tuple(KINDS.index(e.kind) for e in q), schedule=tuple(e.schedule for e in q),
+        radius=tuple(e.radius for e in q), gain=tuple(sum_.gains(block.period).tolist()),
+        weight=tuple(e.weight for e in q), maps=tuple(e.map for e in q), offset=model.offset, before=maps[0],
+        after=maps[1], low=x_range[0], high=x_range[1], source=tuple(s[0] for s in model.schedules),
+        schedule_low=tuple(s[1] for s in model.schedules), schedule_high=tuple(s[2] for s in model.schedules),
+        solves=solves, delay=0 if inverse else round(model.dead_time / block.period), start=start, numbers=numbers,
+        fingerprint=0,
+    )  # fmt: skip
+    digest = hashlib.sha256(repr(parameters).encode()).digest()
+    return replace(parameters, fingerprint=int.from_bytes(digest[:4], "big")), sum_
+
+
+def _slow(model: ElementModel, low: float, high: float) -> tuple[float, float]:
+    """Outputs at both ends of the loop of an input that waits there until all lags have come."""
+    scaling, ends = model.scaling, np.repeat([low, high, low, high], 2)
+    x = np.ascontiguousarray(scaling.inward(ends))
+    still = replace(model, dead_time=0.0)
+    middle = np.full((x.size, 2), 0.0)
+    for source, below, above in model.schedules:
+        if source >= 0:
+            middle[:, source] = 0.5 * (below + above)
+    y = scaling.outward(still.run(x, np.full(x.size, LONG), model.evaluated.rest(0.0), middle)[0])
+    if not y[5] != y[7]:
+        raise ParameterError(
+            f"from one end of the input's range, {low:g}, to the other, {high:g}, the output does not move: no block "
+            f"can be made of it. Pass range=(low, high), what the actuator can be given.",
+            low=low,
+            high=high,
+        )
+    return float(y[5]), float(y[7])
+
+
+def _departure(model: ElementModel) -> tuple[tuple[float, ...], float]:
+    """Memory of the elements from where one stroke leads to the first sample, and its x; () for rest."""
+    if model.start == "rest":
+        return (), 0.0
+    memory = model.evaluated.departure()[0]
+    return tuple(memory[2 : 2 + len(model.elements)].tolist()), float(memory[0])
+
+
+def _swapped(map: Pairs) -> Pairs:
+    return map[1], map[0]
+
+
+def _through(map: Pairs, *values: float) -> tuple[float, float]:
+    """Two values behind an increasing map, continued along its ends; the smaller one first."""
+    u, v = (np.array(points) for points in map)
+    if u.size:
+        left = np.clip(np.searchsorted(u, values, side="right") - 1, 0, u.size - 2)
+        found = v[left] + (np.array(values) - u[left]) * (v[left + 1] - v[left]) / (u[left + 1] - u[left])
+    else:
+        found = np.array(values)
+    return float(found.min()), float(found.max())
+
+
+def _bounds(model: ElementModel, low: float, high: float, start: tuple[float, ...]) -> tuple[float, float]:
+    """Lower and upper bound of the sum over all inputs in low .. high and all memories that they leave."""
+    bottom, top = min(low, *start, low), max(high, *start, high)
+    least = most = model.offset
+    size = abs(model.offset)
+    for q in model.elements:
+        reach = {
+            "input": (low, high),
+            "stop": (-q.radius, q.radius),
+            "relax": (low - top, high - bottom),
+            "path": (-q.radius, q.radius),
+        }.get(q.kind, (bottom, top))
+        inner = [u for u in q.map[0] if reach[0] < u < reach[1]]
+        values = [q.weight * _through(q.map, e, e)[0] for e in (*reach, *inner)] + ([0.0] if q.schedule else [])
+        least, most, size = least + min(values), most + max(values), size + max(map(abs, values))
+    return least - ROUNDING * size, most + ROUNDING * size
