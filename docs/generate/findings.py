@@ -542,6 +542,23 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Look at the budget that is printed; identify with fewer (`--n 100`).",
         ),
     },
+    "Using a model: evaluate": {
+        "start-counts": (
+            "A piece of the log does not go over the whole range of the input within its first half. What the actuator "
+            "did before is unknown, every model was taken to begin at rest, and the errors may be those of that start.",
+            "Log a stroke over the whole range first.",
+        ),
+        "log-too-short": (
+            "The input turns fewer than {FEW_TURNS} times: not one loop was closed, and errors of one stroke say "
+            "little about use.",
+            "Log the motion of use, with several reversals.",
+        ),
+        "unexplained": (
+            "A model explains less than {EXPLAINED:%} of the variance of the output, its mean left out: the log has "
+            "other columns or is of another actuator, or a sensor is broken.",
+            "Look at the log with `dehyst inspect`, and name the columns with `--input` and `--output`.",
+        ),
+    },
     "Muscles: a bench log and its fit": {
         "muscle-unit-guessed": (
             "A column of a bench log names no unit: one was taken from the size of the numbers, N for a force. Or its "

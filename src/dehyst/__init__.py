@@ -49,6 +49,8 @@ if TYPE_CHECKING:
     from dehyst.identification import identify_paper as identify_paper
     from dehyst.identification.drift import Drift as Drift
     from dehyst.identification.drift import drift as drift
+    from dehyst.identification.evaluate import Evaluation as Evaluation
+    from dehyst.identification.evaluate import evaluate as evaluate
     from dehyst.identification.stream import Progress as Progress
     from dehyst.identification.stream import identify_stream as identify_stream
     from dehyst.io import inspect_log as inspect_log
@@ -107,6 +109,7 @@ _HOME = {
     "DehystError": "dehyst.errors",
     "DirectFit": "dehyst.identification",
     "DirectInverse": "dehyst.models",
+    "Evaluation": "dehyst.identification.evaluate",
     "ExcitationPlan": "dehyst.evaluation",
     "Homing": "dehyst.evaluation",
     "Limits": "dehyst.evaluation",
@@ -144,6 +147,7 @@ _HOME = {
     "home_model": "dehyst.evaluation",
     "shortest_homing": "dehyst.evaluation",
     "drift": "dehyst.identification.drift",
+    "evaluate": "dehyst.identification.evaluate",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.identification",
     "identify_family": "dehyst.families",

@@ -543,6 +543,33 @@ def compare(
 
 
 @app.command()
+def evaluate(
+    models: Annotated[list[Path], typer.Argument(metavar="MODEL...", help="Model files, of any family.")],
+    log: Annotated[Path, typer.Argument(help="Log that they were not identified from, such as one of use.")],
+    input: Annotated[str | None, typer.Option("--input", help="Input column; by default that of the models.")] = None,
+    output: Annotated[
+        str | None, typer.Option("--output", help="Output column; by default that of the models.")
+    ] = None,
+    time: Time = None,
+    time_unit: TimeUnit = None,
+    run: Runs = None,
+    start: Start = None,
+    stop: Stop = None,
+    load: LoadColumn = None,
+    mean_pressure: MeanPressureColumn = None,
+    json: Json = False,
+) -> None:
+    """Score saved models of any family on another log: output, input of the inverse, and which one to run."""
+    from dehyst.app.evaluate import EvaluateRequest, run_evaluate
+
+    run_evaluate(
+        EvaluateRequest(
+            tuple(models), log, input, output, time, time_unit, tuple(run or ()), start, stop, load, mean_pressure, json
+        )
+    )
+
+
+@app.command()
 def muscle(
     model: Annotated[
         str | None, typer.Argument(metavar="MODEL", help="Name of a model, or file that --save wrote; see --list.")

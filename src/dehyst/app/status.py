@@ -11,7 +11,7 @@ class Status(IntEnum):
     Examples
     --------
     >>> int(Status.NO), Status.NO.meaning
-    (1, 'the check says no: `verify` does not sign off, `drift` found a change, runs of `sweep` failed')
+    (1, 'the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run')
     """
 
     meaning: str
@@ -24,7 +24,7 @@ class Status(IntEnum):
         return status
 
     DONE = 0, "the command did its work; a check says yes: `verify` signed off, `drift` found no change"
-    NO = 1, "the check says no: `verify` does not sign off, `drift` found a change, runs of `sweep` failed"
+    NO = 1, "the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run"
     REFUSED = 2, "refused, nothing was overwritten: the message on the error stream says why and what to type"
     NOT_COMPARABLE = 3, "`drift` has nothing to compare"
     CANNOT_TELL = 4, "`drift` cannot tell: the logs do not decide whether something changed"

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.models import Model, ModelCard
+from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models.arrays import Array, parameter_number, signal_array
 from dehyst.models.model import without_inverse
 from dehyst.recording import Recording
@@ -334,9 +334,9 @@ class InverseLoop(Model):
         return self.of.rate_dependent
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Names of scheduling signals."""
-        return self.of.needs
+    def context(self) -> tuple[SignalCard, ...]:
+        """Scheduling signals."""
+        return self.of.context
 
     @property
     def nonzero_weights(self) -> int:

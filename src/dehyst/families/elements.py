@@ -45,7 +45,7 @@ from dehyst.errors import ParameterError
 from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling
 from dehyst.families.inversion import FARTHEST, first_input
 from dehyst.families.rising import least_slope
-from dehyst.models import ModelCard
+from dehyst.models import ModelCard, SignalCard
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
 
@@ -251,9 +251,10 @@ class ElementModel(LoopModel):
         return sum(q.weight != 0.0 for q in self.elements)
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Names of the given signals that schedules follow: signal_0, signal_1."""
-        return tuple(f"signal_{k}" for k in (0, 1) if any(source == k for source, _, _ in self.schedules))
+    def context(self) -> tuple[SignalCard, ...]:
+        """The given signals that schedules follow: signal_0, signal_1."""
+        followed = {source: SignalCard(f"signal_{source}", "", low, high) for source, low, high in self.schedules}
+        return tuple(followed[k] for k in (0, 1) if k in followed)
 
     def pruned(self) -> Self:
         """Return the same sum without elements of zero weight, which is exact; one stays."""

@@ -53,6 +53,37 @@ class Score:
 
 
 @dataclass(frozen=True, slots=True)
+class InputError:
+    """How far the input that an inverse asks for is from the one that was applied, percent of the input's range.
+
+    What it asks for is kept within the range that was applied, as an actuator would.
+
+    Attributes
+    ----------
+    rms_percent
+        Root of the mean square.
+    bias_percent
+        Mean: an offset of the log, such as warming, is no error of the loop.
+    """
+
+    rms_percent: float
+    bias_percent: float
+
+    @property
+    def without_bias_percent(self) -> float:
+        """Root mean square of what is not the mean."""
+        return float(np.sqrt(max(self.rms_percent**2 - self.bias_percent**2, 0.0)))
+
+    def times(self, ratio: float) -> InputError:
+        """Return the same error as a share of another range."""
+        return InputError(ratio * self.rms_percent, ratio * self.bias_percent)
+
+    def as_dict(self) -> dict[str, float]:
+        """Return both figures as printed by ``--json``."""
+        return {"rms_percent": self.rms_percent, "bias_percent": self.bias_percent}
+
+
+@dataclass(frozen=True, slots=True)
 class Certificate:
     """What proves, or limits, the trust in a fit.
 

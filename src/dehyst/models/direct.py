@@ -16,7 +16,7 @@ from dehyst._native import DirectStepper
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.models.base import RejectedSamplesWarning
-from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.card import NO_CARD, ModelCard, SignalCard
 from dehyst.models.follow import BEYOND, follow
 from dehyst.models.model import Band, Model
 from dehyst.models.schedule import Schedule
@@ -168,9 +168,9 @@ class DirectInverse(Model):
         return bool(np.any(self.creep_weights > 0.0) or np.any(self.viscous > 0.0))
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Names of the schedules from outside."""
-        return tuple(schedule.name for schedule in self.outside)
+    def context(self) -> tuple[SignalCard, ...]:
+        """Variables of the schedules from outside."""
+        return tuple(SignalCard(each.name, each.unit, each.low, each.high) for each in self.outside)
 
     @property
     def no_forward(self) -> str:
@@ -522,9 +522,9 @@ class DirectDemand(Model):
         return self.of.rate_dependent
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Names of scheduling signals."""
-        return self.of.needs
+    def context(self) -> tuple[SignalCard, ...]:
+        """Scheduling signals."""
+        return self.of.context
 
     @property
     def no_inverse(self) -> str:

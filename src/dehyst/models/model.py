@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.models.arrays import Array
-from dehyst.models.card import ModelCard
+from dehyst.models.card import ModelCard, SignalCard
 
 
 class Band(NamedTuple):
@@ -49,8 +49,8 @@ class Model(ABC):
         "forward": identified from input to output. "inverse": from output to input.
     rate_dependent
         Whether the answer depends on time, so that time stamps are needed.
-    needs
-        Names of the scheduling signals that `simulate` must be given beside its input.
+    context
+        Scheduling signals that `simulate` must be given beside its input; `needs` are their names.
     bounded
         Whether the memory is bounded, so that `band` says where the answer lies after any past.
     closeness
@@ -75,9 +75,14 @@ class Model(ABC):
         return False
 
     @property
-    def needs(self) -> tuple[str, ...]:
-        """Names of scheduling signals."""
+    def context(self) -> tuple[SignalCard, ...]:
+        """Scheduling signals with unit and range."""
         return ()
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Names of the scheduling signals."""
+        return tuple(card.name for card in self.context)
 
     @property
     def no_inverse(self) -> str:

@@ -1,0 +1,160 @@
+"""dehyst evaluate: saved models of any family on another log, one table, and which one to run."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from dehyst.app.ending import concluding
+from dehyst.app.identify import _finite
+from dehyst.app.identify_direct import schedule_of
+from dehyst.app.status import Status
+from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.verdict import verdict_findings
+from dehyst.errors import ColumnError, ParameterError
+from dehyst.identification.evaluate import Evaluation, Scored, evaluate
+from dehyst.io import read_log
+from dehyst.models import Model, load
+from dehyst.recording import Recording
+from dehyst.shell import quoted
+
+
+@dataclass(frozen=True)
+class EvaluateRequest:
+    """The command line of ``dehyst evaluate``."""
+
+    models: tuple[Path, ...]
+    log: Path
+    input: str | None
+    output: str | None
+    time: str | None
+    time_unit: str | None
+    runs: tuple[str, ...]
+    start: float | None
+    stop: float | None
+    load: str | None
+    mean_pressure: str | None
+    json: bool
+
+
+def run_evaluate(request: EvaluateRequest) -> None:
+    """Read, score, print."""
+    models = {str(path): load(path) for path in request.models}
+    if len(models) < len(request.models):
+        raise ParameterError(f"a model is named twice: {', '.join(map(str, request.models))}. Name each once.")
+    with ask_progress("reading", request.json):
+        records = _read(request, list(models.values()))
+        signals = _signals(request, models, records)
+    with ask_progress("evaluating", request.json):
+        found = evaluate(models, records, **signals)
+    with concluding(Status.DONE if found.run else Status.NO):
+        if request.json:
+            sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+        else:
+            _print(found, request)
+
+
+def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Recording]:
+    """Read the log; columns that are not named are those of the models' cards."""
+    pairs = {(model.card.input.name, model.card.output.name) for model in models}
+    if len(pairs) > 1 and not (request.input and request.output):
+        said = "; ".join(f"{driven} -> {answer}" for driven, answer in sorted(pairs))
+        raise ColumnError(
+            f"the models name different signals ({said}). Say which columns of '{request.log}' hold input and output: "
+            f"--input COLUMN --output COLUMN."
+        )
+    first = models[0].card
+    try:
+        return [
+            read_log(
+                request.log,
+                request.input or first.input.name,
+                request.output or first.output.name,
+                time=request.time,
+                run=run,
+                start=request.start,
+                stop=request.stop,
+                time_unit=request.time_unit,
+            )
+            for run in request.runs or (None,)
+        ]
+    except ColumnError as fault:
+        if request.input and request.output:
+            raise
+        raise ColumnError(
+            f"{fault}. It is a signal of '{request.models[0]}'; if other columns hold that, add --input COLUMN "
+            f"--output COLUMN.",
+            **fault.facts,
+        ) from None
+
+
+def _signals(request: EvaluateRequest, models: dict[str, Model], records: list[Recording]) -> dict[str, Any]:
+    """Scheduling signals by name, in the unit of the first model that needs them."""
+    units: dict[str, str] = {}
+    for model in models.values():
+        units = {card.name: card.unit for card in model.context} | units
+    runs: list[tuple[Path, str | None]] = [(request.log, run) for run in request.runs or (None,)]
+    found: dict[str, Any] = {}
+    for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
+        if column is not None:
+            clock = (request.time, request.time_unit)
+            found[name] = schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
+    return found
+
+
+def _print(found: Evaluation, request: EvaluateRequest) -> None:
+    out = terminal()
+    said = f"run {found.run}: {found.why}" if found.run else found.why
+    out.print(Text(said, style="bold"), soft_wrap=True)
+    out.print()
+    table = Table(box=None, pad_edge=False)
+    for k, name in enumerate(("model", "family", "output %", "bias %", "input %", "bias %", "clipped %")):
+        table.add_column(Text(name), justify="right" if k > 1 else "left", overflow="fold")
+    for entry in found.entries:
+        table.add_row(*map(Text, _row(entry)), style="bold" if entry.name == found.run else None)
+    out.print(table)
+    first = found.recordings[0]
+    out.print(
+        Text(
+            f"rms without bias, and bias, in percent of the range in this log: output {first.output_name}, and input "
+            f"{first.input_name} that the inverse asks for, kept within the identified range"
+        ),
+        soft_wrap=True,
+    )
+    reasons = [entry for entry in found.entries if entry.reason]
+    if reasons:
+        out.print()
+    for entry in reasons:
+        out.print(Text.assemble((entry.name, "bold"), f": {entry.reason}"), soft_wrap=True)
+    print_findings(found.findings)
+    for entry in found.entries:
+        known = verdict_findings(entry.model, Path(entry.name), "Do not compensate with it")
+        if (entry.findings or known) and len(found.entries) > 1:
+            out.print()
+            out.print(Text(entry.name, style="bold"))
+        print_findings([*entry.findings, *known])
+    out.print()
+    out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
+
+
+def _row(entry: Scored) -> tuple[str, ...]:
+    output = ("none", "") if entry.output is None else (f"{entry.error_percent:.3g}", f"{entry.bias_percent:+.2g}")
+    asked = entry.input
+    input = ("none", "", "") if asked is None else (
+        f"{entry.input_percent:.3g}", f"{asked.bias_percent:+.2g}", f"{100 * entry.clipped:.2g}",
+    )  # fmt: skip
+    return (entry.name, entry.model.family, *output, *input)
+
+
+def _next(found: Evaluation, request: EvaluateRequest) -> str:
+    if found.run is None:
+        return f"dehyst identify {quoted(request.log)} --save model.json"
+    column = request.output or found[found.run].model.card.output.name
+    return f"dehyst compensate {quoted(found.run)} REFERENCE.csv --output {quoted(column)}"

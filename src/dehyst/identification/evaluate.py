@@ -1,0 +1,417 @@
+"""evaluate(): models that exist, whatever their family, on a log that they were not identified from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import DehystError, ParameterError
+from dehyst.findings import Finding
+from dehyst.identification.data import range_over
+from dehyst.identification.direct.data import check_given
+from dehyst.identification.drift.comparable import in_units_of, unexplained
+from dehyst.identification.fit import InputError, Score
+from dehyst.identification.judge import GOOD_PERCENT
+from dehyst.identification.memory import known_from
+from dehyst.identification.mending import mended
+from dehyst.identification.scores import Part, score
+from dehyst.loops import turning_points
+from dehyst.models import Model
+from dehyst.models.model import require_model
+from dehyst.ranges import robust_range
+from dehyst.recording import Recording, require_recordings, takes_recordings
+from dehyst.ties import rank
+
+Array = npt.NDArray[np.float64]
+Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
+
+FEW_TURNS = 3  # of the input: with fewer not even one loop was closed
+BEYOND = 0.02  # share of the identified range that a log may leave it by without a word
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One model on a log.
+
+    Attributes
+    ----------
+    name
+        As it was called.
+    model
+        The model.
+    output
+        Errors of its output; None if it cannot be simulated here.
+    output_bias
+        Mean of that error: an offset of sensor or supply is no error of the loop. [output]
+    input
+        Error of the input that its inverse asks for at the measured output, kept within the identified range; None
+        without an inverse.
+    clipped
+        Share of the samples at which the inverse asked for more than the identified range.
+    reason
+        Why there is no output error, or no input error; "" where nothing is missing.
+    predictions, demands
+        Output of the model and input of its inverse, in the model's units, (T,) for each recording; empty if there is
+        none. [output], [input]
+    findings
+        What limits these errors.
+    """
+
+    name: str
+    model: Model
+    output: Score | None = None
+    output_bias: float = 0.0
+    input: InputError | None = None
+    clipped: float = 0.0
+    reason: str = ""
+    predictions: tuple[Array, ...] = ()
+    demands: tuple[Array, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def bias_percent(self) -> float:
+        """Mean error of the output, percent of its range."""
+        return self.output_bias * self._unit
+
+    @property
+    def error_percent(self) -> float:
+        """RMS error of the output without its mean, percent of its range; infinite without a prediction."""
+        if self.output is None:
+            return float("inf")
+        return float(np.sqrt(max(self.output.rmse**2 - self.output_bias**2, 0.0))) * self._unit
+
+    @property
+    def input_percent(self) -> float:
+        """RMS error of the input without its mean, percent of its range; infinite without an inverse."""
+        return float("inf") if self.input is None else self.input.without_bias_percent
+
+    @property
+    def _unit(self) -> float:
+        score = self.output
+        return 0.0 if score is None or score.rmse == 0.0 else score.rmse_percent / score.rmse
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the row as printed by ``--json``."""
+        output = None if self.output is None else {**self.output.as_dict(), "bias_percent": self.bias_percent}
+        return {
+            "name": self.name,
+            "family": self.model.family,
+            "direction": self.model.direction,
+            "output_error": output,
+            "input_error": None if self.input is None else self.input.as_dict(),
+            "clipped": self.clipped,
+            "reason": self.reason,
+            "warnings": [finding.as_dict() for finding in self.findings],
+        }
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Models on a log, the one with the smallest output error first.
+
+    Attributes
+    ----------
+    entries
+        One for each model.
+    recordings
+        The log, in the units in which it was logged.
+    run
+        Name of the model to compensate with; None if none of them should be used here.
+    why
+        Why that one, in one sentence.
+    findings
+        About the log itself.
+    """
+
+    entries: tuple[Scored, ...]
+    recordings: tuple[Recording, ...]
+    run: str | None
+    why: str
+    findings: tuple[Finding, ...] = ()
+
+    def __getitem__(self, name: str) -> Scored:
+        """Row of a model."""
+        for entry in self.entries:
+            if entry.name == name:
+                return entry
+        raise ParameterError(f"'{name!s:.60}' is not among {', '.join(e.name for e in self.entries)}.", name=name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the evaluation as printed by ``dehyst evaluate --json``."""
+        return {
+            "models": [entry.as_dict() for entry in self.entries],
+            "run": self.run,
+            "why": self.why,
+            "samples": sum(len(record) for record in self.recordings),
+            "warnings": [finding.as_dict() for finding in self.findings],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class _Log:
+    """Recordings made ready, and which of their samples count."""
+
+    records: tuple[Recording, ...]
+    given: tuple[dict[str, Array], ...]
+    part: Part = field(default_factory=lambda: Part((), ()))
+
+
+@takes_recordings
+def evaluate(
+    models: Model | Sequence[Model] | Mapping[str, Model],
+    recordings: Recording | Sequence[Recording],
+    **signals: Signals,
+) -> Evaluation:
+    """Score saved models of any family on another log: how far output and inverse are off, and which one to run.
+
+    Every model begins at rest at the first sample of each piece. What it says counts from where the input has visited
+    both ends of its range, as far as that leaves half of the piece: before, the past decides.
+
+    Parameters
+    ----------
+    models
+        One model, several, or several by name.
+    recordings
+        The log. Signals are converted to the units of each model's card.
+    signals
+        Scheduling signals by name that a model needs, such as `load`: an array (T,) for each recording.
+
+    Returns
+    -------
+    evaluation : Evaluation
+        Rows in the order of the output error without its mean, which ranks compensators better than the input error
+        does (docs/decisions/0045).
+
+    Raises
+    ------
+    ParameterError
+        If something is no model, there is none, or two have one name.
+
+    Examples
+    --------
+    >>> import dehyst
+    >>> x = 2 * np.sin(np.linspace(0, 40, 800))
+    >>> plays = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5])
+    >>> later = dehyst.Recording(input=x, output=plays.simulate(x) + 0.03)
+    >>> found = evaluate({"plays": plays, "line": dehyst.PrandtlIshlinskii([0.0], [1.2])}, later)
+    >>> found.run, round(found["plays"].error_percent, 6), round(found["plays"].output_bias, 3)
+    ('plays', 0.0, -0.03)
+    """
+    named = _named(models)
+    records = tuple(map(mended, require_recordings(recordings)))
+    given: list[dict[str, Array]] = [{} for _ in records]
+    for name, values in signals.items():
+        for held, array in zip(given, check_given(name, values, records), strict=True):
+            held[name] = array
+    low, high = range_over([record.input for record in records])
+    part, assumed = _counting(records, low, high)
+    log = _Log(records, tuple(given), part)
+    entries = [_scored(name, model, log) for name, model in named.items()]
+    entries.sort(key=lambda entry: rank(entry.error_percent))
+    run, why = _advice(entries)
+    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed))
+
+
+def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, Model]:
+    wanted = "models, such as fit.model or dehyst.load('model.json'), in a list or by name in a dict"
+    if isinstance(models, Mapping):
+        found = {str(name): require_model(model, wanted) for name, model in models.items()}
+    else:
+        given = list(models) if isinstance(models, list | tuple) else [models]
+        listed = [require_model(model, wanted) for model in given]
+        found = {
+            f"{k + 1}: {model.family}" if len(listed) > 1 else model.family: model for k, model in enumerate(listed)
+        }
+    if not found:
+        raise ParameterError(f"there is no model. Pass {wanted}.")
+    return found
+
+
+def _counting(records: tuple[Recording, ...], low: float, high: float) -> tuple[Part, list[Finding]]:
+    """Samples that count: those after both ends were visited, where that leaves half of a piece, and not left out."""
+    spans: list[tuple[slice, ...]] = []
+    weights: list[Array | None] = []
+    assumed = total = 0
+    for record in records:
+        own = []
+        for piece in record.pieces:
+            x = record.input[piece]
+            begin = known_from(x, low, high)
+            if 2 * begin > x.size:
+                begin, assumed = 0, assumed + 1
+            total += 1
+            own.append(slice(piece.start + begin, piece.stop))
+        spans.append(tuple(own))
+        weight = np.ones(len(record)) if record.left_out else None
+        if weight is not None:
+            weight[list(record.left_out)] = 0.0
+        weights.append(weight)
+    part = Part(tuple(spans), tuple(weights))
+    if not assumed:
+        return part, []
+    which = "the log does" if total == 1 else f"{assumed} of its {total} pieces do"
+    return part, [
+        Finding(
+            "start-counts",
+            f"{which} not go over the whole range of the input, {low:.4g} to {high:.4g}, in the first half: every "
+            f"model was taken to begin at rest there, and what it errs by may be the past that nobody knows. Log a "
+            f"stroke over the whole range first.",
+        )
+    ]
+
+
+def _about(records: tuple[Recording, ...]) -> list[Finding]:
+    """What stands against the log itself."""
+    found = [finding for record in records for finding in record.findings]
+    turns = sum(int(turning_points(record.input[piece]).size) for record in records for piece in record.pieces)
+    if turns < FEW_TURNS:
+        samples = sum(len(record) for record in records)
+        found.append(
+            Finding(
+                "log-too-short",
+                f"the input turns {turns} times in {samples} samples, less than one closed loop: errors are those of "
+                f"this stroke, and say little about use. Log at least {FEW_TURNS} reversals, better the motion of use.",
+            )
+        )
+    return found
+
+
+def _scored(name: str, model: Model, log: _Log) -> Scored:
+    """One model on the log, or why it cannot be scored there."""
+    records, findings = [], []
+    for record in log.records:
+        changed, said, why = in_units_of(record, (model.card.input, model.card.output))
+        if why:
+            return Scored(name, model, reason=f"{why}.")
+        if model.rate_dependent and record.time is None:
+            return Scored(
+                name,
+                model,
+                reason=f"the model depends on time, and {record.name} has no time stamps. Name its time column with "
+                f"--time, or log one.",
+            )
+        records.append(changed)
+        findings += said
+    missing = [need for need in model.needs if any(need not in given for given in log.given)]
+    if missing:
+        option = missing[0].replace("_", "-")
+        return Scored(name, model, reason=f"the model depends on '{missing[0]}', which was not given: --{option}.")
+    findings += _outside(model, records)
+    entry = _backward(_forward(Scored(name, model, findings=tuple(findings)), log, records), log, records)
+    if entry.output is not None:
+        error = np.concatenate([p - r.output for p, r in zip(entry.predictions, records, strict=True)])
+        why = unexplained(error - float(np.mean(error)), np.concatenate([record.output for record in records]))
+        if why:
+            entry = replace(entry, findings=(*entry.findings, Finding("unexplained", f"{why}.")))
+    return entry
+
+
+def _outside(model: Model, records: Sequence[Recording]) -> list[Finding]:
+    found = []
+    for card, role in ((model.card.input, "input"), (model.card.output, "output")):
+        if card.low is None or card.high is None or not card.high > card.low:
+            continue
+        values = np.concatenate([getattr(record, role) for record in records])
+        slack = BEYOND * (card.high - card.low)
+        beyond = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
+        if beyond:
+            unit = f" {card.unit}" if card.unit else ""
+            found.append(
+                Finding(
+                    "outside-range",
+                    f"the log's {role} leaves the identified range {card.low:z.4g} to {card.high:z.4g}{unit} at "
+                    f"{beyond} of {values.size} samples (it spans {values.min():z.4g} to {values.max():z.4g}): the "
+                    f"model extrapolates there, and is scored on it all the same. Identify on a log that covers it.",
+                )
+            )
+    return found
+
+
+def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
+    model = entry.model
+    if model.no_forward:
+        return replace(entry, reason=f"no output: {model.no_forward}")
+    try:
+        outputs = _answers(model, records, [record.input for record in records], log)
+    except DehystError as fault:
+        return replace(entry, reason=f"no output: {fault}")
+    measured = [record.output for record in records]
+    found = score(tuple(records), outputs, log.part, robust_range(measured))
+    return replace(entry, output=found, output_bias=log.part.moments(outputs, measured).mean, predictions=outputs)
+
+
+def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
+    model = entry.model
+    if model.no_inverse:
+        return replace(entry, reason=f"{entry.reason} no inverse: {model.no_inverse}".strip())
+    try:
+        asked = _answers(model.inverse(), records, [record.output for record in records], log)
+    except DehystError as fault:
+        return replace(entry, reason=f"{entry.reason} no input: {fault}".strip())
+    inputs, card = [record.input for record in records], model.card.input
+    low, high = range_over(inputs) if card.low is None or card.high is None else (card.low, card.high)
+    held = [np.clip(demand, low, high) for demand in asked]
+    error, span = log.part.moments(held, inputs), robust_range(inputs)
+    over = sum(int(np.count_nonzero(demand != kept)) for demand, kept in zip(asked, held, strict=True))
+    return replace(
+        entry,
+        input=InputError(100.0 * error.rms / span, 100.0 * error.mean / span),
+        clipped=over / max(1, sum(demand.size for demand in asked)),
+        demands=asked,
+    )
+
+
+def _answers(model: Model, records: Sequence[Recording], signals: Sequence[Array], log: _Log) -> tuple[Array, ...]:
+    """Answers along each recording, piece by piece, at rest at the first sample of each."""
+    found = []
+    for record, signal, given in zip(records, signals, log.given, strict=True):
+        parts = []
+        for piece in record.pieces:
+            x = np.ascontiguousarray(signal[piece])
+            time = None if record.time is None else np.ascontiguousarray(record.time[piece])
+            held = {need: np.ascontiguousarray(given[need][piece]) for need in model.needs}
+            parts.append(model.at_rest(float(x[0])).simulate(x, time, **held))
+        found.append(np.concatenate(parts))
+    return tuple(found)
+
+
+def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:
+    """Which model to compensate with, and why: of those with an inverse the one whose output errs least."""
+    able = [entry for entry in entries if entry.input is not None]
+    if not able:
+        return None, "no model has an inverse that could be run on this log; see the reasons."
+    best = able[0]
+    codes = {finding.code for finding in best.findings}
+    if "unexplained" in codes:
+        return None, (
+            f"not even the best, {best.name}, has anything to do with this log: identify a model from it, or name the "
+            f"right columns."
+        )
+    if best.output is None:
+        best = min(able, key=lambda entry: rank(entry.input_percent))
+        said = f"its inverse misses the input by {best.input_percent:.2f} % of range rms, and no model gives an output"
+    else:
+        said = f"its output errs least, {best.error_percent:.2f} % of range rms without bias"
+    other = min(able, key=lambda entry: rank(entry.input_percent))
+    if len(able) > 1:
+        next_best = next(entry for entry in able if entry is not best)
+        if best.output is not None and next_best.output is not None:
+            said += f", against {next_best.error_percent:.2f} % of {next_best.name}"
+    if other is not best and rank(other.input_percent) < rank(best.input_percent):
+        said += (
+            f"; the inverse of {other.name} comes closer to the input, {other.input_percent:.2f} against "
+            f"{best.input_percent:.2f} %, which says less about tracking"
+        )
+    first = next((entry for entry in entries if entry.output is not None), best)
+    if first is not best and first.input is None:
+        said += f"; {first.name} has no inverse"
+    if best.input_percent > GOOD_PERCENT:
+        said += (
+            f". Its inverse misses the input by {best.input_percent:.2f} %, more than {GOOD_PERCENT:g}: watch the "
+            f"actuator, or identify from this log"
+        )
+    return best.name, f"{said}."

@@ -1,0 +1,146 @@
+"""dehyst evaluate: saved models of any family on a log that they were not identified from."""
+
+import json
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst.errors import ParameterError
+from dehyst.families import example
+from dehyst.models import DirectInverse, ModelCard, SignalCard
+
+CARD = ModelCard(SignalCard("pressure", "bar", -2.0, 2.0), SignalCard("angle", "deg", -3.0, 3.0))
+PLAYS = dehyst.PrandtlIshlinskii([0.0, 0.3, 0.8], [1.0, 0.4, 0.3], card=CARD)
+X = 2.0 * np.sin(np.linspace(0.0, 60.0, 3000)) * np.linspace(1.0, 0.6, 3000)
+T = 0.01 * np.arange(X.size)
+
+
+def log(x=X, y=None, **more):
+    y = PLAYS.at_rest(x[0]).simulate(x) if y is None else y
+    given = {"time": T[: x.size], "input_name": "pressure", "input_unit": "bar", "output_name": "angle"}
+    return dehyst.Recording(input=x, output=y, **{**given, "output_unit": "deg", **more})
+
+
+def test_errors_are_those_of_numpy_from_where_both_ends_were_visited():
+    y = PLAYS.at_rest(X[0]).simulate(X) + 0.2 + 0.05 * np.sin(7.0 * T)
+    entry = dehyst.evaluate(PLAYS, log(y=y))["pi"]
+    begin = max(np.argmax(X.min() + 0.02 * np.ptp(X) >= X), np.argmax(X.max() - 0.02 * np.ptp(X) <= X))
+    error = (PLAYS.at_rest(X[0]).simulate(X) - y)[begin:]
+    assert entry.output.rmse == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-12)
+    assert entry.output_bias == pytest.approx(error.mean(), rel=1e-12)
+    assert entry.error_percent == pytest.approx(100.0 * error.std() / np.ptp(y), rel=1e-9)
+    asked = np.clip(PLAYS.inverse().at_rest(y[0]).simulate(y), -2.0, 2.0)[begin:] - X[begin:]
+    assert entry.input.rms_percent == pytest.approx(100.0 * np.sqrt(np.mean(asked**2)) / np.ptp(X), rel=1e-9)
+    assert entry.input.bias_percent == pytest.approx(100.0 * asked.mean() / np.ptp(X), rel=1e-9)
+
+
+def test_the_mechanism_itself_is_the_one_to_run_whatever_bias_the_log_has():
+    line = dehyst.PrandtlIshlinskii([0.0], [1.4], card=CARD)
+    found = dehyst.evaluate({"line": line, "plays": PLAYS}, log(y=PLAYS.at_rest(X[0]).simulate(X) + 1.0))
+    assert found.run == "plays" and [entry.name for entry in found.entries] == ["plays", "line"]
+    assert found["plays"].error_percent < 1e-9 < found["line"].error_percent
+    assert found["plays"].bias_percent == pytest.approx(-100.0 / np.ptp(found.recordings[0].output), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["dahl", "preisach", "creep-pi", "elements"])
+def test_a_family_scores_nothing_on_its_own_answer(name):
+    model = example(name)
+    x = np.sin(np.linspace(0.0, 40.0, 400))
+    t = 0.05 * np.arange(400)
+    y = model.at_rest(x[0]).simulate(x, t)
+    entry = dehyst.evaluate(model, dehyst.Recording(input=x, output=y, time=t))[name]
+    assert entry.error_percent < 1e-9
+    assert entry.input is None or entry.input_percent < 1e-6
+
+
+def test_a_direct_inverse_is_scored_in_both_directions():
+    model = DirectInverse(radii=[0.5], stop_weights=[1.0], polynomial=[0.0, 1.0], card=CARD)
+    y = 2.5 * np.sin(np.linspace(0.0, 60.0, 3000))
+    u = model.run(y, T).u
+    entry = dehyst.evaluate(model, log(u, y))["direct-inverse"]
+    assert entry.error_percent < 1e-6 and entry.input.rms_percent < 15.0  # clipped to the card's 2 bar of 3 bar
+    assert entry.clipped == pytest.approx(np.mean(np.abs(u) > 2.0), abs=1e-12) and entry.clipped > 0.1
+
+
+def test_demands_beyond_the_range_of_the_actuator_are_clipped_before_they_are_scored():
+    y = 100.0 * PLAYS.at_rest(X[0]).simulate(X)
+    entry = dehyst.evaluate(PLAYS, log(y=y))["pi"]
+    demand = PLAYS.inverse().at_rest(y[0]).simulate(y)
+    assert np.abs(demand - X).max() > 100.0 and entry.clipped == np.mean(np.abs(demand) > 2.0) > 0.9
+    assert entry.input.rms_percent < 100.0
+
+
+def test_what_cannot_be_scored_says_why_and_the_others_are():
+    timed = example("creep-pi")
+    untimed = dehyst.evaluate({"plays": PLAYS, "timed": timed}, log(time=None))
+    assert "no time stamps" in untimed["timed"].reason and untimed.run == "plays"
+    swapped = dehyst.evaluate(PLAYS, log(PLAYS.simulate(X), X, input_unit="deg", output_unit="bar"))
+    assert swapped.run is None and "swapped" in swapped["pi"].reason
+    scheduled = DirectInverse(
+        polynomial=[[0.0, 1.0], [0.0, 2.0]], schedules=(dehyst.models.Schedule("load", 0.0, 1.0, "N"),), card=CARD
+    )
+    assert "--load" in dehyst.evaluate(scheduled, log())["direct-inverse"].reason
+    assert dehyst.evaluate(scheduled, log(), load=np.zeros(X.size))["direct-inverse"].output is not None
+
+
+def codes(found):
+    return {finding.code for entry in found.entries for finding in entry.findings} | {f.code for f in found.findings}
+
+
+def test_warnings_name_what_limits_the_errors():
+    assert codes(dehyst.evaluate(PLAYS, log())) == set()
+    assert "outside-range" in codes(dehyst.evaluate(PLAYS, log(1.5 * X)))
+    assert "unit-converted" in codes(dehyst.evaluate(PLAYS, log(1e5 * X, PLAYS.simulate(X), input_unit="Pa")))
+    assert "unit-unknown" in codes(dehyst.evaluate(PLAYS, log(input_unit="")))
+    short = np.linspace(-2.0, 2.0, 200)
+    assert "log-too-short" in codes(dehyst.evaluate(PLAYS, log(short)))
+    late = np.concatenate([0.2 * X, np.linspace(X[-1] * 0.2, 2.0, 50), np.linspace(2.0, -2.0, 50)])[:3000]
+    assert "start-counts" not in codes(dehyst.evaluate(PLAYS, log()))
+    assert "start-counts" in codes(dehyst.evaluate(PLAYS, log(np.concatenate([late, [2.0, -2.0]]), time=None)))
+    noise = np.random.default_rng(0).normal(size=X.size)
+    other = dehyst.evaluate(PLAYS, log(y=noise))
+    assert "unexplained" in codes(other) and other.run is None
+
+
+def test_what_is_no_model_is_refused():
+    for wrong in ("model.json", [], {}, [PLAYS, 3.0]):
+        with pytest.raises(ParameterError, match=r"dehyst\.load"):
+            dehyst.evaluate(wrong, log())
+
+
+@pytest.fixture
+def files(tmp_path):
+    table = np.column_stack([T, X, PLAYS.at_rest(X[0]).simulate(X)])
+    path = tmp_path / "use.csv"
+    np.savetxt(path, table, delimiter=",", header="time_s,pressure_bar,angle_deg", comments="")
+    line = dehyst.PrandtlIshlinskii([0.0], [1.4], card=CARD)
+    return PLAYS.save(tmp_path / "plays.json"), line.save(tmp_path / "line.json"), path
+
+
+def test_the_command_prints_a_table_and_the_line_to_type_next(run, files):
+    status, out, err = run("evaluate", *files)
+    assert status == 0, err
+    assert out.startswith(f"run {files[0]}") and f"dehyst compensate {files[0]}" in out.replace("\n", "")
+
+
+def test_json_holds_both_errors_with_their_bias(run, files):
+    status, out, _ = run("evaluate", *files, "--json")
+    found = json.loads(out)
+    assert status == 0 and found["run"] == str(files[0]) and found["samples"] == X.size
+    assert [entry["name"] for entry in found["models"]] == [str(files[0]), str(files[1])]
+    assert set(found["models"][1]["input_error"]) == {"rms_percent", "bias_percent"}
+    assert found["models"][1]["output_error"]["rmse_percent"] > 1.0 > found["models"][0]["output_error"]["rmse_percent"]
+
+
+def test_a_log_that_no_model_explains_is_a_no_and_wrong_columns_are_refused(run, files, tmp_path):
+    other = tmp_path / "other.csv"
+    rows = np.column_stack([T, X, np.random.default_rng(0).normal(size=X.size)])
+    np.savetxt(other, rows, delimiter=",", header="time_s,pressure_bar,angle_deg", comments="")
+    status, out, _ = run("evaluate", files[0], other)
+    assert status == 1 and "dehyst identify" in out
+    np.savetxt(other, rows, delimiter=",", header="time_s,a,b", comments="")
+    status, _, err = run("evaluate", files[0], other)
+    assert status == 2 and "--input COLUMN --output COLUMN" in err
+    assert run("evaluate", files[0], other, "--input", "a", "--output", "b")[0] == 1
+    assert run("evaluate", files[0], files[0], files[2])[0] == 2
