@@ -13,10 +13,10 @@ from typing import Any, TypeAlias, cast
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.context import schedule_of
 from dehyst.app.design import DesignRequest
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
-from dehyst.app.identify_direct import schedule_of
 from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal

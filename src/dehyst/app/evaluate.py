@@ -12,9 +12,9 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.context import schedule_of
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
-from dehyst.app.identify_direct import schedule_of
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings

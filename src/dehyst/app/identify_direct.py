@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app.context import schedule_of
 from dehyst.app.terminal import ask_progress, print_findings, terminal
-from dehyst.errors import ColumnError, ParameterError, UnitError
+from dehyst.errors import ParameterError
 from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Score, identify_direct
-from dehyst.io import Signal, read_signal
 from dehyst.models import Schedule
 from dehyst.recording import Recording
 from dehyst.shell import quoted
-from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
+from dehyst.units import MASS_FACTORS
 
 if TYPE_CHECKING:
     from dehyst.app.identify import IdentifyRequest
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 DIRECT = "direct-inverse"
-# Dimensions that a scheduling column may have; a unit that is not known passes.
-DIMENSIONS = {"load": ("force", "torque"), "mean_pressure": ("pressure",)}
-# A scheduling column may begin later or end earlier by this share of the recording.
-UNCOVERED = 0.02
 
 
 def refuse_options(request: IdentifyRequest) -> None:
@@ -95,78 +91,6 @@ def _times(text: str | None) -> list[float] | None:
         raise ParameterError(
             f"--creep-times {text!r} is not a list of seconds; write them with commas: --creep-times 4,25,150"
         ) from None
-
-
-def schedule_of(
-    name: str,
-    column: str,
-    clock: tuple[str | None, str | None],
-    runs: list[tuple[Path, str | None]],
-    records: list[Recording],
-    unit: str = "",
-) -> tuple[list[Array], str]:
-    """Samples of a scheduling column at those of each recording, in `unit`, or if that is "" in that of the first."""
-    option = f"--{name.replace('_', '-')}"
-    arrays = []
-    for (log, run), record in zip(runs, records, strict=True):
-        signal = read_signal(log, column, time=clock[0], run=run, time_unit=clock[1], missing="drop")
-        values, found = schedule_values(option, name, column, signal, unit)
-        unit = unit or found
-        arrays.append(at_samples(option, column, signal, np.asarray(values), record, len(record)))
-    return arrays, unit
-
-
-def schedule_values(option: str, name: str, column: str, signal: Signal, unit: str) -> tuple[Array, str]:
-    """Values of a scheduling column in `unit`, or in its own if that is "", and the unit they are in.
-
-    A load may be a force, a torque or a mass, and stays what it is: weights that are learnt for kilograms are for
-    kilograms, and none of the three can be turned into another here.
-    """
-    mass = mass_unit(column, signal.unit) if name == "load" else ""
-    if not mass:
-        refuse_unit(option, name, signal)
-    own = mass or signal.unit
-    if unit in MASS_FACTORS or (unit and mass):
-        if not (unit in MASS_FACTORS and mass):
-            raise UnitError(
-                f"{option} '{column}' is in {own or 'no unit that is named'}, and the load so far in {unit}: a mass is "
-                f"not a force, and which force it stands for depends on the rig. Name a column in {unit}.",
-                unit=own,
-            )
-        return signal.values * (MASS_FACTORS[mass] / MASS_FACTORS[unit]), unit
-    return np.asarray(convert(signal.values, own, unit) if unit and own != unit else signal.values), unit or own
-
-
-def refuse_unit(option: str, name: str, signal: Signal) -> None:
-    """Refuse a column of another dimension than its schedule."""
-    allowed, found = DIMENSIONS[name], dimension(signal.unit)
-    if found and found not in allowed:
-        raise UnitError(
-            f"{option} names column '{signal.name}' in {signal.unit}, a unit of {found}; it takes "
-            f"{' or '.join((*allowed, 'mass') if name == 'load' else allowed)}. Name the column that holds it.",
-            unit=signal.unit,
-        )
-
-
-def at_samples(option: str, column: str, signal: Signal, values: Array, record: Recording | Signal, size: int) -> Array:
-    """Bring a scheduling column to the samples of a recording or a signal."""
-    if record.time is None or signal.time is None:
-        if values.size != size:
-            raise ColumnError(
-                f"{option} '{column}' has {values.size} samples and the recording {size}, and without time "
-                f"stamps they cannot be brought together. Name the time column (--time).",
-                column=column,
-            )
-        return values
-    first, last = float(record.time[0]), float(record.time[-1])
-    missing = max(0.0, float(signal.time[0]) - first) + max(0.0, last - float(signal.time[-1]))
-    if missing > UNCOVERED * (last - first):
-        raise ColumnError(
-            f"{option} '{column}' has values from {signal.time[0]:.6g} s to {signal.time[-1]:.6g} s, but the recording "
-            f"lasts from {first:.6g} s to {last:.6g} s. Cut it with --from and --to, or name a column that covers it.",
-            column=column,
-        )
-    return np.interp(record.time, signal.time, values)
 
 
 def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:

@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.start import MODEL, UNKNOWN, begun, middle, say, start_of
+from dehyst.app.context import given_of, in_units_of, outside
+from dehyst.app.start import MODEL, REST, UNKNOWN, middle_of, say, start_of
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
-from dehyst.app.unknown import column, place, refuse_without_unknown_state, with_any_past
+from dehyst.app.unknown import band_columns, column, place, refuse_without_unknown_state
 from dehyst.app.verdict import verdict_findings
-from dehyst.errors import ColumnError, OutputError, ParameterError
-from dehyst.families.base import LoopModel
+from dehyst.errors import ColumnError, OutputError, TimeError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
-from dehyst.models import DirectInverse, HysteresisModel, ShearedPrandtlIshlinskii, SignalCard, load
-from dehyst.units import canonical, convert
+from dehyst.models import Model, load
 
 Array = npt.NDArray[np.float64]
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a word.
 JUMP = 0.1
-# A signal that leaves the identified range by more than this share of it is worth a word.
-BEYOND = 0.02
 
 
 @dataclass(frozen=True)
@@ -56,72 +53,78 @@ class PlayRequest:
 def run_simulate(request: PlayRequest) -> None:
     """Write time, input and the model's output."""
     model, signal = _read(request, "input")
-    if isinstance(model, DirectInverse):
-        from dehyst.app.play_direct import simulate_direct  # which writes with what is below
-
-        simulate_direct(request, model, signal)
-        return
-    if isinstance(model, LoopModel):
-        from dehyst.app.play_loop import simulate_loop
-
-        simulate_loop(request, model, signal)
-        return
-    refuse_schedules(request)
     x, findings = in_units_of(model.card.input, signal)
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
-    given, start, told = {column(model.card.input): x}, start_of(request, MODEL), ""
-    if request.unknown_state:
-        columns, more = with_any_past(model, x, model.card.output, "model", signal, request.figure, request.past)
-        findings += more
-    elif start == UNKNOWN:
-        y, told = middle(model, x, model.card.input, model.card.output, signal, request.past)
-        columns = {column(model.card.output, "model"): y}
-    else:
-        columns = {column(model.card.output, "model"): begun(model, start, x[0]).simulate(x)}
-    write(request, signal, given | columns)
-    if not request.unknown_state:
-        say(start, told)
-    print_findings([*about(signal, "input"), *findings], stderr=True)
+    played = _played(request, model, signal, x, "model", MODEL)
+    lost = model.lost(played.answer)
+    if lost:
+        findings.append(
+            Finding(
+                "outside-range",
+                f"at {lost} of {x.size} samples no output within 10 % of the identified range needs the input given; "
+                f"the end of the range was written. Scale the input, or identify on a log that covers it.",
+            )
+        )
+    write(request, signal, {column(model.card.input): x, **played.columns})
+    say(played.start, played.told)
+    print_findings([*about(signal, "input"), *findings, *played.findings], stderr=True)
 
 
 def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request, "output")
-    if isinstance(model, DirectInverse):
-        from dehyst.app.play_direct import compensate_direct  # which writes with what is below
-
-        compensate_direct(request, model, signal)
-        return
-    if isinstance(model, LoopModel):
-        from dehyst.app.play_loop import compensate_loop
-
-        compensate_loop(request, model, signal)
-        return
-    refuse_schedules(request)
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
-    inverse, start, told = model.inverse(), start_of(request, UNKNOWN), ""
-    if request.unknown_state:
-        columns, more = with_any_past(inverse, y, model.card.input, "compensated", signal, request.figure, request.past)
-        x = next(iter(columns.values()))
+    inverse = model.inverse()
+    played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else MODEL)
+    if not request.unknown_state:
+        findings += _proof(model, inverse, played, y)
+    findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
+    findings += jumps(played.answer, model, signal)
+    write(request, signal, {column(model.card.output): y, **played.columns})
+    say(played.start, played.told)
+    print_findings([*said, *about(signal, "reference"), *findings, *played.findings], stderr=True)
+
+
+@dataclass(frozen=True)
+class _Played:
+    """What a model answers: columns, the answer alone, what was assumed of the past, and what to say about it."""
+
+    columns: dict[str, Array]
+    answer: Array
+    start: str
+    told: str
+    findings: list[Finding]
+    time: Array | None
+    given: dict[str, Array]
+
+
+def _played(request: PlayRequest, model: Model, signal: Signal, x: Array, prefix: str, default: str) -> _Played:
+    """Run a model along its input, from the past that was asked for."""
+    given, findings = given_of(request, model, signal)
+    start, time, card, told = start_of(request, default), _time(request, model, signal), model.card.output, ""
+    if start != UNKNOWN:
+        begun = model.at_rest(float(x[0])) if start == REST else model
+        answer = begun.simulate(x, time, **given)
+        columns = {column(card, prefix): answer}
+    elif request.unknown_state:
+        band = model.band(x, time, request.past, **given)
+        answer, start = band.middle, ""
+        columns, more = band_columns(band, card, prefix, signal, request.figure)
         findings += more
     else:
-        if start == UNKNOWN:
-            x, told = middle(inverse, y, model.card.output, model.card.input, signal, request.past)
-        else:
-            x = begun(inverse, start, y[0]).simulate(y)
-        columns = {column(model.card.input, "compensated"): x}
-        findings += _proof(model, x if start == MODEL else inverse.simulate(y), y)
-    findings += outside(x, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += jumps(x, model.card.input, signal)
-    write(request, signal, {column(model.card.output): y, **columns})
-    if not request.unknown_state:
-        say(start, told)
-    print_findings([*said, *about(signal, "reference"), *findings], stderr=True)
+        past = request.past or model.usual_past
+        band = model.band(x, time, past, **given)
+        answer, told = band.middle, middle_of(band, past, model.card, signal)
+        columns = {column(card, prefix): answer}
+        doubt = 0.5 * (band.high - band.low)
+        if model.direction == "inverse" and np.any(doubt > 0.0):
+            columns[column(card, "doubt")] = doubt
+    return _Played(columns, answer, start, told, findings, time, given)
 
 
-def _read(request: PlayRequest, role: str) -> tuple[Any, Signal]:
+def _read(request: PlayRequest, role: str) -> tuple[Model, Signal]:
     _refuse_sources(request)
     refuse_without_unknown_state(request.unknown_state, request.figure, request.overwrite)
     model = load(request.model)
@@ -145,52 +148,14 @@ def _read(request: PlayRequest, role: str) -> tuple[Any, Signal]:
     return model, signal
 
 
-def refuse_schedules(request: PlayRequest) -> None:
-    """Refuse columns that only a direct inverse with a schedule takes."""
-    wrong = [name for name, given in (("--load", request.load), ("--mean-pressure", request.mean_pressure)) if given]
-    if wrong:
-        raise ParameterError(
-            f"{' and '.join(wrong)} {'belongs' if len(wrong) == 1 else 'belong'} to a direct inverse with such a "
-            f"schedule, and '{request.model}' holds another model. Leave it out."
+def _time(request: PlayRequest, model: Model, signal: Signal) -> Array | None:
+    if signal.time is None and model.rate_dependent:
+        raise TimeError(
+            f"'{request.model}' is a {model.family} model, which depends on time (creep or rate), and '{request.log}' "
+            f"has no time column. Name it with --time, or add one.",
+            log=str(request.log),
         )
-
-
-def in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
-    """Convert the signal to the model's unit, or say that it cannot be checked."""
-    if signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None:
-        return signal.values, []
-    if not signal.unit or not card.unit:
-        return signal.values, [
-            Finding(
-                "unit-unknown",
-                f"column '{signal.name}' is in '{signal.unit or 'unknown'}', the model in '{card.unit or 'unknown'}': "
-                f"the values were taken as they are. Name the unit in the column, for example "
-                f"{card.name}_{card.unit or 'bar'}.",
-            )
-        ]
-    values = convert(signal.values, signal.unit, card.unit)
-    return values, [
-        Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to {card.unit}.")
-    ]
-
-
-def outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:
-    """Return a finding if a signal leaves its identified range."""
-    if card.low is None or card.high is None:
-        return []
-    slack = BEYOND * (card.high - card.low)
-    beyond = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
-    if not beyond:
-        return []
-    unit = f" {card.unit}" if card.unit else ""
-    return [
-        Finding(
-            "outside-range",
-            f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {beyond} of {values.size} "
-            f"samples (it spans {values.min():z.4g} to {values.max():z.4g}): {consequence}. Scale it, or identify "
-            f"on a log that covers it.",
-        )
-    ]
+    return signal.time
 
 
 def about(signal: Signal, role: str) -> list[Finding]:
@@ -212,8 +177,9 @@ def about(signal: Signal, role: str) -> list[Finding]:
     ]
 
 
-def jumps(x: Array, card: SignalCard, signal: Signal, cure: str = ", or raise --eps when identifying") -> list[Finding]:
+def jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
     """Steps of the computed input that no valve or amplifier follows from one sample to the next."""
+    card = model.card.input
     if card.low is None or card.high is None or not card.high > card.low or x.size < 2:
         return []
     step = np.abs(np.diff(x))
@@ -230,28 +196,35 @@ def jumps(x: Array, card: SignalCard, signal: Signal, cure: str = ", or raise --
             f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
             f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
             f"{place(signal, k)} to {place(signal, k + 1)}. The actuator will lag there. Smooth the reference or "
-            f"sample it more finely{cure}.",
+            f"sample it more finely{_eps(model)}.",
         )
     ]
 
 
-def _proof(model: HysteresisModel, x: Array, y: Array) -> list[Finding]:
+def _proof(model: Model, inverse: Model, played: _Played, y: Array) -> list[Finding]:
     """Run the model on the computed input: it must give the reference back, from the first sample on."""
-    if isinstance(model, ShearedPrandtlIshlinskii) and not model.has_forward:
-        error = np.abs(model.hysteresis.simulate(x + model.shear * y) - y)
-    else:
-        error = np.abs(model.simulate(x) - y)
+    if not math.isfinite(model.closeness):
+        return []
+    x = played.answer if played.start == MODEL else inverse.simulate(y, played.time, **played.given)
+    error = float(np.max(np.abs(model.replay(x, y, played.time, **played.given) - y)))
     span = max(float(np.ptp(y)), 1e-300)
-    if float(np.max(error)) <= 1e-9 * span:
+    if error <= model.closeness * span:
         return []
     return [
         Finding(
             "round-trip",
-            f"the model's answer to the computed input differs from the reference by up to {float(np.max(error)):.3g} "
-            f"({100 * float(np.max(error)) / span:.2g} % of its range): the inverse loses digits here. Raise "
-            f"--eps when identifying.",
+            f"the model's answer to the computed input differs from the reference by up to {error:.3g} "
+            f"({100 * error / span:.2g} % of its range): the inverse loses digits here, or the model cannot reach it. "
+            f"Keep the reference within the identified range{_eps(model)}.",
         )
     ]
+
+
+def _eps(model: Model) -> str:
+    """The cure of a model that was identified with a bound of its slope, for those."""
+    settings = model.card.provenance.get("settings")
+    bounded = isinstance(settings, dict) and "eps" in settings
+    return ", or raise --eps when identifying" if bounded else ""
 
 
 def _refuse_sources(request: PlayRequest) -> None:

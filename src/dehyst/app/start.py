@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
 from dehyst.app.terminal import tell
 from dehyst.app.unknown import closed_from, place
 from dehyst.errors import ParameterError
 from dehyst.io import Signal
-from dehyst.models import HysteresisModel, SignalCard
+from dehyst.models import Band, ModelCard
 
 if TYPE_CHECKING:
     from dehyst.app.play import PlayRequest
-
-Array = npt.NDArray[np.float64]
 
 UNKNOWN, REST, MODEL = STARTS = ("unknown", "rest", "model")
 ABOUT = {
@@ -47,42 +42,28 @@ def start_of(request: PlayRequest, default: str) -> str:
 
 
 def say(start: str, more: str = "") -> None:
-    """Say on the error stream which start was taken."""
-    tell(f"start: {start}, {more or ABOUT[start]}")
+    """Say on the error stream which start was taken; nothing where the band itself was asked for."""
+    if start:
+        tell(f"start: {start}, {more or ABOUT[start]}")
 
 
-def begun(model: HysteresisModel, start: str, first: float) -> HysteresisModel:
-    """Return the model in the state of a start that assumes a past, with the first sample that it is going to get."""
-    return model.at_rest(first) if start == REST else model
-
-
-def middle(
-    model: HysteresisModel,
-    x: Array,
-    into: SignalCard,
-    out: SignalCard,
-    signal: Signal,
-    past: tuple[float, float] | None,
-) -> tuple[Array, str]:
-    """Return the middle (T,) of what a model may answer after any past within a range, and what to say about it.
+def middle_of(band: Band, past: tuple[float, float] | None, card: ModelCard, signal: Signal) -> str:
+    """Return what to say about the middle of what a model may answer after any past within a range.
 
     Parameters
     ----------
-    model, x
-        The model, and its input (T,).
-    into, out
-        Signals of the model.
-    signal
-        Where x was read from.
+    band
+        Of the answer.
     past
-        What the input cannot have left before; None: its identified range.
+        What the input cannot have left before; None: it may have been anywhere.
+    card
+        Of the model.
+    signal
+        Where its input was read from.
     """
-    if past is None and into.low is not None and into.high is not None and into.low < into.high:
-        past = into.low, into.high
-    low, high = model.interval(x, past=past)
-    width = 0.5 * (high - low)
-    where = f" within {past[0]:.4g} to {past[1]:.4g} {into.unit}".rstrip() if past else ""
-    closed = closed_from(low, high)
+    width = 0.5 * (band.high - band.low)
+    where = f" within {past[0]:.4g} to {past[1]:.4g} {card.input.unit}".rstrip() if past else ""
+    closed = closed_from(band.low, band.high)
     end = f"by {width[-1]:.3g} at the end" if closed is None else f"known from {place(signal, closed)} on"
-    told = f"the middle of all pasts{where}: the first value may be off by {width[0]:.3g} {out.unit}".rstrip()
-    return 0.5 * (low + high), f"{told}, {end}; --start rest or model assumes one past"
+    told = f"the middle of all pasts{where}: the first value may be off by {width[0]:.3g} {card.output.unit}".rstrip()
+    return f"{told}, {end}; --start rest or model assumes one past"

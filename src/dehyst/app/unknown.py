@@ -11,7 +11,7 @@ from dehyst.app.targets import BAND, refuse_existing
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.io import Signal
-from dehyst.models import HysteresisModel, SignalCard
+from dehyst.models import Band, SignalCard
 
 Array = npt.NDArray[np.float64]
 
@@ -38,40 +38,25 @@ def refuse_without_unknown_state(unknown: bool, figure: Path | None, overwrite: 
         )
 
 
-def with_any_past(
-    model: HysteresisModel,
-    x: Array,
-    card: SignalCard,
-    prefix: str,
-    signal: Signal,
-    figure: Path | None,
-    past: tuple[float, float] | None,
+def band_columns(
+    band: Band, card: SignalCard, prefix: str, signal: Signal, figure: Path | None
 ) -> tuple[dict[str, Array], list[Finding]]:
-    """Return columns middle, low, high and certainty of a model along an input, and what to say about them.
+    """Return columns middle, low, high and certainty, and what to say about them; draw them if a picture is wanted.
 
     Nothing is known at the first sample, and nothing new is unknown at a gap: the memory is carried on across it.
     """
-    low, high = model.interval(x, past=past)
-    return band_columns(low, high, model.certainty(x, past=past), card, prefix, signal, figure)
-
-
-def band_columns(
-    low: Array, high: Array, certainty: Array, card: SignalCard, prefix: str, signal: Signal, figure: Path | None
-) -> tuple[dict[str, Array], list[Finding]]:
-    """Return columns middle, low, high and certainty, and what to say about them; draw them if a picture is wanted."""
-    middle = 0.5 * (low + high)
     columns = {
-        column(card, prefix): middle,
-        column(card, f"{prefix}_low"): low,
-        column(card, f"{prefix}_high"): high,
-        "certainty": certainty,
+        column(card, prefix): band.middle,
+        column(card, f"{prefix}_low"): band.low,
+        column(card, f"{prefix}_high"): band.high,
+        "certainty": band.certainty,
     }
     if figure is not None:
         from dehyst.report.band import write_band
 
         time, across = _abscissa(signal)
-        write_band(figure, time, low, high, certainty, across, column(card, prefix))
-    return columns, [_finding(low, high, card.unit, column(card, prefix), signal)]
+        write_band(figure, time, band.low, band.high, band.certainty, across, column(card, prefix))
+    return columns, [_finding(band.low, band.high, card.unit, column(card, prefix), signal)]
 
 
 def closed_from(low: Array, high: Array) -> int | None:

@@ -13,6 +13,8 @@ from dehyst.models.arrays import parameter_number, signal_array
 
 Array = npt.NDArray[np.float64]
 
+PLAYS = "plays"  # form of the models whose states are known one by one
+
 
 @runtime_checkable
 class Compensator(Protocol):
@@ -77,10 +79,10 @@ class InverseCompensator:
     """
 
     def __init__(self, inverse: HysteresisModel, shear: float, unit: float = 1e5) -> None:
-        if not isinstance(inverse, HysteresisModel):
+        if getattr(inverse, "core_form", "") != PLAYS:
             raise ParameterError(
-                f"inverse is a {type(inverse).__name__}, not a hysteresis model; pass model.inverse() of a model that "
-                f"was identified from pressure to angle."
+                f"inverse is a {type(inverse).__name__}, not a hysteresis model of plays; pass model.inverse() of a "
+                f"model that was identified from pressure to angle, or a LoopCompensator of dehyst.families."
             )
         self.inverse = inverse
         self.shear = parameter_number(shear, "shear")

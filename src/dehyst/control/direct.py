@@ -11,6 +11,7 @@ from dehyst.errors import ParameterError, UnitError
 from dehyst.models import DirectInverse, Schedule
 from dehyst.units import MASS_FACTORS, TABLE, canonical
 
+DIRECT = "direct"  # form of the models that are one
 GIVEN = ("mean_pressure", "load")  # what the controller gives the model, in the order of the core
 LARGEST = (
     1e6  # [rad], [Nm]: beyond what any joint has, and powers of it are still numbers that a state can be stored with

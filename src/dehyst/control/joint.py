@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.control.adaptation import Adaptation
-from dehyst.control.compensator import refuse_second_shear
-from dehyst.control.direct import direct_parameters
+from dehyst.control.compensator import PLAYS, refuse_second_shear
+from dehyst.control.direct import DIRECT, direct_parameters
 from dehyst.control.images import refuse
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.reviewed import Law, law_parameters
@@ -326,11 +326,11 @@ def native_controller(
     ParameterError
         If the compensator is no model, or the law is no record of `dehyst.control.reviewed`.
     """
-    direct = isinstance(compensator, DirectInverse)
+    direct = getattr(compensator, "core_form", "") == DIRECT
     return _native.JointController(
         parameters.as_dict(),
         None if direct else _parameters_of(compensator, parameters.shear),
-        direct_parameters(compensator, parameters.period) if isinstance(compensator, DirectInverse) else None,
+        direct_parameters(cast(DirectInverse, compensator), parameters.period) if direct else None,
         (adaptation or Adaptation()).as_dict(),
         law_parameters(law),
     )
@@ -346,10 +346,10 @@ def _known(switches: int) -> None:
         )
 
 
-def _parameters_of(model: object, shear: float) -> Any:
+def _parameters_of(model: Any, shear: float) -> Any:
     if model is None:
         return None
-    if not isinstance(model, HysteresisModel):
+    if getattr(model, "core_form", "") != PLAYS:
         raise ParameterError(
             f"the compensator is a {type(model).__name__}, not a hysteresis model; pass model.inverse(), or give the "
             f"term of a compensator of your own as the reference's extra (dehyst.control.along)."

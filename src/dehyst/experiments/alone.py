@@ -215,6 +215,6 @@ def identified_alone(robot: Robot, path: ArmPath, number: int = 1, seed: int = 0
     characteristic = calibrate(robot, number, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         found = identify_joint(robot, number, characteristic, Path(folder), compensator=compensator, seed=seed)
-    if not isinstance(found.compensator, DirectInverse):
+    if found.direct is None:
         raise ParameterError(f"'{compensator}' is no direct inverse. Type compensator='creep'.", name=compensator)
-    return Alone(robot, path, characteristic, found.compensator, Adaptation(), number, seed)
+    return Alone(robot, path, characteristic, found.direct.pruned(), Adaptation(), number, seed)

@@ -212,17 +212,19 @@ def _identified(
 ) -> JointIdentification:
     """Fit what the recipe says to the written log, and ask it for the hysteresis of loops that it has not seen."""
     shear, direct = _shear(robot, chosen, log.files[0]), None
-    fit = identify_torque(log.files, chosen) if chosen.direct else _played(robot, log.files[0], shear)
-    if isinstance(fit, DirectFit):
+    fit: Fit | DirectFit
+    if chosen.direct:
+        fit = torques = identify_torque(log.files, chosen)
         stiffness = characteristic.stiffness(robot.controller.mean_pressure)
-        direct = unsheared(fit.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
+        direct = unsheared(torques.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
+    else:
+        fit = _played(robot, log.files[0], shear)
 
     def says(columns: Mapping[str, Array]) -> Array:
         q = columns[OUTPUT]
         if direct is not None:
             run = direct.run(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
             return np.asarray(run.u / (BAR * characteristic.slope(q)))
-        assert isinstance(fit, Fit)
         return fit.model.inverse().simulate(q) - shear * q
 
     unseen = log.unseen

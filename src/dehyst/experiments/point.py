@@ -9,11 +9,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from dehyst.control import RampedCompensator
+from dehyst.control.direct import DIRECT
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
 from dehyst.experiments.backbones import backbones_of
@@ -28,7 +29,7 @@ from dehyst.experiments.results import COMPENSATED, Characteristic, JointIdentif
 from dehyst.experiments.reviewed import refuse_learning, under_controller
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment
-from dehyst.models import DirectInverse
+from dehyst.models import HysteresisModel
 from dehyst.plant.arm import Arm
 from dehyst.plant.parameters import Robot, load_robot
 from dehyst.plant.rigid_body import ALL_JOINTS
@@ -258,10 +259,11 @@ USUAL = 0.5  # share of the identified range within which a joint usually moved 
 def ramped(equipment: Equipment) -> Equipment:
     """Return the same equipment with compensators that know that their memory is not known; direct inverses do."""
     own = {}
-    direct = {n: one for n, one in equipment.compensators.items() if isinstance(one, DirectInverse)}
-    for number, inverse in equipment.compensators.items():
-        if isinstance(inverse, DirectInverse):
+    direct = {n: one for n, one in equipment.compensators.items() if one.core_form == DIRECT}
+    for number, one in equipment.compensators.items():
+        if number in direct:
             continue
+        inverse = cast(HysteresisModel, one)
         p, card = equipment.controllers[number], inverse.card.input
         past = None if card.low is None or card.high is None else (USUAL * card.low, USUAL * card.high)
         own[number] = RampedCompensator(inverse, p.shear, p.compensator_unit, past)

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification import DirectFit, Fit
-from dehyst.models import DirectInverse, HysteresisModel, PrandtlIshlinskii
+from dehyst.models import DirectInverse, HysteresisModel
 
 Array = npt.NDArray[np.float64]
 
@@ -138,14 +138,12 @@ class JointIdentification:
     @property
     def model(self) -> HysteresisModel | DirectInverse:
         """What was identified, without operators of zero weight: the same output, in a tenth of the time."""
-        model = self.fit.model if self.direct is None else self.direct
-        return model.pruned() if isinstance(model, DirectInverse | PrandtlIshlinskii) else model
+        return (self.fit.model if self.direct is None else self.direct).pruned()
 
     @property
     def compensator(self) -> HysteresisModel | DirectInverse:
         """What runs in the controller: the inverse of the model, or the direct inverse itself."""
-        model = self.model
-        return model if isinstance(model, DirectInverse) else model.inverse()
+        return cast(HysteresisModel | DirectInverse, self.model.compensator())
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import SWITCHES, InverseCompensator
+from dehyst.control.direct import DIRECT
 from dehyst.experiments.nominal import OBSERVER_RATIO
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
-from dehyst.models import DirectInverse
+from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.plant.arm import Arm, Reference
 from dehyst.plant.parameters import Robot
 
@@ -114,10 +115,10 @@ def compensated_twice(case: Case) -> tuple[float, float]:
     model = case.equipment.compensators.get(n)
     if model is None:
         return ratio(case, case.robot, case.equipment)
-    if isinstance(model, DirectInverse):
-        twice = {**case.equipment.compensators, n: _twice(model)}
+    if model.core_form == DIRECT:
+        twice = {**case.equipment.compensators, n: _twice(cast(DirectInverse, model))}
         return ratio(case, case.robot, replace(case.equipment, compensators=twice))
-    again = InverseCompensator(model, shear=controller.shear, unit=controller.compensator_unit)
+    again = InverseCompensator(cast(HysteresisModel, model), shear=controller.shear, unit=controller.compensator_unit)
     return ratio(case, case.robot, replace(case.equipment, own={n: again}))
 
 

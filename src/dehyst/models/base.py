@@ -42,6 +42,7 @@ class HysteresisModel(Model):
 
     bounded = True
     closeness = 1e-9
+    core_form = "plays"
     family: ClassVar[str] = ""
 
     @abstractmethod
@@ -214,6 +215,12 @@ class HysteresisModel(Model):
         start = start_states(plays, value, known, _mapped(past, before))
         return start.lowest, start.highest
 
+    @property
+    def usual_past(self) -> tuple[float, float] | None:
+        """The identified range of the input, if the card names one. [input]"""
+        low, high = self.card.input.low, self.card.input.high
+        return None if low is None or high is None or not low < high else (low, high)
+
     def band(
         self,
         x: npt.ArrayLike,
@@ -244,6 +251,10 @@ class HysteresisModel(Model):
             width = (high - low)[first:]
             share[first:] = 1.0 if whole == 0.0 else np.maximum.accumulate(np.clip(1.0 - width / whole, 0.0, 1.0))
         return share
+
+    def with_operator(self, operator: HysteresisModel) -> HysteresisModel:
+        """Return the same model around another operator: that itself, where there are no maps around it."""
+        return operator
 
     def _plays(self) -> tuple[Plays, MonotoneMap | None, MonotoneMap | None]:
         """The operator inside, and the maps before and after it."""

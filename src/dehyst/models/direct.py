@@ -122,6 +122,8 @@ class DirectInverse(Model):
     family: ClassVar[str] = "direct-inverse"
     direction = "inverse"
     closeness = float("inf")
+    core_form = "direct"
+    judged_backward = True
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -406,6 +408,29 @@ class DirectInverse(Model):
             return 0
         reach = BEYOND * (high - low)
         return int(np.count_nonzero((y <= low - reach) | (y >= high + reach)))
+
+    def band(
+        self,
+        x: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        past: tuple[float, float] | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Band:
+        """Refuse: what is bounded is the input that an output needs.
+
+        Raises
+        ------
+        ParameterError
+            Always.
+        """
+        raise ParameterError(
+            "--unknown-state and --start unknown give the band of what is computed, and a direct inverse computes the "
+            "input: use them with `dehyst compensate` (model.inverse().band), or leave them out."
+        )
+
+    def compensator(self) -> Self:
+        """Return itself: the controller runs what was identified."""
+        return self
 
     def inverse(self) -> DirectDemand:
         """Return what was identified: the input that an output needs."""

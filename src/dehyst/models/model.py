@@ -56,12 +56,21 @@ class Model(ABC):
     closeness
         How close the model comes to its input by way of its inverse, share of range; infinite where both take rates
         from samples in their own way.
+    core_form
+        How the C core and the controllers run it: "plays" or "direct"; "" if they do not.
+    judged_backward
+        Whether it is judged as its compensator, from output to input.
+    shear
+        k of a loop that was sheared before it was identified, else None. [input/output]
     """
 
     card: ModelCard
     direction: str = "forward"
     bounded: ClassVar[bool] = False
     closeness: ClassVar[float] = 1e-6
+    core_form: ClassVar[str] = ""
+    judged_backward: ClassVar[bool] = False
+    shear: float | None = None
     file_kind: ClassVar[str] = "dehyst-model"
 
     @property
@@ -117,9 +126,22 @@ class Model(ABC):
     def inverse(self) -> Model:
         """Return the model from output to input, its start state included."""
 
+    @property
+    def usual_past(self) -> tuple[float, float] | None:
+        """Range that the input is taken not to have left before, where `band` knows what follows. [input]"""
+        return None
+
+    def lost(self, y: Array) -> int:
+        """Return at how many samples of a simulated output (T,) the model had none for its input."""
+        return 0
+
     @abstractmethod
     def stepper(self) -> Any:
         """Return the model as a function of one sample: ``step(x, period)``, `period` [s] after the one before."""
+
+    def compensator(self) -> Model:
+        """Return what is given to a controller: the inverse; of a direct inverse itself."""
+        return self.inverse()
 
     @abstractmethod
     def with_card(self, card: ModelCard) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -113,6 +113,10 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
 
     def _inner(self) -> HysteresisModel:
         return self.hysteresis
+
+    def with_operator(self, operator: HysteresisModel) -> HysteresisModel:
+        """Return the same maps around another operator."""
+        return replace(self, hysteresis=cast(PrandtlIshlinskii, operator))
 
     def pruned(self) -> Self:
         """Return the same model without operators of weight zero, which is exact."""

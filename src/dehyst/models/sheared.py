@@ -75,6 +75,7 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
     shear: float
     card: ModelCard = NO_CARD
     family: ClassVar[str] = "sheared-pi"
+    judged_backward = True
 
     def __post_init__(self) -> None:
         if not isinstance(self.hysteresis, PrandtlIshlinskii):

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.control import Adaptation, JointControllerParameters
+from dehyst.control.compensator import PLAYS
 from dehyst.control.images import refuse
 from dehyst.control.joint import native_controller
 from dehyst.control.reviewed import Law
@@ -284,8 +285,8 @@ class Arm:
             )
             self._loop.add_pneumatic(plant, control)
             self._controls[number] = control
-            if isinstance(model, HysteresisModel):
-                self._compensated[number] = (control, model)
+            if model is not None and model.core_form == PLAYS:
+                self._compensated[number] = (control, cast(HysteresisModel, model))
             self._plants[number] = plant
         self.reset()
 

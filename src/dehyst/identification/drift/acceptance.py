@@ -15,14 +15,14 @@ from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.drift.cycles import groups_of, samples_of
 from dehyst.identification.drift.design import Scale
 from dehyst.identification.drift.opening import Log
-from dehyst.identification.drift.parts import Model, Subject, predict
+from dehyst.identification.drift.parts import DIRECT, Parted, Subject, predict
 from dehyst.identification.drift.result import Acceptance
 from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import identify
 from dehyst.identification.settings import AUTO
 from dehyst.identification.split import end_of
-from dehyst.models import DirectInverse, ModelCard, ShearedPrandtlIshlinskii
+from dehyst.models import ModelCard
 from dehyst.models.storage import model_to_dict
 
 Array = npt.NDArray[np.float64]
@@ -71,29 +71,25 @@ def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
     return replace(decision, model=_signed(whole, fit.model, subject.model, decision.reason))
 
 
-def _identified(model: Model, logs: Sequence[Log], share: float) -> Fit | DirectFit:
+def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit | DirectFit:
     """Fit the first part of each log with the settings of a model; hostile ones are refused by the identification."""
     records = [log.record for log in logs]
     listed = model.card.provenance.get("settings")
     settings: dict[str, Any] = listed if isinstance(listed, dict) else {}
-    if isinstance(model, DirectInverse):
-        signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in _scheduled(model)}
+    if model.core_form == DIRECT:
+        known_signals = [name for name in model.needs if name in ("load", "mean_pressure")]
+        signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in known_signals}
         times = settings.get("creep_times") or None
         return identify_direct(records, creep_times=times, train_fraction=share, **signals)
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]
-    shear = model.shear if isinstance(model, ShearedPrandtlIshlinskii) else None
     n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
     if settings.get("eps_by") or (known == "pi" and settings.get("family", known) != "pi"):
         eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
     limit = settings.get("max_inverse_gain")
     bound = {"eps": eps} if limit is None else {"max_inverse_gain": limit}  # which sets eps
-    return identify(records, known, n=n, train_fraction=share, shear=shear, **bound)
-
-
-def _scheduled(model: DirectInverse) -> list[str]:
-    return [schedule.name for schedule in model.outside if schedule.name in ("load", "mean_pressure")]
+    return identify(records, known, n=n, train_fraction=share, shear=model.shear, **bound)
 
 
 def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
@@ -112,7 +108,7 @@ def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
     return found
 
 
-def _decide(new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
+def _decide(new_model: Parted, pairs: Array, scale: Scale) -> Acceptance:
     tested = contrast((pairs[:, 0] - pairs[:, 1]) / max(float(np.max(pairs)), 1e-300))  # of any size
     old, new = (100.0 * float(np.sqrt(np.mean(pairs[:, k]))) / scale.span for k in (0, 1))
     p_value = tested.p_value(0.0, sided=1)
@@ -128,7 +124,7 @@ def _decide(new_model: Model, pairs: Array, scale: Scale) -> Acceptance:
     return Acceptance(better, reason, new_model, old, new, p_value, len(pairs))
 
 
-def _signed(new: Model, judged: Model, old: Model, reason: str) -> Model:
+def _signed(new: Parted, judged: Parted, old: Parted, reason: str) -> Parted:
     """The new model, with what its family was judged by, what it replaces and why in its provenance."""
     provenance = dict(new.card.provenance)
     provenance |= {key: judged.card.provenance[key] for key in JUDGED if key in provenance}

@@ -12,8 +12,7 @@ from dehyst.identification.drift import design, words
 from dehyst.identification.drift.cycles import Cycle, samples_of
 from dehyst.identification.drift.design import Estimates, Scale
 from dehyst.identification.drift.opening import Log, period_of
-from dehyst.identification.drift.parts import Model, Subject
-from dehyst.models import ShearedPrandtlIshlinskii
+from dehyst.identification.drift.parts import Parted, Subject
 
 # Drives that differ no more than this in size, and not by more than this factor in speed, are alike.
 ALIKE_SIZE = 0.15
@@ -64,9 +63,9 @@ def say_what_is_beyond(subject: Subject, log: Log, tested: Sequence[Cycle], find
         )
 
 
-def own_error(model: Model) -> float | None:
+def own_error(model: Parted) -> float | None:
     """Error on the model's card: held out, or fitted if nothing was; of a sheared model its inverse's. [% of range]"""
-    for key in ("inverse",) if isinstance(model, ShearedPrandtlIshlinskii) else ("test", "train"):
+    for key in ("test", "train") if model.shear is None else ("inverse",):
         score = model.card.provenance.get(key)
         value = score.get("rmse_percent") if isinstance(score, dict) else None
         if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value < 1e6:

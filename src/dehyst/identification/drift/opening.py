@@ -13,7 +13,7 @@ from dehyst.findings import Finding
 from dehyst.identification.drift import comparable, design, parts
 from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Measured, Scale
-from dehyst.identification.drift.parts import Given, Model, Subject
+from dehyst.identification.drift.parts import Given, Parted, Subject
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -67,7 +67,7 @@ def opened(subject: Subject, record: Recording, given: Given, others: bool, find
     return Log(record, why, new, old, given=given)
 
 
-def _fitted_share(model: Model, record: Recording) -> float | None:
+def _fitted_share(model: Parted, record: Recording) -> float | None:
     """Share of a recording that the model was fitted to, None if it was identified from another."""
     given: Mapping[str, Any] = model.card.provenance
     stamp = record.provenance.get("sha256")

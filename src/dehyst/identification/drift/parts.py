@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.memory import state_before
-from dehyst.models import (
-    GROUPS,
-    DirectInverse,
-    HysteresisModel,
-    ModifiedPrandtlIshlinskii,
-    PrandtlIshlinskii,
-    ShearedPrandtlIshlinskii,
-    SignalCard,
-    StaticCurve,
-    StopOperatorModel,
-)
+from dehyst.models import GROUPS, DirectInverse, HysteresisModel, PrandtlIshlinskii, SignalCard
 from dehyst.models.follow import follow
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
-Model: TypeAlias = HysteresisModel | DirectInverse
+Parted: TypeAlias = HysteresisModel | DirectInverse  # what can be taken apart
 Given: TypeAlias = Mapping[str, Array]
 
+DIRECT = "direct"  # form of the models that say what part of their answer is creep
 CREEPING, VISCOUS = GROUPS.index("creep"), GROUPS.index("viscous")
 
 
@@ -71,18 +62,15 @@ class Subject:
         Whether it is driven by the log's output and predicts its input.
     """
 
-    model: Model
-    runs: Model
+    model: Parted
+    runs: Parted
     backward: bool
 
     @classmethod
-    def of(cls, model: Model) -> Subject:
+    def of(cls, model: Parted) -> Subject:
         """Take a model of any family."""
-        if isinstance(model, DirectInverse):
-            return cls(model, model, True)
-        if isinstance(model, ShearedPrandtlIshlinskii):
-            return cls(model, model.inverse(), True)
-        return cls(model, model, False)
+        runs = model.compensator() if model.judged_backward else model
+        return cls(model, cast(Parted, runs), model.judged_backward)
 
     @property
     def drive(self) -> SignalCard:
@@ -100,15 +88,11 @@ class Subject:
 
     def cannot(self, record: Recording, given: Given) -> str:
         """Return why a recording does not hold what the model needs, or ""."""
-        model = self.runs
-        if not isinstance(model, DirectInverse):
-            return ""
-        missing = [schedule.name for schedule in model.outside if schedule.name not in given]
+        missing = [name for name in self.runs.needs if name not in given]
         if missing:
             option = missing[0].replace("_", "-")
             return f"the model depends on '{missing[0]}', which was not given. Name its column: --{option}"
-        timed = bool(np.any(model.creep_weights > 0.0)) or bool(np.any(model.viscous > 0.0))
-        if timed and record.time is None:
+        if self.runs.rate_dependent and record.time is None:
             return "the model has creep or viscosity, but the log has no time stamps. Name its time column with --time"
         return ""
 
@@ -116,16 +100,17 @@ class Subject:
 def inside(subject: Subject, x: Array) -> npt.NDArray[np.bool_]:
     """Which samples of the drive count: of a direct inverse those within its range, beyond which its curve is held."""
     low, high = subject.drive.low, subject.drive.high
-    if not isinstance(subject.runs, DirectInverse) or low is None or high is None:
+    if subject.runs.core_form != DIRECT or low is None or high is None:
         return np.ones(x.size, dtype=np.bool_)
     return np.asarray((x >= low) & (x <= high))
 
 
 def predict(subject: Subject, record: Recording, given: Given | None = None) -> Prediction:
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
-    if isinstance(subject.runs, DirectInverse):
-        return _direct(subject.runs, record, given or {})
-    joined = [np.concatenate(part) for part in zip(*_pieces(subject, subject.runs, record), strict=True)]
+    if subject.runs.core_form == DIRECT:
+        return _direct(cast(DirectInverse, subject.runs), record, given or {})
+    plays = cast(HysteresisModel, subject.runs)
+    joined = [np.concatenate(part) for part in zip(*_pieces(subject, plays, record), strict=True)]
     drive = None if subject.backward else joined[2]
     return Prediction(joined[0], joined[0] - joined[1], drive)
 
@@ -162,18 +147,18 @@ def _pieces(subject: Subject, model: HysteresisModel, record: Recording) -> Iter
 
 def settled(model: HysteresisModel, x: Array) -> HysteresisModel:
     """The model with a memory of its whole range and of x, coming up to the first sample."""
-    inner = _operator(model)
-    if inner is None:
+    if not model.nonzero_weights:
         return model
+    plays, before, _ = model._plays()
     card = model.card.input
     ends = [float(np.min(x)), float(np.max(x)), float(x[0])]
     if card.low is not None and card.high is not None:
         ends = [min(ends[0], card.low), max(ends[1], card.high), ends[2]]
-    if isinstance(model, ModifiedPrandtlIshlinskii) and model.before is not None:
-        ends = np.asarray(model.before(ends)).tolist()
+    if before is not None:
+        ends = np.asarray(before(ends)).tolist()
         ends = [min(ends[:2]), max(ends[:2]), ends[2]]
-    low, high, first = (value - inner.center for value in ends)
-    return model.with_state(state_before("unknown", inner.thresholds, first, low, high))
+    low, high, first = (value - plays.center for value in ends)
+    return model.with_state(state_before("unknown", plays.thresholds, first, low, high))
 
 
 def memoryless(model: HysteresisModel) -> HysteresisModel:
@@ -184,21 +169,8 @@ def memoryless(model: HysteresisModel) -> HysteresisModel:
     >>> memoryless(PrandtlIshlinskii([0.0, 0.5], [1.0, 2.0], offset=1.0)).simulate([0.0, 1.0, 0.0]).tolist()
     [1.0, 4.0, 1.0]
     """
-    inner = _operator(model)
-    if inner is None:
+    if not model.nonzero_weights:
         return model
+    inner = cast(PrandtlIshlinskii, model._inner())
     line = PrandtlIshlinskii(np.zeros(1), np.array([np.sum(inner.weights)]), inner.offset, None, inner.center)
-    return replace(model, hysteresis=line) if isinstance(model, ModifiedPrandtlIshlinskii) else line
-
-
-def _operator(model: HysteresisModel) -> PrandtlIshlinskii | None:
-    """The sum of plays inside a model, None for a curve."""
-    if isinstance(model, StaticCurve):
-        return None
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        return model.hysteresis
-    if isinstance(model, StopOperatorModel):
-        return model.as_play()
-    if isinstance(model, PrandtlIshlinskii):
-        return model
-    raise AssertionError(f"no parts of a {type(model).__name__}")
+    return model.with_operator(line)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -27,12 +27,11 @@ from dehyst.identification.drift.opening import (
     scale_of,
     with_model,
 )
-from dehyst.identification.drift.parts import Subject
+from dehyst.identification.drift.parts import Parted, Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
 from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
 from dehyst.identification.mending import mended
-from dehyst.models import DirectInverse, HysteresisModel
-from dehyst.models import Model as AnyModel
+from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording, require_recordings, takes_recordings
 
@@ -47,7 +46,7 @@ SHOWN_CYCLES = 3
 
 @takes_recordings
 def drift(
-    model: AnyModel,
+    model: Model,
     recordings: Recording | Sequence[Recording],
     *,
     reference: Recording | None = None,
@@ -113,7 +112,7 @@ def drift(
     >>> dehyst.drift(model, later).verdict[:32]
     'drifted (against the model): off'
     """
-    if not isinstance(model, HysteresisModel | DirectInverse):
+    if not getattr(model, "core_form", ""):
         raise ParameterError(
             f"model is a {type(model).__name__}. drift() takes a model of dehyst.identify, identify_direct or "
             f"load_model; those of other families cannot be taken apart into loop, curve and creep."
@@ -135,7 +134,7 @@ def drift(
             f"Write ignore=['offset'], or --ignore offset."
         )
     findings: list[Finding] = []
-    subject = Subject.of(model)
+    subject = Subject.of(cast(Parted, model))
     reference = None if reference is None else mended(reference)
     given = _given([*records, *([] if reference is None else [reference])], load=load, mean_pressure=mean_pressure)
     known = reference_log(subject, reference, given[-1], findings)
