@@ -13,7 +13,7 @@ from dehyst.experiments.trials import run_trial
 from dehyst.families import InverseLoop, LoopCompensator, ModelMechanism, example, names
 from dehyst.families.acting import STROKES
 from dehyst.families.dahl import Dahl
-from dehyst.families.relation import along_path, depends_on_rate, work
+from dehyst.families.work import work
 from dehyst.plant import Mechanism
 
 NAMES = pytest.mark.parametrize("name", names())
@@ -53,11 +53,11 @@ def test_the_compensator_of_a_family_undoes_it(name):
         pytest.skip(f"no inverse: {model.no_inverse}")
     if work(model.inverse(), -1.0, 1.0)[0] < -1e-3 * work(model.inverse(), -1.0, 1.0)[1]:
         pytest.skip("its inverse lags: the model itself is the relation")
-    wanted = along_path(model, 0.8 * PATH, TIME)
+    wanted = model.simulate(0.8 * PATH, TIME)
     compensator = LoopCompensator(model.inverse(), shear=2e4)
     assert isinstance(compensator, Compensator)
     term = along(compensator, wanted, time=TIME)
-    back = along_path(model, (term + 2e4 * wanted) / 1e5, TIME)
+    back = model.simulate((term + 2e4 * wanted) / 1e5, TIME)
     np.testing.assert_allclose(back, wanted, atol=1e-6 * np.ptp(wanted))
 
 
@@ -190,7 +190,7 @@ def test_a_path_without_numbers_is_refused_and_a_step_without_one_holds():
 
 
 def test_a_model_that_depends_on_rate_wants_to_know_the_time():
-    timed = [name for name in names() if leading(name) is not None and depends_on_rate(leading(name))]
+    timed = [name for name in names() if leading(name) is not None and leading(name).rate_dependent]
     if not timed:
         pytest.skip("no family depends on rate yet")
     compensator = LoopCompensator(leading(timed[0]))

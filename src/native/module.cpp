@@ -3,6 +3,7 @@
 
 NB_MODULE(_native, m)
 {
+    nb::set_leak_warnings(false); // what a model keeps until the interpreter's end is no leak
     m.doc() = "dehyst's C core (hysteresis models, joint controller), its engine for long signals, and the simulated pneumatic plant.";
     bind_stoppable();
     bind_models(m);

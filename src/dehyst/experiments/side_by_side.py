@@ -26,8 +26,8 @@ from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.families import LoopCompensator, ModelMechanism, family, identify_family, names
 from dehyst.families.bouc_wen import BoucWen
 from dehyst.families.existing import TITLES
-from dehyst.families.relation import Relation
 from dehyst.identification import identify
+from dehyst.models import Model
 from dehyst.plant.mechanisms import MechanismFactory
 from dehyst.plant.parameters import Robot, load_robot
 from dehyst.recording import Recording
@@ -208,7 +208,7 @@ def _one_way(found: JointIdentification, name: str, title: str, seed: int, way: 
     if name in OF_IDENTIFY:
         fit = identify(record, family=name, train_fraction=1.0)
         model, parameters = fit.model, fit.certificate.nonzero_weights
-        relation: Relation = model.inverse() if way == INVERTED else model
+        relation: Model = model.inverse() if way == INVERTED else model
     else:
         loop = identify_family(record, name, train_fraction=1.0, seed=seed)
         parameters = loop.free_parameters

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.families.base import InverseLoop, LoopModel
-from dehyst.families.relation import Relation, Stepping, check_relation, work
-from dehyst.models import HysteresisModel
+from dehyst.families.work import work
+from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
+from dehyst.models.model import require_model
 
 STROKES = ((0.0, 0.22), (0.08, 0.14), (0.105, 0.115))  # contractions between which a mechanism may not give work
 GIVING = 1e-6  # work of a loop over its size that is rounding
@@ -54,7 +54,7 @@ class ModelMechanism:
 
     def __init__(
         self,
-        model: Relation,
+        model: Model,
         size: float,
         strain: float,
         *,
@@ -62,7 +62,7 @@ class ModelMechanism:
         pressure_share: float = 0.7,
         reference_pressure: float = 3e5,
     ) -> None:
-        self.model = check_relation(model, "a model whose output leads")
+        self.model = require_model(model, "a model whose output leads")
         for name, value in (("size", size), ("strain", strain), ("reference_pressure", reference_pressure)):
             if not parameter_number(value, name) > 0.0:
                 raise ParameterError(f"{name} = {value:g} must be above 0.", **{name: value})
@@ -75,16 +75,18 @@ class ModelMechanism:
         self.size, self.strain, self.center = size, strain, parameter_number(center, "center")
         self._constant, self._slope = 1.0 - pressure_share, pressure_share / reference_pressure
         self._refuse_work()
-        self._force = _Fast(self.model) if isinstance(self.model, LoopModel) else _Slow(self.model)
+        self.reset(self.center)
 
     def reset(self, contraction: float) -> None:
         """Forget everything; the muscle rests at this contraction."""
-        self._force.reset((contraction - self.center) / self.strain)
+        x = (contraction - self.center) / self.strain
+        self._step = self.model.at_rest(x).stepper()
+        self._step(x, 0.0)
 
     def force(self, contraction: float, pressure: float, period: float) -> float:
         """Return the force that opposes contraction. [N]"""
         grown = self.size * (self._constant + self._slope * pressure)
-        return grown * self._force((contraction - self.center) / self.strain, period)
+        return float(grown * self._step((contraction - self.center) / self.strain, period))
 
     def _refuse_work(self) -> None:
         for stroke in STROKES:
@@ -103,37 +105,3 @@ class ModelMechanism:
                     f"weights.",
                     stroke=stroke,
                 )
-
-
-class _Fast:
-    """A model called once a step: no checks, one array that is used again."""
-
-    def __init__(self, model: LoopModel) -> None:
-        self._run, self._scaling, self._rest = model.run, model.scaling, model.rest
-        self._timed = model.rate_dependent
-        self._x, self._dt = np.zeros(1), np.zeros(1)
-        self._memory = self._rest(0.0)
-
-    def reset(self, x: float) -> None:
-        self._memory = self._rest((x - self._scaling.center) / self._scaling.half_range)
-
-    def __call__(self, x: float, period: float) -> float:
-        scaling = self._scaling
-        self._x[0], self._dt[0] = (x - scaling.center) / scaling.half_range, period
-        y, self._memory = self._run(self._x, self._dt if self._timed else None, self._memory)
-        return scaling.level + scaling.amplitude * float(y[0])
-
-
-class _Slow:
-    """An inverse, or a model of another kind, through its own stepper."""
-
-    def __init__(self, model: InverseLoop | HysteresisModel) -> None:
-        resting = InverseLoop(model.of.with_start("rest")) if isinstance(model, InverseLoop) else model
-        self._step = Stepping(resting)
-
-    def reset(self, x: float) -> None:
-        self._step.reset()
-        self._step(x, 0.0)
-
-    def __call__(self, x: float, period: float) -> float:
-        return self._step(x, period)

@@ -137,6 +137,12 @@ class LoopModel(Model):
         """Why there is no inverse, in one sentence; empty if there is one: the output strictly follows the input."""
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the range of the scaling. [input]"""
+        s = self.scaling
+        return s.center - abs(s.half_range), s.center + abs(s.half_range)
+
+    @property
     def nonzero_weights(self) -> int:
         """Number of identified values."""
         return self.free_parameters
@@ -339,6 +345,12 @@ class InverseLoop(Model):
         return self.of.context
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the range of the scaling's output. [output]"""
+        s = self.of.scaling
+        return s.level - abs(s.amplitude), s.level + abs(s.amplitude)
+
+    @property
     def nonzero_weights(self) -> int:
         """Number of terms that carry weight."""
         return self.of.nonzero_weights
@@ -421,6 +433,7 @@ class LoopStepper:
         self._model, self._run, self._first = model, run, first
         self._from, self._unit = scaling.center, scaling.half_range
         self._onto, self._size = scaling.level, scaling.amplitude
+        self._scheduled = bool(model.needs)
         self._value, self._dt = np.zeros(1), np.zeros(1) if model.rate_dependent else None
         self._memory: Array | None = None
         self.output = 0.0
@@ -439,7 +452,7 @@ class LoopStepper:
         self._value[0] = scaled
         if self._dt is not None:
             self._dt[0] = period
-        more = self._model._more(signals, 1) if signals or self._model.needs else {}
+        more = self._model._more(signals, 1) if signals or self._scheduled else {}
         answer, self._memory = self._run(self._value, self._dt, self._memory, **more)
         self.output = float(self._onto + self._size * answer[0])
         return self.output

@@ -13,10 +13,10 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.families.base import LoopModel
-from dehyst.families.relation import Relation, Stepping, along_path, check_relation, depends_on_rate, work
-from dehyst.models import HysteresisModel, subtracted_shear
+from dehyst.families.work import work
+from dehyst.models import Model, subtracted_shear
 from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.model import require_model
 
 LAGGING = 1e-3  # work of a loop over its size from which on a relation lags
 
@@ -51,20 +51,20 @@ class LoopCompensator:
     [0.0, 19900.0, 19900.0]
     """
 
-    def __init__(self, relation: Relation, shear: float = 0.0, unit: float = 1e5, period: float | None = None) -> None:
-        self.relation = check_relation(relation, "model.inverse() of a model from pressure to angle")
+    def __init__(self, relation: Model, shear: float = 0.0, unit: float = 1e5, period: float | None = None) -> None:
+        self.relation = require_model(relation, "model.inverse() of a model from pressure to angle")
         self.shear = parameter_number(shear, "shear")
         self.unit = parameter_number(unit, "unit")
         self.period = None if period is None else parameter_number(period, "period")
         _refuse_lag(self.relation)
-        k = subtracted_shear(self.relation) if isinstance(self.relation, HysteresisModel) else 0.0
+        k = subtracted_shear(self.relation)
         if k and self.shear:
             raise ParameterError(
                 f"k would be subtracted twice: this relation subtracts {k:g} itself, and shear = {shear:g} would do it "
                 f"again. Set shear = 0.",
                 shear=shear,
             )
-        self._step = Stepping(self.relation)
+        self._step = self.relation.stepper()
         self._angle = 0.0
 
     def reset(self, angle: float) -> None:
@@ -75,7 +75,7 @@ class LoopCompensator:
 
     def step(self, angle: float, velocity: float) -> float:
         """Return the term for the next desired angle. [Pa]"""
-        if self.period is None and depends_on_rate(self.relation):
+        if self.period is None and self.relation.rate_dependent:
             raise ParameterError(
                 "this model depends on rate and does not know how far apart the calls of step() are. Say so: "
                 "LoopCompensator(relation, ..., period=0.0005), in seconds."
@@ -87,7 +87,7 @@ class LoopCompensator:
 
     def output(self) -> float:
         """Return the present term. [Pa]"""
-        return self.unit * self._step.output - self.shear * self._angle
+        return float(self.unit * self._step.output - self.shear * self._angle)
 
     def over(self, angle: Array, velocity: Array, time: Array) -> Array:
         """Return the term along a whole desired path, (T,), from the start state on: the same as steps, in one go.
@@ -97,20 +97,12 @@ class LoopCompensator:
         angle, velocity, time
             (T,) each. [rad, rad/s, s]
         """
-        return np.asarray(self.unit * along_path(self.relation, angle, time) - self.shear * angle)
+        return np.asarray(self.unit * self.relation.simulate(angle, time) - self.shear * angle)
 
 
-def _refuse_lag(relation: Relation) -> None:
+def _refuse_lag(relation: Model) -> None:
     """A relation that lags is a model that was not inverted: it would double the hysteresis."""
-    if isinstance(relation, HysteresisModel):
-        low, high = relation.card.input.low, relation.card.input.high
-        ends = (-1.0, 1.0) if low is None or high is None else (float(low), float(high))
-    elif isinstance(relation, LoopModel):
-        s = relation.scaling
-        ends = (s.center - abs(s.half_range), s.center + abs(s.half_range))
-    else:
-        s = relation.of.scaling
-        ends = (s.level - abs(s.amplitude), s.level + abs(s.amplitude))
+    ends = relation.ends
     taken, size = work(relation, *ends)
     if taken < -LAGGING * size:
         raise ParameterError(

@@ -127,6 +127,12 @@ class Model(ABC):
         """Return the model from output to input, its start state included."""
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the identified range of the input; -1 and 1 where the card names none. [input]"""
+        low, high = self.card.input.low, self.card.input.high
+        return (-1.0, 1.0) if low is None or high is None else (float(low), float(high))
+
+    @property
     def usual_past(self) -> tuple[float, float] | None:
         """Range that the input is taken not to have left before, where `band` knows what follows. [input]"""
         return None

@@ -12,6 +12,7 @@ from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import Array, parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.models.model import Model
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 from dehyst.models.unknown import Plays
 
@@ -19,7 +20,7 @@ from dehyst.models.unknown import Plays
 SUBTRACTED = "shear_subtracted"
 
 
-def subtracted_shear(model: HysteresisModel) -> float:
+def subtracted_shear(model: Model) -> float:
     """Return k if this compensator subtracts k y itself, else 0.
 
     Examples
