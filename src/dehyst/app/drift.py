@@ -29,7 +29,7 @@ from dehyst.identification.drift import Change, Drift, drift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.io import read_log
-from dehyst.models import DirectInverse, Model, load
+from dehyst.models import Model, load
 from dehyst.recording import Recording
 from dehyst.shell import quoted
 
@@ -126,7 +126,7 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
 
 def _signals(request: DriftRequest, model: Model, read: list[Read], reference: Recording | None) -> dict[str, Any]:
     """Scheduling signals by name, one for each recording and the reference, in the model's unit."""
-    units = {each.name: each.unit for each in model.schedules} if isinstance(model, DirectInverse) else {}
+    units = {card.name: card.unit for card in model.context}
     if reference is not None and request.reference is not None:
         read = [*read, (request.reference, None, reference)]
     found: dict[str, Any] = {}

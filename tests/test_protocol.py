@@ -1,0 +1,156 @@
+"""One protocol: every model of every family is asked, run, stepped, saved and read in the same way."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import dehyst
+from dehyst.errors import DehystError, ModelFileError, ParameterError
+from dehyst.families import example, names
+from dehyst.families.elements import Element, ElementModel
+from dehyst.models import DirectInverse, Model, ModelCard, Schedule, SignalCard
+
+CARD = ModelCard(SignalCard("u", "bar", -4.0, 4.0), SignalCard("y", "deg", -3.0, 3.0))
+PLAYS = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.6], [1.0, 0.0, 0.4], card=CARD)
+DIRECT = DirectInverse(
+    radii=[0.3],
+    stop_weights=[[0.5], [0.7]],
+    time_constants=[2.0],
+    creep_weights=[[0.2], [0.2]],
+    polynomial=[[0.0, 1.0], [0.0, 1.2]],
+    schedules=(Schedule("load", 0.0, 1.0, "N"),),
+    card=CARD,
+)
+MODELS = {
+    "pi": PLAYS,
+    "modified-pi": dehyst.ModifiedPrandtlIshlinskii(
+        PLAYS, after=dehyst.MonotoneMap([-2.0, 0.0, 2.0], [-2.0, 0.0, 3.0])
+    ),
+    "stop": dehyst.StopOperatorModel([0.0, 0.5, 0.9], [0.0, 2.0, 0.0], slope=1.0, card=CARD),
+    "sheared-pi": dehyst.ShearedPrandtlIshlinskii(PLAYS, shear=0.1),
+    "static": dehyst.StaticCurve(dehyst.MonotoneMap([-2.0, 2.0], [-3.0, 3.0])),
+    "direct-inverse": DIRECT,
+    **{name: example(name) for name in names()},
+}
+X = np.sin(np.linspace(0.0, 12.0, 240)) * np.linspace(0.9, 0.5, 240)
+T = 0.05 * np.arange(240)
+
+
+def context(model, size=240):
+    return {name: np.linspace(0.0, 1.0, size) for name in model.needs}
+
+
+def gaps(model, steps, x):
+    """Answers of a stepper, period by period."""
+    held = context(model)
+    return [
+        steps(float(value), 0.05 if k else 0.0, **{name: float(held[name][k]) for name in held})
+        for k, value in enumerate(x)
+    ]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_says_what_it_is_and_what_it_needs(name):
+    model = MODELS[name]
+    assert isinstance(model, Model) and model.family == name and model.direction in ("forward", "inverse")
+    assert isinstance(model.rate_dependent, bool) and isinstance(model.nonzero_weights, int)
+    assert model.needs == tuple(card.name for card in model.context)
+    assert isinstance(model.no_inverse, str) and isinstance(model.no_forward, str) and model.ends[0] < model.ends[1]
+    if model.rate_dependent:
+        with pytest.raises(DehystError, match="time"):
+            model.simulate(X, **context(model))
+    with pytest.raises(ParameterError, match="takes no 'wind'"):
+        model.simulate(X, T, wind=1.0, **context(model))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_inverse_of_every_model_gives_its_input_back_and_has_the_signals_exchanged(name):
+    model = MODELS[name].with_card(CARD)
+    if model.no_inverse:
+        with pytest.raises(DehystError):
+            model.inverse()
+        return
+    inverse = model.inverse()
+    assert inverse.card.input == model.card.output and inverse.card.output == model.card.input
+    assert inverse.rate_dependent == model.rate_dependent and inverse.needs == model.needs
+    y = model.simulate(X, T, **context(model))
+    miss = np.abs(inverse.simulate(y, T, **context(model)) - X).max()
+    assert miss < (1e-2 if name == "direct-inverse" else 1e-6) * np.ptp(X)  # whose search begins on a grid
+    assert inverse.inverse().card == model.card
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_step_is_called_alike_and_gives_what_a_signal_gives(name):
+    for model in (MODELS[name], *([] if MODELS[name].no_inverse else [MODELS[name].inverse()])):
+        if name == "direct-inverse" and model is MODELS[name]:
+            with pytest.raises(ParameterError, match=r"inverse\(\)\.stepper"):
+                model.stepper()
+            continue
+        found = np.array(gaps(model, model.stepper(), X))
+        wanted = model.simulate(X, T, **context(model))
+        if name == "direct-inverse":  # the signal's rates are central, here there are none: no viscous term
+            assert not DIRECT.viscous.any()
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_file_is_read_by_one_loader(name, tmp_path):
+    model = MODELS[name].with_card(CARD)
+    again = dehyst.load(model.save(tmp_path / "m.json"))
+    assert type(again) is type(model) and again.card == CARD
+    signals = context(model)
+    assert again.simulate(X, T, **signals).tobytes() == model.simulate(X, T, **signals).tobytes()
+    if not model.no_inverse and model.inverse().file_kind != model.file_kind:
+        with pytest.raises(DehystError):
+            model.inverse().save(tmp_path / "i.json")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_pruning_changes_nothing_that_is_answered(name):
+    model = MODELS[name]
+    pruned = model.pruned()
+    assert type(pruned) is type(model) and pruned.nonzero_weights == model.nonzero_weights
+    wanted = model.simulate(X, T, **context(model))
+    np.testing.assert_allclose(
+        pruned.simulate(X, T, **context(model)), wanted, rtol=0, atol=1e-13 * np.abs(wanted).max()
+    )
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_band_holds_every_past_where_memory_is_bounded_and_is_refused_elsewhere(name):
+    model = MODELS[name]
+    for each in (model, *([] if model.no_inverse else [model.inverse()])):
+        if not each.bounded:
+            with pytest.raises(ParameterError, match="--start"):
+                each.band(X, T, **context(each))
+            continue
+        band = each.band(X, T, **context(each))
+        slack = 1e-12 * max(1.0, np.abs(band.high).max())
+        rested = each.at_rest(float(X[0])).simulate(X, T, **context(each))
+        assert np.all(band.low <= rested + slack) and np.all(rested <= band.high + slack)
+        assert np.all(np.abs(band.middle - 0.5 * (band.low + band.high)) <= slack)
+        assert np.all((band.certainty >= 0.0) & (band.certainty <= 1.0))
+
+
+def test_zero_weights_of_a_sum_go_and_a_used_one_can_be_pickled():
+    model = ElementModel((Element("input", weight=0.5), Element("play", 0.2, weight=0.0), Element("play", 0.3)))
+    assert len(model.pruned().elements) == 2 and model.nonzero_weights == 2
+    y = model.simulate(X)
+    assert pickle.loads(pickle.dumps(model)).simulate(X).tobytes() == y.tobytes()
+    assert ElementModel((Element("play", 0.2, weight=0.0),)).pruned().elements  # a sum is never empty
+
+
+def test_a_sum_that_is_scheduled_takes_its_signals_by_name():
+    model = ElementModel((Element("input", schedule=1), Element("input", weight=2.0, schedule=2)),
+                         schedules=((0, 0.0, 1.0),))  # fmt: skip
+    assert model.needs == ("signal_0",)
+    np.testing.assert_allclose(model.simulate(X, signal_0=0.25), 1.25 * X, atol=1e-12)
+    assert model.stepper()(0.5, signal_0=1.0) == pytest.approx(1.0)
+
+
+def test_the_loader_of_plays_refuses_what_has_none(tmp_path):
+    for name in ("direct-inverse", "dahl"):
+        with pytest.raises(ModelFileError, match=r"dehyst\.load"):
+            dehyst.load_model(MODELS[name].save(tmp_path / "m.json"))
+    assert dehyst.load_model(PLAYS.save(tmp_path / "m.json")).weights.tolist() == [1.0, 0.0, 0.4]
