@@ -28,6 +28,7 @@ COMMANDS = {
     "simulate": ("simulate", "model.json", "log.csv", "--input", X),
     "compensate": ("compensate", "model.json", "log.csv", "--output", Y),
     "drift": ("drift", "model.json", "log.csv"),
+    "evaluate": ("evaluate", "model.json", "log.csv"),
     "export": ("export", "model.json", "--target", "c-header", "--out", "made"),
     "verify": ("verify", "st"),
     "muscle": ("muscle", "--list"),

@@ -17,6 +17,7 @@ COMMANDS = (
     "compare",
     "simulate",
     "compensate",
+    "evaluate",
     "drift",
     "export",
     "verify",

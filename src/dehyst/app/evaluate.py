@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -54,7 +55,7 @@ def run_evaluate(request: EvaluateRequest) -> None:
         signals = _signals(request, models, records)
     with ask_progress("evaluating", request.json):
         found = evaluate(models, records, **signals)
-    with concluding(Status.DONE if found.run else Status.NO):
+    with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
             sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
         else:

@@ -33,6 +33,6 @@ class Status(IntEnum):
     STOPPED = 130, "stopped with Ctrl-C; every file is as it was before or complete"
     UNREAD = (
         141,
-        "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift` and `sweep`"
-        " the status of the verdict stays",
+        "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift`, `sweep`"
+        " and a no of `evaluate` the status of the verdict stays",
     )
