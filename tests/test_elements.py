@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst import _native
 from dehyst.errors import InvertibilityError, ModelFileError, ParameterError
-from dehyst.families import Scaling
-from dehyst.families.creep_pi import CreepPrandtlIshlinskii
+from dehyst.families import Scaling, former
 from dehyst.families.dahl import Dahl
 from dehyst.families.elements import KINDS, Element, ElementModel
 from dehyst.families.rising import least_slope
@@ -179,9 +178,13 @@ def test_plays_are_the_prandtl_ishlinskii_operator():
     assert np.max(np.abs(mine.inverse().simulate(y) - plain.inverse().simulate(y))) < 1e-14
 
 
-def test_past_creep_is_that_of_creep_pi_one_step_of_time_earlier():
-    """creep-pi lets the input that was held act over the time since; the machine moves its memory with each sample."""
-    known = CreepPrandtlIshlinskii([0.0], [0.5], [0.0, 0.2], [0.1, 2.0], [0.2, 0.3])
+def test_past_creep_is_that_of_old_creep_pi_files_one_step_of_time_earlier():
+    """There the input that was held acts over the time since; the machine moves its memory with each sample."""
+    values = {
+        "thresholds": [0.0], "weights": [0.5], "creep_thresholds": [0.0, 0.2], "time_constants": [0.1, 2.0],
+        "creep_weights": [0.2, 0.3], "offset": 0.0, "map_inner": [], "map_outer": [], "period": 0.0,
+    }  # fmt: skip
+    known = former.FormerModel("creep-pi", values)
     mine = ElementModel(
         (Element("input", weight=0.5), Element("past", 0.0, 0.1, 0.2), Element("past", 0.2, 2.0, 0.3)), period=0.02
     )

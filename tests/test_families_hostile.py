@@ -46,12 +46,6 @@ def test_an_array_of_parameters_that_holds_no_numbers_is_refused_by_name(name, k
         dataclasses.replace(example(name), **{key: value})
 
 
-@pytest.mark.parametrize("value", [None, "yes", [], 1.0])
-def test_whether_the_output_is_the_position_is_yes_or_no(value):
-    with pytest.raises(ParameterError, match="position"):
-        dataclasses.replace(example("maxwell-slip"), position=value)
-
-
 @pytest.mark.parametrize(("name", "power"), [("bouc-wen", [1e6]), ("generalised-bouc-wen", 1e6)])
 def test_a_power_that_would_take_minutes_is_refused(name, power):
     with pytest.raises(ParameterError, match="power"):

@@ -36,13 +36,7 @@ def direct():
     return direct_model(schedules=0).stepper(1e-3)
 
 
-def kernels():
-    lines = np.linspace(-1, 1, 300)
-    return lines, 0.1, np.full(45150, 1e-4), 0.0, 0.0, 0.0, np.zeros(45150)
-
-
 CURVE, ELEMENT = np.array([0.0, 1.0]), np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-KINDS = np.zeros(100, np.int32)
 SUM = ElementModel((Element("input"), *(Element("play", r, weight=0.01) for r in R.tolist())))._sum
 SQUARE = np.cov(RNG.normal(size=(1500, 3000)))
 
@@ -91,9 +85,6 @@ def long_calls():
         "direct_bank": lambda: _native.direct_bank(few, few, none, R[1:9], R[1:9], R[1:9], False),
         "direct_forward": lambda: _native.direct_forward(*forward),
         "JointController.run": lambda: joint.run(few, few, few, np.zeros((few.size, 7)), none),
-        "elements_run": lambda: _native.elements_run(KINDS, W, R, Z, 1.0, 1.0, few, None, np.zeros(102)),
-        "elements_bank": lambda: _native.elements_bank(KINDS, R, Z, 1.0, few[:300_000], None, np.zeros(102)),
-        "elements_invert": lambda: _native.elements_invert(KINDS, W, R, Z, 1.0, 1.0, few, None, 9.0, np.zeros(102)),
         "ElementSum.run": lambda: SUM.run(few, None, None, SUM.rest(0.0)),
         "ElementSum.solve": lambda: SUM.solve(few, None, None, SUM.rest(0.0)),
         "ElementSum.columns": lambda: SUM.columns(few[:300_000], None, SUM.rest(0.0)),
@@ -108,9 +99,6 @@ def long_calls():
         "preisach_run": lambda: _native.preisach_run(knots, everett.ravel(), 0.0, 0.0, np.zeros(4), x),
         "preisach_invert": lambda: _native.preisach_invert(knots, everett.ravel(), 1.0, 1.0, np.zeros(4), x),
         "preisach_cells": lambda: _native.preisach_cells(knots, np.zeros(4), few[:10_000]),
-        "kernels_run": lambda: _native.kernels_run(*kernels(), few),
-        "kernels_invert": lambda: _native.kernels_invert(*kernels(), few),
-        "kernels_states": lambda: _native.kernels_states(*kernels()[:2], np.zeros(45150), few[:5_000]),
         "oscillate": lambda: _native.oscillate(
             linear, np.array([1.0, 0.5, 0.5, 0.1, 1.5]), EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, x[:8_000_001], 10, 1e-3,
             np.zeros(3)

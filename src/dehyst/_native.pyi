@@ -229,42 +229,6 @@ def direct_forward(
 ) -> tuple[_Array, int]: ...
 
 # ---- Elements in parallel: plays, stops, pieces of a curve, dampers, creep, rates.
-ELEMENT_PLAY: int
-ELEMENT_STOP: int
-ELEMENT_PIECE: int
-ELEMENT_DAMPER: int
-ELEMENT_CREEP: int
-ELEMENT_RATE: int
-_Kinds = npt.NDArray[np.int32]
-
-def elements_run(
-    kind: _Kinds,
-    weight: _Array,
-    radius: _Array,
-    extra: _Array,
-    slope: float,
-    lag: float,
-    x: _Array,
-    dt: _Array | None,
-    memory: _Array,
-) -> tuple[_Array, _Array]: ...
-def elements_bank(
-    kind: _Kinds, radius: _Array, extra: _Array, lag: float, x: _Array, dt: _Array | None, memory: _Array
-) -> _Array: ...
-def elements_invert(
-    kind: _Kinds,
-    weight: _Array,
-    radius: _Array,
-    extra: _Array,
-    slope: float,
-    lag: float,
-    y: _Array,
-    dt: _Array | None,
-    farthest: float,
-    memory: _Array,
-) -> tuple[_Array, _Array]: ...
-
-# ---- Sums of elements: the core's machine.
 ELEMENT_KINDS: tuple[str, ...]
 
 class ElementSum:
@@ -480,13 +444,6 @@ def preisach_invert(
     knots: _Array, everett: _Array, below: float, above: float, memory: _Array, y: _Array
 ) -> tuple[_Array, _Array]: ...
 def preisach_cells(knots: _Array, memory: _Array, x: _Array) -> _Array: ...
-def kernels_run(
-    lines: _Array, ridge: float, weights: _Array, offset: float, below: float, above: float, states: _Array, x: _Array
-) -> tuple[_Array, _Array]: ...
-def kernels_invert(
-    lines: _Array, ridge: float, weights: _Array, offset: float, below: float, above: float, states: _Array, y: _Array
-) -> tuple[_Array, _Array]: ...
-def kernels_states(lines: _Array, ridge: float, states: _Array, x: _Array) -> _Array: ...
 
 # ---- Oscillators with hysteresis.
 def oscillate(

@@ -17,7 +17,6 @@ NB_MODULE(_native, m)
     bind_gram(m);
     bind_solver(m);
     bind_engine(m);
-    bind_elements(m);
     bind_element_sum(m);
     bind_signal(m);
     bind_direct_forward(m);

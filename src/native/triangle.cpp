@@ -1,6 +1,5 @@
-// Binding of the engine's operators on the triangle of switching values, Preisach and Krasnosel'skii-Pokrovskii: no formula.
+// Binding of the engine's operator on the triangle of switching values, Preisach's: no formula.
 #include "arrays.h"
-#include "krasnoselskii.h"
 #include "preisach.h"
 #include "stoppable.h"
 
@@ -82,45 +81,6 @@ Matrix preisach_cells(const In &knots, const In &memory, const In &x)
     return out.release(x.size(), cells);
 }
 
-engine_kernels kernels_of(const In &lines, double ridge, const double *weights, double offset, double below, double above)
-{
-    require(lines.size() >= 1 && lines.size() < 4096, "between 1 and 4095 lines are needed");
-    require(ridge > 0.0, "the ridge must have a positive width");
-    require_rising(lines);
-    return {static_cast<int32_t>(lines.size()), lines.data(), ridge, weights, offset, below, above};
-}
-
-template <auto Engine>
-nb::tuple kernels(const In &lines, double ridge, const In &weights, double offset, double below, double above,
-                  const In &states, const In &signal)
-{
-    require(weights.size() == cells_of(lines.size()) && states.size() == weights.size(),
-            "n (n + 1)/2 weights and states are needed");
-    const engine_kernels model = kernels_of(lines, ridge, weights.data(), offset, below, above);
-    std::vector<double> z = copy(states), scratch(lines.size());
-    Buffer out(signal.size());
-    {
-        const nb::gil_scoped_release released;
-        Engine(&model, z.data(), static_cast<int64_t>(signal.size()), signal.data(), scratch.data(), out.data());
-    }
-    raise_if_stopped();
-    return nb::make_tuple(out.release(), own(std::move(z)));
-}
-
-Matrix kernels_states(const In &lines, double ridge, const In &states, const In &x)
-{
-    require(states.size() == cells_of(lines.size()), "n (n + 1)/2 states are needed");
-    const engine_kernels model = kernels_of(lines, ridge, nullptr, 0.0, 0.0, 0.0);
-    std::vector<double> z = copy(states), scratch(lines.size());
-    Buffer out(x.size() * z.size());
-    {
-        const nb::gil_scoped_release released;
-        engine_kernels_states(&model, z.data(), static_cast<int64_t>(x.size()), x.data(), scratch.data(), out.data());
-    }
-    raise_if_stopped();
-    return out.release(x.size(), z.size());
-}
-
 }  // namespace
 
 void bind_triangle(nb::module_ &m)
@@ -130,10 +90,4 @@ void bind_triangle(nb::module_ &m)
     m.def("preisach_invert", &preisach<&engine_preisach_invert>, "knots"_a, "everett"_a, "below"_a, "above"_a,
           "memory"_a, "y"_a, "(inputs, memory) for the outputs y.");
     m.def("preisach_cells", &preisach_cells, "knots"_a, "memory"_a, "x"_a, "States of the cells, (T, n (n + 1)/2).");
-    m.def("kernels_run", &kernels<&engine_kernels_run>, "lines"_a, "ridge"_a, "weights"_a, "offset"_a, "below"_a,
-          "above"_a, "states"_a, "x"_a, "(outputs, states) along x.");
-    m.def("kernels_invert", &kernels<&engine_kernels_invert>, "lines"_a, "ridge"_a, "weights"_a, "offset"_a, "below"_a,
-          "above"_a, "states"_a, "y"_a, "(inputs, states) for the outputs y.");
-    m.def("kernels_states", &kernels_states, "lines"_a, "ridge"_a, "states"_a, "x"_a,
-          "States of the kernels, (T, n (n + 1)/2).");
 }

@@ -19,7 +19,7 @@ from dehyst.app.identify import _finite
 from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import IdentificationError, OutputError, ParameterError
-from dehyst.families import ROWS, Comparison, Entry, all_names, compare
+from dehyst.families import Comparison, Entry, all_names, compare
 from dehyst.families.existing import TITLES
 from dehyst.io import read_log
 from dehyst.recording import Recording
@@ -85,11 +85,11 @@ def _families(text: str | None) -> tuple[str, ...] | None:
     if text is None:
         return None
     wanted = tuple(part.strip() for part in text.split(",") if part.strip())
-    unknown = [name for name in wanted if name not in (*all_names(), *ROWS)]
+    unknown = [name for name in wanted if name not in all_names()]
     if unknown or not wanted:
         raise ParameterError(
             f"--families {text!r} names no family '{unknown[0] if unknown else ''}'. Write names with commas: "
-            f"{', '.join(dict.fromkeys((*all_names(), *ROWS)))}; leave it out for all but the rows of elements.",
+            f"{', '.join(all_names())}; leave it out for all of them.",
             names=unknown,
         )
     return wanted

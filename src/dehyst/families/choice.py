@@ -35,6 +35,7 @@ from dehyst.families.program import (
     Weights,
     sums_of,
 )
+from dehyst.families.table import Sum
 from dehyst.families.training import Training
 from dehyst.models.arrays import Array
 from dehyst.ties import rank
@@ -58,16 +59,6 @@ FARTHEST = 1.6  # scaled outputs beyond it are not predicted: 0.3 of the range b
 CHUNK = 4096
 SMALLEST = 1e-9
 USUAL = 0.95  # of the samples move less than what a rate is scaled with
-
-
-@dataclass(frozen=True)
-class Sum:
-    """What a row asks for: its name, groups of columns, direction, and whether with or without a map or both."""
-
-    name: str
-    groups: tuple[str, ...]
-    direction: str = "forward"
-    maps: tuple[bool, ...] = (False, True)
 
 
 @dataclass(frozen=True)
@@ -147,11 +138,11 @@ class Workshop:
         self.columns = columns_of(groups, RAMPS[direction], self.pace)
         self.bank = self._bank(self.columns, self.start, MOST_ROWS)
         self.sums = self._sums(self.columns, self.bank, PIECES)
-        self._programs: dict[tuple[str, bool], tuple[Program, Marks | None]] = {}
+        self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
 
     def candidate(self, one: Sum, mapped: bool, regularisation: Regularisation) -> Candidate:
         """Score a sum; infinite where it has no solution."""
-        columns, key = self.columns.of(one.groups), (one.name, mapped)
+        columns, key = self.columns.of(one.groups), (one.groups, mapped)
         program, warm = self._programs.get(key) or (Program(self.sums, columns, mapped), None)
         try:
             whole = program.solve(EVERY, regularisation, warm)

@@ -6,7 +6,7 @@ A column reads one element e of one memory cell::
 
 so that weights from 0 on give a sum that rises with x: that is all the program needs to know. Ramps of x alone, of
 plays (their two thresholds make them the cells of a Preisach operator), of x less what follows it (stops, relaxation),
-of lags in time (creep), of the rate up to where it saturates (dampers), of Dahl's lag along the way.
+of lags in time (creep; viscous plays, whose loop widens with the rate), of the rate up to where it saturates (dampers), of Dahl's lag along the way.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RADII = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4,
 FINE = (-0.6, -0.25, 0.1, 0.45, 0.75)  # between ramps of plays: six
 COARSE = (-0.4, 0.2)  # between ramps of lags: three
 CREEP_RADII = (0.0, 0.1, 0.3)
-CREEP_TIMES, LAG_TIMES, WAYS = 14, 6, 9
+CREEP_TIMES, VISCOUS_TIMES, LAG_TIMES, WAYS = 14, 6, 6, 9
 RATE_LAGS = (1.0, 3.0, 10.0)  # samples
 SATURATIONS = (0.1, 0.3, 1.0, 3.0)  # of the rate that 95 % of the samples keep below
 EVERYWHERE = (-np.inf, np.inf)
@@ -193,6 +193,12 @@ def _creep(pace: Pace | None) -> Group:
     return _plain([Element("creep", r, time) for time in times for r in CREEP_RADII])
 
 
+def _viscous(pace: Pace | None) -> Group:
+    assert pace is not None
+    times = np.geomspace(pace.period, max(pace.duration / 20.0, 2.0 * pace.period), VISCOUS_TIMES).tolist()
+    return _plain([Element("creep", r, time) for time in times for r in RADII[2::3]])
+
+
 def _lag_times(pace: Pace | None) -> list[float]:
     assert pace is not None
     return [float(t) for t in np.geomspace(3.0 * pace.period, max(pace.duration / 2.0, 6.0 * pace.period), LAG_TIMES)]
@@ -229,9 +235,9 @@ GROUPS: dict[str, Callable[[Pace | None], Group]] = {
     "lag": _lagging,
     "lead": _leading,
     "creep": _creep,
+    "viscous": _viscous,
     "creep-by-place": _creep_by_place,
     "relax": _relaxing,
     "relax-by-place": _relaxing_by_place,
     "rate": _rates,
 }
-TIMED = frozenset(("creep", "creep-by-place", "relax", "relax-by-place", "rate"))

@@ -14,7 +14,7 @@ from dehyst.errors import DehystError, ParameterError
 from dehyst.families.entry import Entry
 from dehyst.families.existing import TITLES, entry_of, existing, static_of
 from dehyst.families.fitting import fit_one, orientation_of
-from dehyst.families.registry import ROWS, family, names
+from dehyst.families.registry import family, names
 from dehyst.identification import Fit, identify
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.scores import Part, parts
@@ -168,7 +168,7 @@ def compare(
     recordings
         One recording or a list of them; all are fitted together.
     families
-        Names of `dehyst.families.all_names()`, or of rows of elements; None for all of the former.
+        Names of `dehyst.families.all_names()`; None for all of them.
     train_fraction
         Share of each recording that is fitted; the rest is the test, which no fit sees. The order of the rows is by
         the test: which family is best for a plant is itself a finding from this log, and another log confirms it.
@@ -202,7 +202,7 @@ def compare(
         raise ParameterError(f"seed = {seed!r:.40} must be a whole number from 0 on.", seed=seed)
     records = check_recordings(recordings)
     wanted = tuple(dict.fromkeys(families)) if families is not None else all_names()
-    unknown = [name for name in wanted if name not in (*all_names(), *ROWS)]
+    unknown = [name for name in wanted if name not in all_names()]
     if unknown or not wanted:
         raise ParameterError(
             f"no family '{unknown[0] if unknown else ''}'. There are: {', '.join(all_names())}.", names=unknown

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ModelFileError, ParameterError
+from dehyst.families import former
 from dehyst.families.base import LoopModel, Scaling
-from dehyst.families.registry import MODULES, ROWS, record_of
+from dehyst.families.registry import names, record_of
 
 
 def model_of(name: Any, parameters: Any) -> LoopModel:
@@ -22,20 +23,31 @@ def model_of(name: Any, parameters: Any) -> LoopModel:
     ParameterError
         If the parameters are not those of one.
     """
-    if name not in MODULES and name not in ROWS:
+    name = former.RENAMED.get(name, name)
+    if name not in names():
         raise ModelFileError(f"holds a model of the family '{name!s:.40}', which this dehyst does not have.")
-    record: Any = record_of(name)
-    known = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
-    if set(parameters["values"]) != known:
-        raise ParameterError(f"its parameters are {list(parameters['values'])!s:.120}, not {sorted(known)}.")
     values = {key: _value(value) for key, value in parameters["values"].items()}
     scaling = Scaling(**{key: _number(value) for key, value in parameters["scaling"].items()})
-    model: LoopModel = record(**values, scaling=scaling, start=parameters["start"])
+    if name in former.NAMES and "elements" not in values:
+        model = former.model_of(name, values, scaling, parameters["start"])
+    else:
+        model = _record_of(name, values, scaling, parameters["start"])
     if model.family != name:
         raise ParameterError(f"it is of the family {model.family!r:.40}, and its file says {name!r:.40}.")
     probe = model.before(0.0)  # an impossible start or shape shows here, not on a machine
     if not np.all(np.isfinite(probe)):
         raise ParameterError("its memory is not finite.")
+    return model
+
+
+def _record_of(name: str, values: dict[str, Any], scaling: Scaling, start: str) -> LoopModel:
+    record: Any = record_of(name)
+    known = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
+    if set(values) != known:
+        raise ParameterError(f"its parameters are {list(values)!s:.120}, not {sorted(known)}.")
+    if values.get("row") in former.RENAMED:
+        values["row"] = name
+    model: LoopModel = record(**values, scaling=scaling, start=start)
     return model
 
 

@@ -124,7 +124,7 @@ def identify_family(
     recordings
         One recording or a list; all are fitted together.
     name
-        Of the family: `dehyst.families.names()`, or of a row of elements: `dehyst.families.ROWS`.
+        Of the family: `dehyst.families.names()`.
     train_fraction
         Share of each recording that is fitted; the rest is the test.
     seed

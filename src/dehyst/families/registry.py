@@ -1,6 +1,7 @@
-"""The families: one module each, named here and imported when it is first asked for.
+"""The families: rows of a table, and modules that are imported when they are first asked for.
 
-A new family is a new module with a `FAMILY`, one line here, and a test file (CONTRIBUTING.md shows it).
+A new row is a row in table.py; another family is a module with a `FAMILY`, one line here, and a test file
+(CONTRIBUTING.md shows it).
 """
 
 from __future__ import annotations
@@ -11,31 +12,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from dehyst.errors import ParameterError
+from dehyst.families.table import ROWS as TABLE
 
 if TYPE_CHECKING:
     from dehyst.families.base import LoopModel
     from dehyst.families.training import Training
 
-# Simple ones first: the order of the table where nothing else decides.
+# The families that are no row of elements, each a module. Simple ones first: the order where nothing else decides.
 MODULES = {
-    "generalised-pi": "dehyst.families.generalised_pi",
-    "rate-dependent-pi": "dehyst.families.rate_dependent_pi",
-    "creep-pi": "dehyst.families.creep_pi",
-    "maxwell-slip": "dehyst.families.maxwell_slip",
     "dahl": "dehyst.families.dahl",
     "duhem": "dehyst.families.duhem",
     "preisach": "dehyst.families.preisach",
     "bouc-wen": "dehyst.families.bouc_wen",
     "generalised-bouc-wen": "dehyst.families.generalised_bouc_wen",
-    "krasnoselskii-pokrovskii": "dehyst.families.krasnoselskii_pokrovskii",
     "lugre": "dehyst.families.lugre",
-    "elements": "dehyst.families.rows",  # the best row below for a log; a comparison has no time for all of them
 }
-# Rows of the one machine of elements, families of dehyst.families.rows that share one record.
-ROWS = (
-    "elements", "play-sum", "play-creep", "preisach-sum", "damper-sum", "mixed-sum", "full-sum",
-    "inverse-stop", "inverse-stop-rate", "inverse-path",
-)  # fmt: skip
+BEST = "elements"  # the row that a log itself calls for
+ROWS = (BEST, *(row.name for row in TABLE))  # of the one machine of elements: they share one record
 
 
 @dataclass(frozen=True)
@@ -57,6 +50,8 @@ class Family:
         Whether the fit is a convex program: no seeds, no local minima.
     source
         Where it comes from.
+    sample
+        A small model, where that of the record is another family's, too.
     """
 
     name: str
@@ -65,6 +60,7 @@ class Family:
     fit: Callable[[Training], LoopModel]
     convex: bool
     source: str
+    sample: Callable[[], LoopModel] | None = None
 
 
 def names() -> tuple[str, ...]:
@@ -75,7 +71,7 @@ def names() -> tuple[str, ...]:
     >>> "dahl" in names()
     True
     """
-    return tuple(MODULES)
+    return (*ROWS, *MODULES)
 
 
 def family(name: str) -> Family:
@@ -86,10 +82,12 @@ def family(name: str) -> Family:
     ParameterError
         If there is none of that name.
     """
-    if name not in MODULES and name not in ROWS:
-        known = ", ".join(dict.fromkeys((*MODULES, *ROWS)))
-        raise ParameterError(f"no family '{name!s:.40}'. There are: {known}.", name=name)
-    found = import_module(MODULES["elements"]).FAMILIES[name] if name in ROWS else import_module(MODULES[name]).FAMILY
+    if name not in names():
+        raise ParameterError(f"no family '{name!s:.40}'. There are: {', '.join(names())}.", name=name)
+    if name in ROWS:
+        found = import_module("dehyst.families.rows").FAMILIES[name]
+    else:
+        found = import_module(MODULES[name]).FAMILY
     assert isinstance(found, Family)
     return found
 
@@ -121,4 +119,5 @@ def example(name: str) -> LoopModel:
     >>> example("dahl").family
     'dahl'
     """
-    return family(name).model.example()
+    found = family(name)
+    return found.sample() if found.sample is not None else found.model.example()

@@ -1,0 +1,128 @@
+"""The table of rows: which groups of columns take part in a sum of elements, in which direction, under which name.
+
+Plain data, and the one place where a row is named: the registry, the fit, the pages and the command read it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# Groups of columns (dehyst.families.columns) -> the terms they add to a sum; z, q and p are memories.
+TERMS = {
+    "play": "sum of w z,  z = max(x - r, min(x + r, z))",
+    "stop": "sum of w (x - z),  z as of a play",
+    "lag": "sum of g(z),  z as of a play, g rising: the generalised play with envelopes g(x - r) and g(x + r)",
+    "lead": "sum of f(x) - g(z),  z as of a play, f steeper than g",
+    "creep": "sum of w q,  q <- q + (1 - exp(-h / tau)) (z - q),  z between q, x - r and x + r",
+    "viscous": "sum of w q,  q as of creep, tau as short as the loop is to widen with the rate: by 2 tau |x'|",
+    "creep-by-place": "sum of g(q),  q as of creep without r",
+    "relax": "sum of w (x - q),  q as of creep without r, of the sample before",
+    "relax-by-place": "sum of g(x) - g(q),  q as of creep without r, of the sample before",
+    "rate": "sum of w clip((x - q) / s, -1, 1),  q as of creep, of the sample before: dampers that saturate",
+    "path": "sum of w p,  p <- s r + exp(-|x - x'| / r) (p - s r),  s the sign of x - x'",
+}
+TIMED = frozenset(("creep", "viscous", "creep-by-place", "relax", "relax-by-place", "rate"))
+
+
+@dataclass(frozen=True)
+class Sum:
+    """What a row asks for: its name, groups of columns, direction, and whether with or without a map or both."""
+
+    name: str
+    groups: tuple[str, ...]
+    direction: str = "forward"
+    maps: tuple[bool, ...] = (False, True)
+
+    @property
+    def timed(self) -> bool:
+        """Whether it has elements that take time."""
+        return not TIMED.isdisjoint(self.groups)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A family of the grammar.
+
+    Attributes
+    ----------
+    name, title
+        As typed and as written.
+    sums
+        Its groups of columns and direction; of several the one that errs least within the training.
+    chosen
+        When the choice among rows looks at it: "always", with "few" turns, with "many", or "never".
+    source
+        Where it comes from.
+    cannot
+        What it cannot show.
+    """
+
+    name: str
+    title: str
+    sums: tuple[Sum, ...]
+    chosen: str
+    source: str
+    cannot: str
+
+
+def _row(
+    name: str, title: str, groups: str, chosen: str, source: str, cannot: str, direction: str = "forward"
+) -> Row:
+    """A row; alternatives of its groups stand between bars."""
+    maps = (False, True) if direction == "forward" else (False,)
+    sums = tuple(Sum(name, tuple(one.split()), direction, maps) for one in groups.split("|"))
+    return Row(name, title, sums, chosen, source, cannot)
+
+
+OWN = "the sum is this project's, docs/decisions/0043"
+IWAN = "Iwan 1966; Vo-Minh and others 2011"
+CLOCKWISE = "Loops that run clockwise"
+ROWS = (
+    _row(
+        "play-sum", "sum of plays", "play", "always", "Prandtl 1928; Ishlinskii 1944; with a map Kuhnen 2003",
+        f"{CLOCKWISE}; rate and creep; loops whose shape depends on the place by more than a map explains.",
+    ),
+    _row(
+        "generalised-pi", "generalised Prandtl-Ishlinskii", "lag", "always",
+        "Brokate and Sprekels 1996; Al Janaideh, Rakheja and Su 2011",
+        f"{CLOCKWISE}; rate and creep.",
+    ),
+    _row(
+        "creep-pi", "Prandtl-Ishlinskii with creep", "play creep", "few", "Krejci and Kuhnen 2001",
+        f"{CLOCKWISE}; creep whose size depends on the place; drift without cause.",
+    ),
+    _row(
+        "rate-dependent-pi", "rate-dependent Prandtl-Ishlinskii", "play viscous", "never",
+        "Al Janaideh and Krejci 2013; plays that are viscous: docs/decisions/0046",
+        f"{CLOCKWISE}; loops that narrow with the rate; inertia and resonance.",
+    ),
+    _row(
+        "krasnoselskii-pokrovskii", "Krasnosel'skii-Pokrovskii", "lag stop", "never",
+        "Krasnosel'skii and Pokrovskii 1983; Banks, Kurdila and Webb 1997",
+        "Rate and creep; clockwise loops but those of stops.",
+    ),
+    _row(
+        "maxwell-slip", "Maxwell slip", "stop rate | stop | play viscous | play", "never", IWAN,
+        "Branches that differ other than by a map; friction that falls with the speed (Stribeck); inertia.",
+    ),
+    _row(
+        "mixed-sum", "plays, stops, creep, rate", "play stop creep relax rate", "many", OWN,
+        "Loops whose shape depends on the place by more than a map explains; inertia.",
+    ),
+    _row(
+        "full-sum", "ramps of plays, creep, rate", "lag lead creep-by-place relax-by-place rate", "many", OWN,
+        "Inertia; what few turns do not tell: it has the most weights.",
+    ),
+    _row(
+        "inverse-stop", "inverse: stops, relaxation", "stop relax", "many", OWN,
+        "Outputs that stand still while the input moves; noise of the output acts as motion.", "inverse",
+    ),
+    _row(
+        "inverse-stop-rate", "inverse: stops, relaxation, rate", "stop relax rate", "many", OWN,
+        "Outputs that stand still while the input moves; noise of the output acts as motion and as rate.", "inverse",
+    ),
+    _row(
+        "inverse-path", "inverse: lags along the way", "path relax", "never", "Dahl 1968; docs/decisions/0043",
+        "Outputs with noise: its lags add noise up as way.", "inverse",
+    ),
+)  # fmt: skip
