@@ -15,6 +15,7 @@ from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import choice, identify_family
 from dehyst.families.columns import GROUPS, Columns, Pace, columns_of
 from dehyst.families.elements import Element, ElementModel
+from dehyst.families.former import KERNELS
 from dehyst.families.program import BLOCKS, LEAST, LEAST_OF_MAP, Program, Regularisation, sums_of
 from dehyst.families.registry import ROWS
 from dehyst.families.rows import candidates
@@ -169,7 +170,7 @@ def test_a_row_of_time_without_stamps_says_which_to_take():
 def test_the_table_is_the_one_place_where_rows_are_named():
     assert ("elements", *(row.name for row in TABLE)) == ROWS
     assert len({row.title for row in TABLE}) == len(TABLE)
-    assert set(TERMS) == set(GROUPS) and TIMED < set(TERMS)
+    assert set(TERMS) == set(GROUPS) and set(TERMS) > TIMED
     assert {group for row in TABLE for one in row.sums for group in one.groups} <= set(TERMS)
     assert all(one.name == row.name for row in TABLE for one in row.sums)
 
@@ -371,3 +372,7 @@ def test_the_committed_benchmark_holds_and_can_fail():
     assert set(result["summary"]) == set(ROWS)
     assert not benchmark.holds({**result["summary"][benchmark.CHOSEN], "over_best_median": 1.01})
     assert not benchmark.holds(benchmark.summary(result["runs"], "inverse-path"))
+    replaced = {name: found["over_before"] for name, found in result["summary"].items() if found["over_before"]}
+    assert set(replaced) == {"creep-pi", "rate-dependent-pi", "generalised-pi", "maxwell-slip", KERNELS}
+    assert all(benchmark.replaces(found) for found in result["summary"].values())
+    assert not benchmark.replaces({"over_before": 1.01})

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst import families, muscles
-from dehyst.families.registry import MODULES
 from dehyst.models import ModelCard, SignalCard
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +30,7 @@ def figures() -> dict[str, Callable[[], Figure]]:
     drawn: dict[str, Callable[[], Figure]] = {}
     for name, model in _identified().items():
         drawn[f"models/{name}"] = partial(_loop_figure, model)
-    for name in MODULES:
+    for name in families.names():
         drawn[f"models/{name}"] = partial(_family_figure, name)
     for name in muscles.names():
         drawn[f"models/muscle-{name}"] = partial(_muscle_figure, name)

@@ -6,6 +6,7 @@ What a page says comes from the module's docstring, the record and the registry;
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -13,7 +14,8 @@ from typing import Any
 from dehyst import families, models, muscles
 from dehyst.control import reviewed as laws
 from dehyst.families.existing import TITLES
-from dehyst.families.registry import MODULES, Family, family
+from dehyst.families.registry import BEST, MODULES, Family, family
+from dehyst.families.table import ROWS, TERMS, Row
 from dehyst.muscles import registry as muscle_registry
 from generate.rst import markdown
 
@@ -68,7 +70,7 @@ def pages() -> dict[str, Callable[[], str]]:
     made: dict[str, Callable[[], str]] = {"models/index.md": index}
     for name in IDENTIFIED:
         made[f"models/{name}.md"] = _maker(_identified, name)
-    for name in MODULES:
+    for name in families.names():
         made[f"models/{name}.md"] = _maker(_family, name)
     for name in muscle_registry.names():
         made[f"models/muscle-{name}.md"] = _maker(_muscle, name)
@@ -90,7 +92,7 @@ def reviewed() -> dict[str, Any]:
 def index() -> str:
     """Return the list of all models."""
     rows = [f"| [{name}]({name}.md) | {title} | {_traits(name)} |" for name, title in TITLES.items()]
-    for name in MODULES:
+    for name in families.names():
         found = family(name)
         rows.append(f"| [{name}]({name}.md) | {found.title} | {_traits(name)} |")
     pulling = [
@@ -194,9 +196,7 @@ def _family(name: str) -> str:
     found = family(name)
     example = families.example(name)
     said = f"The example below has none: {example.no_inverse}" if example.no_inverse else "The example below has one."
-    text = markdown(inspect.getdoc(import_module(MODULES[name])) or "")
-    title, _, body = text.partition("\n")
-    body, cannot = body.split("## Cannot show", 1) if "## Cannot show" in body else (body, "")
+    title, body, cannot = _words(name)
     return "\n".join(
         [
             f"# {name}: {found.title}",
@@ -228,11 +228,46 @@ def _family(name: str) -> str:
     )
 
 
+def _words(name: str) -> tuple[str, str, str]:
+    """What a family is in a line, its equation, and what it cannot show: of its row, or of its module."""
+    row = next((row for row in ROWS if row.name == name), None)
+    if row is None:
+        module = MODULES.get(name, "dehyst.families.rows")
+        title, _, body = markdown(inspect.getdoc(import_module(module)) or "").partition("\n")
+        body, _, cannot = body.partition("## Cannot show")
+        if name == BEST:
+            listed = [f"| [{one.name}]({one.name}.md) | {one.title} | {'; or '.join(_groups(one))} |" for one in ROWS]
+            body = "\n".join([body.strip(), "", "| row | title | groups of columns |", "|---|---|---|", *listed])
+        return title, body, cannot
+    said = []
+    for one in row.sums:
+        seen, asked = ("x", "y") if one.direction == "forward" else ("y", "x")
+        behind = "T(y)" if any(one.maps) else asked
+        terms = ["c + f(x), f rising in pieces", *(TERMS[group] for group in one.groups)]
+        if seen == "y":
+            terms = [re.sub(r"\bx\b", "y", term) for term in terms]
+        lines = [f"{behind} = {terms[0]}", *(f"     + {term}" for term in terms[1:])]
+        said.append("\n".join(_fence("text", lines)))
+    body = "\n\nor, if that errs less within what is fitted,\n\n".join(said)
+    title = f"A row of the [sums of elements](elements.md): {'; or '.join(_groups(row))}."
+    lead = (
+        "T is a rising map in pieces, or y itself; weights are from 0 on, radii and times a grid; x is that of the "
+        "present sample, h the time since the one before. One convex program finds all weights; map and regularisation "
+        "are chosen by blocks held out within the fitted part."
+    )
+    return title, f"{body}\n\n{lead}\n\nSource: {row.source}.", row.cannot
+
+
+def _groups(row: Row) -> list[str]:
+    return [f"{', '.join(one.groups)}{' (inverse)' if one.direction == 'inverse' else ''}" for one in row.sums]
+
+
 def _time(found: Family) -> str:
-    if found.name == "maxwell-slip":
-        return "Time stamps are needed where there are dampers; else only the order of inputs matters."
-    if found.name == "elements":
-        return "Time stamps are needed by rows with creep, relaxation or rate; without them others are chosen among."
+    row = next((row for row in ROWS if row.name == found.name), None)
+    if found.name == BEST or (row is not None and len({one.timed for one in row.sums}) > 1):
+        return "Time stamps are needed by sums with creep, relaxation or rate; without them others are chosen among."
+    if row is not None:
+        return "Time stamps are needed." if row.sums[0].timed else "Time does not matter: only the order of inputs."
     return (
         "Time stamps are needed." if found.model.rate_dependent else "Time does not matter: only the order of inputs."
     )

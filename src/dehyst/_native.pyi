@@ -228,8 +228,10 @@ def direct_forward(
     y_high: float,
 ) -> tuple[_Array, int]: ...
 
-# ---- Elements in parallel: plays, stops, pieces of a curve, dampers, creep, rates.
+# ---- Sums of elements: the core's machine.
+
 ELEMENT_KINDS: tuple[str, ...]
+_Kinds = npt.NDArray[np.int32]
 
 class ElementSum:
     def __init__(

@@ -87,7 +87,7 @@ def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
     workshops: dict[str, Workshop] = {}
     for direction in dict.fromkeys(one.direction for one in sums):
         groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
-        workshops[direction] = Workshop(training, direction, tuple(groups))
+        workshops[direction] = _workshop(training, direction, tuple(groups))
     first = [workshops[one.direction].candidate(one, mapped, FIRST) for one in sums for mapped in one.maps]
     first.sort(key=lambda candidate: rank(candidate.score))  # stable: earlier rows first
     more = [
@@ -99,6 +99,16 @@ def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
     if not np.isfinite(chosen.score):
         raise IdentificationError("no sum of elements could be fitted; take a smaller family, such as pi.")
     return workshops[chosen.sum.direction].model(chosen)
+
+
+def _workshop(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
+    """One that was made for this training and has the columns, or a new one."""
+    made = (shop for shop in training.shared if shop.direction == direction and shop.groups.issuperset(groups))
+    shop = next(made, None)
+    if shop is None:
+        shop = Workshop(training, direction, groups)
+        training.shared.append(shop)
+    return shop
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +142,7 @@ class Workshop:
     """Columns and sums of one direction, and what they predict."""
 
     def __init__(self, training: Training, direction: str, groups: Sequence[str]) -> None:
-        self.training, self.direction = training, direction
+        self.training, self.direction, self.groups = training, direction, frozenset(groups)
         self.pace = pace_of(training, direction)
         self.start = self._best_start()
         self.columns = columns_of(groups, RAMPS[direction], self.pace)

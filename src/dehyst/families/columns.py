@@ -6,7 +6,8 @@ A column reads one element e of one memory cell::
 
 so that weights from 0 on give a sum that rises with x: that is all the program needs to know. Ramps of x alone, of
 plays (their two thresholds make them the cells of a Preisach operator), of x less what follows it (stops, relaxation),
-of lags in time (creep; viscous plays, whose loop widens with the rate), of the rate up to where it saturates (dampers), of Dahl's lag along the way.
+of lags in time (creep; viscous plays, whose loop widens with the rate), of the rate up to where it saturates
+(dampers), of Dahl's lag along the way.
 """
 
 from __future__ import annotations

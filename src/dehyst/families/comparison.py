@@ -15,6 +15,7 @@ from dehyst.families.entry import Entry
 from dehyst.families.existing import TITLES, entry_of, existing, static_of
 from dehyst.families.fitting import fit_one, orientation_of
 from dehyst.families.registry import family, names
+from dehyst.families.training import Training, training_of
 from dehyst.identification import Fit, identify
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.scores import Part, parts
@@ -214,7 +215,7 @@ def compare(
         data = prepare(records, split_recordings(records, train_fraction))
         part = parts(records, data, auto.certificate.initial_state)
         baseline = entry_of(auto, part, data.output_range, spent)
-        orientation, found = orientation_of(data), []
+        training, found = training_of(records, data, orientation_of(data), seed), []
         for number, name in enumerate(wanted):
             if progress is not None:
                 progress(name, number, len(wanted))
@@ -223,7 +224,7 @@ def compare(
             elif name == "static":
                 found.append(static_of(auto, part, data.output_range))
             else:
-                found.append(_entry(name, records, data, part, orientation, train_fraction, seed))
+                found.append(_entry(name, records, data, part, training, train_fraction))
     curve = (auto.static_test or auto.static_train).rmse_percent
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
@@ -237,15 +238,14 @@ def _entry(
     records: tuple[Recording, ...],
     data: DataSet,
     part: tuple[Part, Part],
-    orientation: str,
+    training: Training,
     train_fraction: float | None,
-    seed: int,
 ) -> Entry:
     title = TITLES.get(name) or family(name).title
     try:
         if name in TITLES:
             return existing(name, records, part, data.output_range, train_fraction)
-        fit = fit_one(name, records, data, part, orientation, seed)
+        fit = fit_one(name, records, data, part, training)
     except DehystError as fault:
         return Entry(name, title, reason=" ".join(str(fault).split()))
     return Entry(

@@ -16,7 +16,7 @@ from dehyst.errors import IdentificationError
 from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
 from dehyst.families.registry import family
-from dehyst.families.training import steps_of, training_of
+from dehyst.families.training import Training, steps_of, training_of
 from dehyst.grades import ENDINGS, Grade
 from dehyst.identification import facts
 from dehyst.identification.cautions import POOR_PERCENT
@@ -157,7 +157,8 @@ def identify_family(
     records = check_recordings(recordings)
     with single_blas():
         data = prepare(records, split_recordings(records, train_fraction))
-        return fit_one(name, records, data, parts(records, data, "zero"), orientation_of(data), seed)
+        training = training_of(records, data, orientation_of(data), seed)
+        return fit_one(name, records, data, parts(records, data, "zero"), training)
 
 
 def orientation_of(data: DataSet) -> str:
@@ -166,12 +167,12 @@ def orientation_of(data: DataSet) -> str:
 
 
 def fit_one(
-    name: str, records: tuple[Recording, ...], data: DataSet, part: tuple[Part, Part], orientation: str, seed: int
+    name: str, records: tuple[Recording, ...], data: DataSet, part: tuple[Part, Part], training: Training
 ) -> FamilyFit:
-    """Fit a family to prepared recordings."""
+    """Fit a family to the training of prepared recordings."""
     found = family(name)
     begun = _time.thread_time()
-    model = found.fit(training_of(records, data, orientation, seed))
+    model = found.fit(training)
     seconds = _time.thread_time() - begun
     outputs = predicted(model, records, data)
     if not all(np.all(np.isfinite(y)) for y in outputs):
@@ -191,7 +192,7 @@ def fit_one(
         test=test,
         inverse_percent=None if demands is None else 100.0 * inverse_miss(records, demands, seen),
         seconds=seconds,
-        seed=None if found.convex else seed,
+        seed=None if found.convex else training.seed,
     )
 
 

@@ -1,9 +1,10 @@
 r"""Files of families that are rows of elements now: their old parameters, played as they were.
 
 Before they were rows, ``creep-pi``, ``rate-dependent-pi``, ``generalised-pi``, ``maxwell-slip`` and
-``krasnoselskii-pokrovskii`` were records of their own. Where a file's formula is a sum of elements, reading it makes that sum. What no element does is
-kept here, to be played and inverted, and cannot be identified any more: creep that acts with the time to the *next*
-sample, thresholds that grow with a low-passed rate, dampers over the true steps of time, an envelope that is a tangent::
+``krasnoselskii-pokrovskii`` were records of their own. Where the formula of a file is a sum of elements, reading it
+makes that sum. What no element does is kept here, to be played and inverted; it cannot be identified any more: creep
+that acts with the time to the *next* sample, thresholds that grow with a low-passed rate, dampers over the true steps
+of time, an envelope that is a tangent::
 
     y    = T^-1(c + S g(x) + sum over i of w_i z_i + sum over m of g_m clip(x - p_m, -+ b_m)
            + sum over j of a_j clip((x - x') / h, -+ s_j) + sum over l of v_l q_l + b s)
@@ -177,7 +178,9 @@ class FormerModel(LoopModel):
         """Whether something follows at once, and outweighs what comes late."""
         q = self._formula
         if q.direct <= 0.0:
-            return "nothing of the output follows the input at once, so it does not move when the input has just turned."
+            return (
+                "nothing of the output follows the input at once, so it does not move when the input has just turned."
+            )
         gain = -np.expm1(-q.period / q.creeps[2])
         needed = float(np.sum(q.creeps[0] * gain / (2.0 - gain)))
         if q.direct <= needed:
@@ -259,7 +262,7 @@ def _creep(q: Formula, h: float, memory: Array) -> None:
 
 
 def _clipped(q: Formula, h: float, before: float, memory: Array) -> tuple[float, float, Array, Array, Array]:
-    """Constant, slope, weights, origins and reaches of: constant + slope x + sum of weight clip(x - origin, -+ reach)."""
+    """Return the parts of constant + slope x + sum of weight clip(x - origin, -+ reach), in this order."""
     plays, (creep, *_) = q.plays, q.creeps
     z = memory[AHEAD : AHEAD + plays.shape[1]]
     constant = float(creep @ memory[memory.size - creep.size :]) + q.rate * float(memory[1])
@@ -291,20 +294,22 @@ def _together(values: dict[str, Any], *names: str) -> Array:
     """Arrays of one size, none negative, as rows; the last may hold any numbers if its name ends in "places"."""
     rows = [np.zeros(0) if not np.size(values[name]) else parameter_array(values[name], name) for name in names]
     if len({row.size for row in rows}) > 1:
-        raise ParameterError(f"{', '.join(names)} have {', '.join(str(row.size) for row in rows)} values; as many each.")
+        raise ParameterError(
+            f"{', '.join(names)} have {', '.join(str(row.size) for row in rows)} values; as many each."
+        )
     for name, row in zip(names, rows, strict=True):
         if not name.endswith("places") and np.any(row < 0.0):
             raise ParameterError(f"{name} holds {row.min():g}; values are from 0 on.")
     return np.stack(rows)
 
 
-def _mapped(values: dict[str, Any]) -> dict[str, Array]:
+def _mapped(values: dict[str, Any]) -> tuple[Array, Array]:
     inner, outer = (np.asarray(values[name], dtype=np.float64) for name in ("map_inner", "map_outer"))
     if inner.size != outer.size or inner.size == 1:
         raise ParameterError(f"the map has {inner.size} sums and {outer.size} outputs; pairs are needed, two or more.")
     for name, row in (("map_inner", inner), ("map_outer", outer)):
         strictly_increasing(row, name)
-    return {"inner": inner, "outer": outer}
+    return inner, outer
 
 
 def _known(values: dict[str, Any], *names: str) -> None:
@@ -321,13 +326,15 @@ def _creep_pi(values: dict[str, Any]) -> Formula:
     creeps = _together(values, "creep_weights", "creep_thresholds", "time_constants")
     if np.any(creeps[2] <= 0.0):
         raise ParameterError("a time constant is 0; creep takes time.")
+    inner, outer = _mapped(values)
     return Formula(
         0.0,
         parameter_number(values["offset"], "offset"),
         np.vstack([plays, np.zeros(plays.shape[1])]),
         creeps=creeps,
         period=parameter_number(values["period"], "period"),
-        **_mapped(values),
+        inner=inner,
+        outer=outer,
     )
 
 
@@ -339,7 +346,8 @@ def _rate_dependent_pi(values: dict[str, Any]) -> Formula:
     if lag <= 0.0:
         raise ParameterError(f"lag = {lag:g} s is not above 0; a rate needs time to be known.")
     plays = _together(values, "weights", "thresholds", "growths")
-    return Formula(direct, offset, plays, rate=rate, lag=lag, **_mapped(values))
+    inner, outer = _mapped(values)
+    return Formula(direct, offset, plays, rate=rate, lag=lag, inner=inner, outer=outer)
 
 
 def _generalised_pi(values: dict[str, Any]) -> Formula:
@@ -355,8 +363,8 @@ def _generalised_pi(values: dict[str, Any]) -> Formula:
 
 def _maxwell_slip(values: dict[str, Any]) -> Formula:
     _known(
-        values, "stiffness", "spring_places", "spring_widths", "spring_stiffnesses", "thresholds", "stiffnesses", "speeds",
-        "dampings", "offset", "position", "falling",
+        values, "stiffness", "spring_places", "spring_widths", "spring_stiffnesses", "thresholds", "stiffnesses",
+        "speeds", "dampings", "offset", "position", "falling",
     )  # fmt: skip
     stiffness, offset = (parameter_number(values[name], name) for name in ("stiffness", "offset"))
     if stiffness < 0.0 or not all(isinstance(values[name], bool) for name in ("position", "falling")):
@@ -406,10 +414,8 @@ def _kernels(values: dict[str, Any], scaling: Scaling, start: str) -> ElementMod
         own = radii == radius
         knots = np.unique(np.concatenate([low[own], low[own] + ridge]).round(DIGITS))
         u = np.concatenate([[knots[0] - 1.0], knots, [knots[-1] + 1.0]])
-        ridges = np.clip(2.0 * (u[:, None] - low[own]) / ridge - 1.0, -1.0, 1.0)
-        elements.append(Element("play", float(radius), map=(u, ridges @ weights[own])))
+        v = np.clip(2.0 * (u[:, None] - low[own]) / ridge - 1.0, -1.0, 1.0) @ weights[own]
+        elements.append(Element("play", float(radius), map=(tuple(u.tolist()), tuple(v.tolist()))))
     slope = 2.0 * float(np.sum(weights)) / (last - first)
     outside = ((first - 1.0, first, last, last + 1.0), (-slope, 0.0, 0.0, slope))
-    return ElementModel(
-        (Element("input", map=outside), *elements), offset, row=KERNELS, scaling=scaling, start=start
-    )
+    return ElementModel((Element("input", map=outside), *elements), offset, row=KERNELS, scaling=scaling, start=start)

@@ -65,9 +65,7 @@ class Row:
     cannot: str
 
 
-def _row(
-    name: str, title: str, groups: str, chosen: str, source: str, cannot: str, direction: str = "forward"
-) -> Row:
+def _row(name: str, title: str, groups: str, chosen: str, source: str, cannot: str, direction: str = "forward") -> Row:
     """A row; alternatives of its groups stand between bars."""
     maps = (False, True) if direction == "forward" else (False,)
     sums = tuple(Sum(name, tuple(one.split()), direction, maps) for one in groups.split("|"))

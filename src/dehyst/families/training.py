@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -62,12 +62,15 @@ class Training:
         it leads, as a force over a displacement, "mixed" or "none".
     seed
         Of everything random in a fit.
+    shared
+        What one fit made and others can use: rows of elements their columns.
     """
 
     stretches: tuple[Stretch, ...]
     scaling: Scaling
     orientation: str
     seed: int = 0
+    shared: list[Any] = field(default_factory=list)
 
     @property
     def samples(self) -> int:
