@@ -11,10 +11,11 @@ import pytest
 
 import test_families_conformity as conformity
 from dehyst import Recording, compare, load
-from dehyst.families import STARTS, example, registry
+from dehyst.families import STARTS, example, identify_family, registry, rows, table
 
 PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTION = PAGE.partition("### A family for comparison")[2].partition("\n#")[0]
+ROW = re.search(r"(?ms)^### A row of elements.*?^```python\n(.*?)^```$", PAGE)[1]
 FAMILY, LINE, TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", SECTION)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
@@ -32,6 +33,35 @@ def registered(tmp_path, monkeypatch):
     spec.loader.exec_module(loaded)
     monkeypatch.setitem(registry.MODULES, name, module)
     return name
+
+
+@pytest.fixture
+def tabled(monkeypatch):
+    """The row of CONTRIBUTING, as if it stood in the table."""
+    (row,) = eval(f"({ROW.strip()})", {"_row": table._row})
+    monkeypatch.setattr(registry, "ROWS", (*registry.ROWS, row.name))
+    monkeypatch.setitem(rows.FAMILIES, row.name, rows.family_of(row))
+    return row.name
+
+
+@pytest.mark.parametrize(
+    "promise",
+    [value for name, value in vars(conformity).items() if name.startswith("test_")],
+    ids=lambda promise: promise.__name__.removeprefix("test_"),
+)
+def test_the_row_shown_keeps_what_every_family_promises(tabled, promise):
+    starts = STARTS if "start" in inspect.signature(promise).parameters else (None,)
+    for start in starts:
+        promise(tabled, **({} if start is None else {"start": start}))
+
+
+def test_the_row_shown_is_fitted_inverted_saved_and_loaded(tabled, tmp_path):
+    t = 0.01 * np.arange(1500)
+    x = np.sin(1.7 * t) * np.linspace(1.0, 0.4, t.size)
+    fit = identify_family(Recording(input=x, output=example(tabled).simulate(x, t), time=t), tabled)
+    assert fit.family == fit.model.family == tabled and fit.test.rmse_percent < 2.0
+    again = load(fit.model.save(tmp_path / "row.json"))
+    assert np.max(np.abs(again.inverse().simulate(fit.model.simulate(x, t), t) - x)) < 1e-9
 
 
 def test_the_tests_shown_pass(registered):

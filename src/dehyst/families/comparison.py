@@ -15,6 +15,7 @@ from dehyst.families.entry import Entry
 from dehyst.families.existing import TITLES, entry_of, existing, static_of
 from dehyst.families.fitting import fit_one, orientation_of
 from dehyst.families.registry import family, names
+from dehyst.families.table import ROWS
 from dehyst.families.training import Training, training_of
 from dehyst.identification import Fit, identify
 from dehyst.identification.data import DataSet, prepare
@@ -32,6 +33,7 @@ SIGMAS = 2.0
 POOR = 10.0  # held-out error from which a reason is looked for, percent of range
 AS_A_CURVE = 0.95  # or this many times that of the best curve without memory
 LEADING = ("stop",)  # families of `identify` whose output leads
+LAGGING = frozenset(row.name for row in ROWS if row.lags)
 NOT_FOUND = "no choice of its parameters that was found comes close to these loops"
 
 
@@ -270,10 +272,10 @@ def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
     if entry.model is None or entry.reason or entry.error_percent < min(POOR, AS_A_CURVE * curve):
         return entry
     said = []
-    leads = entry.family in LEADING
+    leads, lags = entry.family in LEADING, entry.family in TITLES or entry.family in LAGGING
     if entry.family == "static":
         said.append("it remembers nothing: both branches of the loop are one curve")
-    elif entry.family in TITLES and auto.facts.orientation == ("counter-clockwise" if leads else "clockwise"):
+    elif lags and auto.facts.orientation == ("counter-clockwise" if leads else "clockwise"):
         way = ("counter-clockwise", "lags", "lead") if leads else ("clockwise", "leads", "lag")
         said.append("the loop is {}: its output {}, and these operators {}".format(*way))
     follows = any(finding.code == "rate-dependent" for finding in auto.warnings)

@@ -81,10 +81,11 @@ def _fit_best(training: Training) -> ElementModel:
     return best_model(training, candidates(training))
 
 
-FAMILIES = {
-    row.name: Family(
-        row.name, row.title, ElementModel, partial(_fit_row, row=row), True, row.source, partial(sample, row)
-    )
-    for row in ROWS
-}
+def family_of(row: Row) -> Family:
+    """The family of a row."""
+    fit, shown = partial(_fit_row, row=row), partial(sample, row)
+    return Family(row.name, row.title, ElementModel, fit, True, row.source, shown)
+
+
+FAMILIES = {row.name: family_of(row) for row in ROWS}
 FAMILIES[BEST] = Family(BEST, "best row of elements", ElementModel, _fit_best, True, OWN)

@@ -21,6 +21,7 @@ TERMS = {
     "rate": "sum of w clip((x - q) / s, -1, 1),  q as of creep, of the sample before: dampers that saturate",
     "path": "sum of w p,  p <- s r + exp(-|x - x'| / r) (p - s r),  s the sign of x - x'",
 }
+LAGGING = frozenset(("play", "lag", "creep", "viscous", "creep-by-place"))  # add loops that run counter-clockwise only
 TIMED = frozenset(("creep", "viscous", "creep-by-place", "relax", "relax-by-place", "rate"))
 
 
@@ -63,6 +64,11 @@ class Row:
     chosen: str
     source: str
     cannot: str
+
+    @property
+    def lags(self) -> bool:
+        """Whether its output can only lag: the loops of all its columns run counter-clockwise."""
+        return all(one.direction == "forward" and LAGGING.issuperset(one.groups) for one in self.sums)
 
 
 def _row(name: str, title: str, groups: str, chosen: str, source: str, cannot: str, direction: str = "forward") -> Row:
