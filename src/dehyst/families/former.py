@@ -4,7 +4,7 @@ Before they were rows, ``creep-pi``, ``rate-dependent-pi``, ``generalised-pi``, 
 ``krasnoselskii-pokrovskii`` were records of their own. Where the formula of a file is a sum of elements, reading it
 makes that sum. What no element does is kept here, to be played and inverted; it cannot be identified any more: creep
 that acts with the time to the *next* sample, thresholds that grow with a low-passed rate, dampers over the true steps
-of time, an envelope that is a tangent::
+of time, an envelope that is a tangent, a position over a force that begins in a state of the force::
 
     y    = T^-1(c + S g(x) + sum over i of w_i z_i + sum over m of g_m clip(x - p_m, -+ b_m)
            + sum over j of a_j clip((x - x') / h, -+ s_j) + sum over l of v_l q_l + b s)
@@ -49,7 +49,7 @@ def model_of(name: str, values: dict[str, Any], scaling: Scaling, start: str) ->
     if name == KERNELS:
         return _kernels(values, scaling, start)
     formula = _FORMULAS[name](values)
-    if formula.timed or formula.envelope.size:
+    if formula.timed or formula.envelope.size or formula.solved:
         return FormerModel(name, values, scaling, start)
     if formula.sign < 0.0:
         scaling = replace(scaling, amplitude=-scaling.amplitude)
@@ -58,7 +58,6 @@ def model_of(name: str, values: dict[str, Any], scaling: Scaling, start: str) ->
         formula.offset,
         before_map=(tuple(formula.points[0].tolist()), tuple(formula.points[1].tolist())),
         after_map=(tuple(formula.inner.tolist()), tuple(formula.outer.tolist())),
-        direction="inverse" if formula.solved else "forward",
         row=name,
         scaling=scaling,
         start=start,
