@@ -276,8 +276,8 @@ class ElementModel(LoopModel):
     def tables(self) -> tuple[Any, ...]:
         """What the machine is made of (`_native.ElementSum`)."""
         q = self.elements
-        whole = [np.array([getattr(e, name) for e in q], dtype=np.int32) for name in ("schedule",)]
         kind = np.array([KINDS.index(e.kind) for e in q], dtype=np.int32)
+        schedule = np.array([e.schedule for e in q], dtype=np.int32)
         real = [np.array([getattr(e, name) for e in q]) for name in ("radius", "time", "weight")]
         points = np.array([len(e.map[0]) for e in q], dtype=np.int32)
         maps = np.array([[u for e in q for u in e.map[side]] for side in (0, 1)]).reshape(2, -1)
@@ -285,7 +285,7 @@ class ElementModel(LoopModel):
         source = np.array([s[0] for s in self.schedules], dtype=np.int32)
         limits = np.array([[s[side] for s in self.schedules] for side in (1, 2)]).reshape(2, -1)
         return (
-            kind, *whole, *real, points, maps, self.offset, before, after, -FARTHEST, FARTHEST, source, limits
+            kind, schedule, *real, points, maps, self.offset, before, after, -FARTHEST, FARTHEST, source, limits
         )  # fmt: skip
 
     @cached_property
