@@ -118,9 +118,8 @@ def _played(request: PlayRequest, model: Model, signal: Signal, x: Array, prefix
         band = model.band(x, time, past, **given)
         answer, told = band.middle, middle_of(band, past, model.card, signal)
         columns = {column(card, prefix): answer}
-        doubt = 0.5 * (band.high - band.low)
-        if model.direction == "inverse" and np.any(doubt > 0.0):
-            columns[column(card, "doubt")] = doubt
+        if model.direction == "inverse" and np.any(band.half_width > 0.0):
+            columns[column(card, "doubt")] = band.half_width
     return _Played(columns, answer, start, told, findings, time, given)
 
 

@@ -61,7 +61,7 @@ def middle_of(band: Band, past: tuple[float, float] | None, card: ModelCard, sig
     signal
         Where its input was read from.
     """
-    width = 0.5 * (band.high - band.low)
+    width = band.half_width
     where = f" within {past[0]:.4g} to {past[1]:.4g} {card.input.unit}".rstrip() if past else ""
     closed = closed_from(band.low, band.high)
     end = f"by {width[-1]:.3g} at the end" if closed is None else f"known from {place(signal, closed)} on"

@@ -46,7 +46,7 @@ def band_columns(
     Nothing is known at the first sample, and nothing new is unknown at a gap: the memory is carried on across it.
     """
     columns = {
-        column(card, prefix): band.middle,
+        column(card, prefix): 0.5 * (band.low + band.high),
         column(card, f"{prefix}_low"): band.low,
         column(card, f"{prefix}_high"): band.high,
         "certainty": band.certainty,

@@ -230,7 +230,7 @@ class HysteresisModel(Model):
     ) -> Band:
         """Return `interval` with its middle, which is never off by more than half the width, and `certainty`."""
         low, high = self.interval(x, past=past)
-        return Band(0.5 * (low + high), low, high, self.certainty(x, past=past))
+        return Band(0.5 * (low + high), low, high, 0.5 * (high - low), self.certainty(x, past=past))
 
     def certainty(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> Array:
         """Return how much of the memory is known, (T,): 0 for nothing, 1 once no start state matters; never falling.

@@ -596,7 +596,7 @@ class DirectDemand(Model):
             )
         run = DirectDemand(self.of.with_known(False))._run(x, time, signals)
         certainty = 1.0 - run.doubt / max(float(run.doubt.max(initial=0.0)), 1e-300)
-        return Band(run.u, run.u - run.doubt, run.u + run.doubt, certainty)
+        return Band(run.u, run.u - run.doubt, run.u + run.doubt, run.doubt, certainty)
 
     def inverse(self) -> DirectInverse:
         """Return the direct inverse, read from input to output."""

@@ -25,6 +25,8 @@ class Band(NamedTuple):
         (T,) what it answers.
     low, high
         (T,) ends of what it may answer after any past.
+    half_width
+        (T,) how far the answer may be off to either side.
     certainty
         (T,) how much of the memory is known: 0 for nothing, 1 once no past matters.
     """
@@ -32,6 +34,7 @@ class Band(NamedTuple):
     middle: Array
     low: Array
     high: Array
+    half_width: Array
     certainty: Array
 
 
