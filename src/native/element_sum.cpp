@@ -8,6 +8,7 @@
 
 #include "arrays.h"
 #include "dehyst.h"
+#include "no_pickle.h"
 #include "stoppable.h"
 
 namespace {
@@ -330,7 +331,10 @@ void bind_element_sum(nb::module_ &m)
              "(x (T,), memory, number of rejected samples, most rounds of a sample).")
         .def("columns", &ElementSum::columns, "x"_a, "dt"_a.none(), "memory"_a,
              "(each element without map and weight (T, n), memory).");
-    nb::class_<ElementBlock>(m, "ElementBlock", "A sum of elements as a function block at a fixed period, with its memory.")
+    nb::class_<ElementBlock> block(m, "ElementBlock",
+                                   "A sum of elements as a function block at a fixed period, with its memory.");
+    refuse_pickling(block);
+    block
         .def(nb::init<const ElementSum &, double, bool, int32_t, const In &, const In &, uint32_t>(), "sum"_a, "period"_a,
              "solves"_a, "delay"_a, "start"_a, "numbers"_a, "fingerprint"_a, nb::keep_alive<1, 2>())
         .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
