@@ -15,10 +15,11 @@ from dehyst.control import Block, JointControllerParameters, load_controller, sa
 from dehyst.errors import ModelFileError, OutputError, ParameterError
 from dehyst.export import TARGETS, compilers, core_files, export, joint_subject, subject_of
 from dehyst.export.joint import joint_run
+from dehyst.export.names import check_name, identifier
 from dehyst.export.numbers import bits, inward, literal, model_in
+from dehyst.export.plays import block_numbers
 from dehyst.export.rendering import comment, string_literal
 from dehyst.export.signal import from_csv, moved, same_bits, to_csv
-from dehyst.export.subject import block_numbers, check_name, identifier
 from export_samples import CARD, MODELS, large_model, mapped_model, play_model
 
 C_TARGETS = ("c", "c-header")

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from dehyst.cli import main
 from dehyst.control import BLOCK_FLAGS, DirectBlock
 from dehyst.errors import ParameterError
-from dehyst.export import direct_block_subject, export, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.export.c import unit_files
-from dehyst.export.core_files import DIRECT_BLOCK, needed
+from dehyst.export.core_files import needed
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from direct_export_samples import direct_model, random_direct
 from export_samples import needs_make
@@ -27,10 +27,10 @@ CARD = ModelCard(SignalCard("pressure", "bar", -2.0, 2.0), SignalCard("stroke", 
 
 def compiled(subject, folder):
     """The unit's step as a function of Python, from the sources that are exported."""
-    files = {**needed(DIRECT_BLOCK), **unit_files(subject)}
+    files = {**needed(subject.block.functions), **unit_files(subject)}
     for name, text in files.items():
         (folder / name).write_text(text)
-    names = subject.direct_block.given
+    names = subject.block.given
     real = "float" if subject.real == "float" else "double"
     (folder / "run.c").write_text(
         f'#include "{subject.name}.h"\nstatic {subject.name}_state s;\n'
@@ -79,7 +79,7 @@ def of_the_twin(block, inputs, on):
 def test_compiled_sources_have_the_bits_of_the_twin(seed, tmp_path):
     rng = np.random.default_rng(seed)
     model, ramp = random_direct(rng), int(rng.integers(1, 60))
-    subject = direct_block_subject(model, name="unit_under_test", period=PERIOD, ramp=ramp)
+    subject = subject_of(model, name="unit_under_test", period=PERIOD, ramp=ramp)
     inputs, on = motion(model, rng)
     u, flags = compiled(subject, tmp_path)(inputs, on)
     expected = of_the_twin(DirectBlock(model, PERIOD, ramp=ramp), inputs, on)
@@ -92,7 +92,7 @@ def test_compiled_sources_have_the_bits_of_the_twin(seed, tmp_path):
 def test_in_float_answers_are_within_a_hundred_thousandth_of_the_range(seed, tmp_path):
     rng = np.random.default_rng(seed)
     model = direct_model(seed, schedules=1 + seed % 2)
-    subject = direct_block_subject(model, name="unit_under_test", period=PERIOD, real="float", ramp=20)
+    subject = subject_of(model, name="unit_under_test", period=PERIOD, real="float", ramp=20)
     inputs, on = motion(model, rng, hostile=False)
     inputs = inputs.astype(np.float32).astype(np.float64)
     u, _ = compiled(subject, tmp_path)(inputs, on)
@@ -148,7 +148,7 @@ def test_switching_has_no_bump_and_ends_at_the_line_and_at_the_inverse():
 @pytest.mark.parametrize("target", ["c", "c-header"])
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
-    subject = direct_block_subject(direct_model(schedules=3), name="valve", period=PERIOD, real=real)
+    subject = subject_of(direct_model(schedules=3), name="valve", period=PERIOD, real=real)
     export(subject, target, tmp_path / "out")
     checks = verify(tmp_path / "out")
     assert {check.status for check in checks} == {"passed"} and any(check.ran for check in checks)
@@ -160,7 +160,7 @@ def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
 
 @needs_make
 def test_a_wrong_answer_fails_the_generated_check(tmp_path):
-    export(direct_block_subject(direct_model(), name="valve", period=PERIOD), "c", tmp_path / "out")
+    export(subject_of(direct_model(), name="valve", period=PERIOD), "c", tmp_path / "out")
     path = tmp_path / "out" / "check" / "expected.h"
     text = path.read_text()
     place = text.rindex(", 1, ")
@@ -175,8 +175,8 @@ def test_a_wrong_answer_fails_the_generated_check(tmp_path):
 def test_sources_are_clean_under_strict_warnings_as_c_and_as_cpp(compiler, real, tmp_path):
     if not shutil.which(compiler):
         pytest.skip(f"{compiler} is not installed")
-    subject = direct_block_subject(direct_model(), name="valve", period=PERIOD, real=real)
-    for name, text in {**needed(DIRECT_BLOCK), **unit_files(subject)}.items():
+    subject = subject_of(direct_model(), name="valve", period=PERIOD, real=real)
+    for name, text in {**needed(subject.block.functions), **unit_files(subject)}.items():
         (tmp_path / name).write_text(text)
     language = ["-x", "c++", "-std=c++17"] if "++" in compiler else ["-std=c11"]
     options = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fsyntax-only", "-I", tmp_path]
@@ -197,7 +197,7 @@ def test_sources_are_clean_under_strict_warnings_as_c_and_as_cpp(compiler, real,
 )
 def test_settings_that_make_no_sense_are_refused(changes, words):
     with pytest.raises(ParameterError, match=words):
-        direct_block_subject(direct_model(), **{"name": "valve", "period": PERIOD, **changes})
+        subject_of(direct_model(), **{"name": "valve", "period": PERIOD, **changes})
 
 
 def test_a_model_without_ranges_and_a_missing_scheduling_variable_are_refused():

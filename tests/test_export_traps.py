@@ -13,8 +13,8 @@ from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError, UnitError
 from dehyst.export import export, joint_subject, subject_of
 from dehyst.export.joint_units import in_radians, unit_findings
+from dehyst.export.names import check_name, identifier, why_prefixed
 from dehyst.export.rendering import comment
-from dehyst.export.subject import check_name, identifier, why_prefixed
 from dehyst.models import ModelCard
 from export_samples import CARD, MODELS, play_model
 

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
 from dehyst.export.numbers import BlockNumbers, block_in
-from dehyst.export.subject import block_numbers
+from dehyst.export.plays import block_numbers
 from target.jobs import Array, Case
 
 FAR = 1e4

@@ -4,44 +4,29 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-import numpy as np
 from rich.text import Text
 
-from dehyst.app.export_direct import direct_subject_of
+from dehyst.app.export_findings import coarse, cost, outside, stalled, units
 from dehyst.app.export_pair import pair_findings
 from dehyst.app.export_request import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
-from dehyst.control import load_controller
+from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
 from dehyst.export.excerpt import ALL, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
-from dehyst.export.joint_units import unit_findings
-from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice, check_name, identifier, why_prefixed
+from dehyst.export.names import check_name, identifier, why_prefixed
+from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice
 from dehyst.export.targets import target
 from dehyst.findings import Finding
-from dehyst.models import (
-    DirectInverse,
-    HysteresisModel,
-    ModifiedPrandtlIshlinskii,
-    PrandtlIshlinskii,
-    ShearedPrandtlIshlinskii,
-    StopOperatorModel,
-    load,
-)
-from dehyst.models.storage import OWN
+from dehyst.models import Model, ShearedPrandtlIshlinskii, load
 from dehyst.shell import quoted
-
-COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
-EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
-MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
 
 
 def run_export(request: ExportRequest) -> None:
@@ -54,34 +39,18 @@ def run_export(request: ExportRequest) -> None:
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     refuse_folder(request.out, request.overwrite, inputs)
     loaded = load(request.model)
-    if loaded.file_kind != OWN:
-        raise ModelFileError(
-            f"model file '{request.model}' holds a {loaded.family} model, which has no form in C. Use it with `dehyst "
-            f"simulate` and `dehyst compensate`, or export a family of `dehyst identify`."
-        )
-    taken = cast(HysteresisModel | DirectInverse, loaded)
-    pair = pair_findings(taken, request.model, request.controller)
-    findings: list[Finding]
-    if isinstance(taken, DirectInverse):
-        with ask_progress("exporting", request.json):
-            subject, findings = direct_subject_of(taken, request, real)
-            written = export(subject, request.target, request.out, request.overwrite)
-        _say(written, subject, request, [*pair, *findings])
-        return
-    model, request, told = _as_unit(taken, request)
-    if request.period is not None:
-        raise ParameterError(
-            f"--period {request.period:g} belongs to a direct inverse, and '{request.model}' is none: no number of it "
-            f"depends on the time between two samples. Leave --period out."
-        )
+    if loaded.no_export:
+        raise ModelFileError(f"model file '{request.model}' cannot be exported: {loaded.no_export}")
+    pair = pair_findings(loaded, request.model, request.controller)
+    model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
-    findings = [*pair, *said, *told, *_outside(model, request), *_cost(model, request)]
-    model = pruned(model) if request.prune else model
+    findings = [*pair, *said, *told, *outside(model, request), *cost(model, request)]
+    model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
-        more += _coarse(subject)
+        more += [*coarse(subject), *stalled(subject)]
         written = export(subject, request.target, request.out, request.overwrite)
     _say(written, subject, request, [*findings, *more])
 
@@ -95,7 +64,7 @@ def _say(written: Written, subject: Subject, request: ExportRequest, findings: l
     terminal().print(Text(f"\nnext: dehyst verify {quoted(request.out)}"), soft_wrap=True)
 
 
-def _as_unit(model: HysteresisModel, request: ExportRequest) -> tuple[HysteresisModel, ExportRequest, list[Finding]]:
+def _as_unit(model: Model, request: ExportRequest) -> tuple[Model, ExportRequest, list[Finding]]:
     """Return a sheared model as the sum of plays that it is: from input to output, or else its compensator alone."""
     if not isinstance(model, ShearedPrandtlIshlinskii) or request.what == "joint-controller":
         return model, request, []
@@ -140,7 +109,7 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         )
     if request.what == "joint-controller" and request.period is not None:
         raise ParameterError(
-            f"--period {request.period:g} belongs to a direct inverse alone; the period of a joint controller is "
+            f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
     if request.log is None and request.part != ALL:
@@ -149,7 +118,7 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         check_name(request.name)
 
 
-def _refuse_unknown_range(model: HysteresisModel, request: ExportRequest) -> None:
+def _refuse_unknown_range(model: Model, request: ExportRequest) -> None:
     card = model.card.input
     if request.range is None and request.what != "joint-controller" and (card.low is None or card.high is None):
         raise ParameterError(
@@ -158,82 +127,30 @@ def _refuse_unknown_range(model: HysteresisModel, request: ExportRequest) -> Non
         )
 
 
-def _subject(model: HysteresisModel, request: ExportRequest, real: str) -> tuple[Subject, list[Finding]]:
+def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, list[Finding]]:
     name = request.name or identifier(request.model.stem)
     ramp = RAMP if request.ramp is None else request.ramp
     if request.what == "joint-controller":
-        parameters = load_controller(cast(Path, request.controller))
-        return joint_subject(model, parameters, name=name, real=real), unit_findings(model)
+        path = cast(Path, request.controller)
+        subject = joint_subject(model, load_controller(path), load_adaptation(path), name=name, real=real)
+        return subject, list(units(model))
     excerpt = None
+    if request.log is not None and (model.needs or model.core == "direct"):
+        raise ParameterError(
+            "--log takes one column, but this unit needs its rate or scheduling variables too: leave --log out; the "
+            "test signal moves all of them."
+        )
     if request.log is not None:
         into = model.card.output if request.what == "inverse" else model.card.input
         excerpt = read_excerpt(request.log, request.column or into.name, into, request.part)
     subject = subject_of(
-        model, request.what, name=name, real=real, range=request.range, ramp=ramp,
+        model, request.what, name=name, period=request.period, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",
     )  # fmt: skip
     if excerpt is None:
         return subject, []
     used = use_findings(subject.excerpt, subject.input) if subject.excerpt else []
     return subject, [*excerpt.findings, *used]
-
-
-def pruned(model: HysteresisModel) -> HysteresisModel:
-    """Return the same model without operators of weight zero, which is exact."""
-    if isinstance(model, StopOperatorModel):
-        return model.as_play().pruned()
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        return replace(model, hysteresis=model.hysteresis.pruned())
-    return model.pruned() if isinstance(model, PrandtlIshlinskii | ShearedPrandtlIshlinskii) else model
-
-
-def _outside(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
-    """Say that the unit may work where nothing was identified."""
-    card = model.card.input
-    if request.range is None or card.low is None or card.high is None:
-        return
-    low, high = request.range
-    beyond = max(card.low - low, high - card.high)
-    if beyond > EDGE * (card.high - card.low):
-        yield Finding(
-            "outside-range",
-            f"--range goes from {low:.4g} to {high:.4g}, the model's {card.label} was identified from {card.low:.4g} "
-            f"to {card.high:.4g}; beyond, the model guesses. Narrow --range, or identify from a log that goes so far.",
-        )
-
-
-def _cost(model: HysteresisModel, request: ExportRequest) -> Iterator[Finding]:
-    operators = model.stepper("dense").state.size
-    idle = operators - pruned(model).stepper("dense").state.size
-    if idle and not request.prune:
-        yield Finding(
-            "zero-weights",
-            f"{idle} of {operators} operators have weight zero: they take memory and time and change nothing. Add "
-            f"--prune to leave them out, which is exact.",
-        )
-    left = operators - idle if request.prune else operators
-    if left >= MANY_OPERATORS:
-        yield Finding(
-            "many-operators",
-            f"{left} operators: a step that turns the whole stack around moves all of them, and tables and state grow "
-            f"with them. Look at the budget above; identify with fewer (--n 100) if it is too much for the target.",
-        )
-
-
-def _coarse(subject: Subject) -> Iterator[Finding]:
-    """Say where numbers of this size are too coarse in float: a small range far from zero."""
-    if subject.real != "float" or subject.block is None:
-        return
-    for card in (subject.input, subject.output):
-        low, high = float(card.low or 0.0), float(card.high or 0.0)
-        step = float(np.spacing(np.float32(max(abs(low), abs(high)))))
-        if step > COARSE * (high - low):
-            yield Finding(
-                "coarse-float",
-                f"{card.label} goes from {low:.6g} to {high:.6g}, where neighbouring floats lie {step:.2g} apart, "
-                f"{100 * step / (high - low):.2g} % of the range: answers within 1e-5 of the range cannot be expected. "
-                f"Export with --real double, or identify with a signal whose mean was taken off.",
-            )
 
 
 def _as_dict(written: Written, subject: Subject, findings: list[Finding]) -> dict[str, object]:
@@ -272,14 +189,11 @@ def _why(request: ExportRequest) -> str:
 
 
 def _interface(subject: Subject) -> list[str]:
-    if subject.direct_block is not None:
-        names = ", ".join(("y", "rate", *subject.direct_block.given, "on"))
-        return [
-            f"input {subject.input!s}; output {subject.output!s}",
-            f"a step takes {names}, every {subject.period:.9g} s",
-        ]
-    if subject.joint is None:
-        return [f"input {subject.input!s}; output {subject.output!s}"]
+    if subject.block is not None:
+        every = f", every {subject.period:.9g} s" if subject.period else ""
+        names = ", ".join((*subject.block.inputs, "on"))
+        more = [f"a step takes {names}{every}"] if subject.period or subject.more else []
+        return [f"input {subject.input!s}; output {subject.output!s}", *more]
     shown = (("sensors", SENSORS), ("references", REFERENCE), ("outputs", OUTPUTS))
     return [f"{what}: " + ", ".join(f"{name} [{_unit(name)}]" for name in names) for what, names in shown]
 
@@ -296,8 +210,8 @@ def _check_line(subject: Subject) -> str:
     if subject.joint is not None:
         return f"check: recorded run of {subject.test.samples} periods with switching and faults"
     signal = f"check: test signal of {subject.test.samples} samples"
-    if subject.direct_block is not None:
-        return f"{signal} with schedules, limits, switching and samples that are no number"
+    if subject.more:
+        return f"{signal} with {', '.join(name for name, _ in subject.more)}, limits, switching and no numbers"
     if subject.excerpt is None:
         return f"{signal}, none of your log (add --log LOG --column COLUMN)"
     limited, share = use_of(subject.excerpt, subject.input)

@@ -9,13 +9,13 @@ from dehyst.control import load_controller, load_partner
 from dehyst.control.storage import about
 from dehyst.errors import ModelFileError
 from dehyst.findings import Finding
-from dehyst.models import DirectInverse, HysteresisModel, PrandtlIshlinskii
+from dehyst.models import DirectInverse, Model, PrandtlIshlinskii
 from dehyst.models.storage import model_to_dict
 
 SHOWN = 12  # characters of a checksum
 
 
-def pair_findings(model: HysteresisModel | DirectInverse, path: Path, controller: Path | None) -> list[Finding]:
+def pair_findings(model: Model, path: Path, controller: Path | None) -> list[Finding]:
     """Refuse a controller that was made for another model, and say where the two contradict each other.
 
     Parameters
@@ -50,7 +50,7 @@ def pair_findings(model: HysteresisModel | DirectInverse, path: Path, controller
     return []
 
 
-def _contradictions(model: HysteresisModel | DirectInverse, path: Path, controller: Path) -> Iterator[Finding]:
+def _contradictions(model: Model, path: Path, controller: Path) -> Iterator[Finding]:
     """Say that the shear of one is not that of the other, as far as names tell."""
     k, name = load_controller(controller).shear, model.card.input.name
     if isinstance(model, DirectInverse) and k != 0.0:

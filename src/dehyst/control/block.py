@@ -253,6 +253,10 @@ class Block:
         full = np.ascontiguousarray(np.broadcast_to(switches != 0, samples.shape))
         return self._native.run(samples, full)
 
+    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
+        """Return outputs and flags (T,) for all inputs in their order, (T, 1)."""
+        return self.run(inputs[:, 0], np.asarray(on) != 0)
+
     def reset(self) -> None:
         """Return to the start state, flags cleared; the next sample switches at once."""
         self._native.reset()

@@ -79,8 +79,8 @@ class DirectBlock:
         self.model = model
         self.period = parameter_number(period, "period")
         self.ramp = int(ramp)
-        self.input = _ranged(model.card.output, None, "output")
-        self.output = _ranged(model.card.input, range, "input")
+        self.input = _ranged(model.card.output, None, "output", "y")
+        self.output = _ranged(model.card.input, range, "input", "u")
         self.parameters: tuple[Any, ...] = self._parameters()
         self.line_slope, self.line_offset = _line(model, float(self.input.low or 0.0), float(self.input.high or 0.0))
         self.fade = 1.0 / self.ramp
@@ -188,6 +188,11 @@ class DirectBlock:
         switches = along(on, samples.size, "on") != 0
         return self._native.run(samples, along(rate, samples.size, "rate"), table, switches)
 
+    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
+        """Return outputs and flags (T,) for all inputs in their order: y, rate and those of `given`, (T, m)."""
+        given = {name: inputs[:, 2 + k] for k, name in enumerate(self.given)}
+        return self.run(inputs[:, 0], inputs[:, 1], given, on)
+
     def reset(self) -> None:
         """Forget everything, flags cleared; the next good sample begins at rest and switches at once."""
         self._native.reset()
@@ -215,7 +220,7 @@ def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
     return np.ascontiguousarray(np.broadcast_to(array.astype(np.float64), (samples,)))
 
 
-def _ranged(card: SignalCard, range: tuple[float, float] | None, what: str) -> SignalCard:
+def _ranged(card: SignalCard, range: tuple[float, float] | None, what: str, name: str) -> SignalCard:
     """The signal with limits: those given, or those of the identification."""
     low, high = (card.low, card.high) if range is None else range
     if low is None or high is None:
@@ -232,7 +237,7 @@ def _ranged(card: SignalCard, range: tuple[float, float] | None, what: str) -> S
             low=low,
             high=high,
         )
-    return replace(card, low=low, high=high)
+    return replace(card, name=card.name or name, low=low, high=high)
 
 
 def _line(model: DirectInverse, low: float, high: float) -> tuple[float, float]:

@@ -1,7 +1,6 @@
 """Identified models, their inverses and whole joint controllers as code for a target, with the proof beside it."""
 
 from dehyst.export.checks import Check
-from dehyst.export.direct_block import direct_block_subject
 from dehyst.export.folder import Written, export, read_manifest, verify
 from dehyst.export.joint import joint_subject
 from dehyst.export.subject import Subject, subject_of
@@ -12,7 +11,6 @@ __all__ = [
     "Check",
     "Subject",
     "Written",
-    "direct_block_subject",
     "export",
     "joint_subject",
     "read_manifest",

@@ -13,19 +13,16 @@ from typing import Any, cast
 import numpy as np
 
 from dehyst import __version__
-from dehyst.control.block import Block, Direction
 from dehyst.export import c, core_files
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder, plain_environment, version_of
-from dehyst.export.numbers import BlockNumbers
+from dehyst.export.numbers import UnitNumbers
 from dehyst.export.rendering import TEMPLATES, render
-from dehyst.export.signal import Signal, answers
+from dehyst.export.signal import Signal
 from dehyst.export.subject import Subject
-from dehyst.models import HysteresisModel
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
-TOLERANCE = 1e-5  # of the output's range
-AVR_FIXED = 128  # bytes of RAM beside 20 n: parameters and state that do not depend on n
+AVR_FIXED = 128  # bytes of RAM of a model of plays beside 20 n: parameters and state that do not depend on n
 BOARDS = {  # compiler -> flags, what it stands for
     "avr-gcc": (("-mmcu=atmega328p",), "ATmega328P (Uno, Nano)"),
     "arm-none-eabi-gcc": (
@@ -37,7 +34,7 @@ BOARDS = {  # compiler -> flags, what it stands for
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the library, its two sketches, and a check that needs no board."""
-    core = core_files.needed(core_files.BLOCK)
+    core = core_files.needed(c.core_functions(subject))
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
     sources |= c.unit_files(subject, "src/")
     values = c.template_values(subject) | template_values(subject)
@@ -67,35 +64,28 @@ def _plain(name: str) -> str:
 
 def template_values(subject: Subject) -> dict[str, Any]:
     """Return what templates of this target are filled with, beside the values of C templates."""
-    block = cast(BlockNumbers, subject.block)
     return {
         "sketch": "".join(word.capitalize() for word in subject.name.split("_")),
         "release": ".".join([*re.findall(r"\d+", __version__), "0", "0"][:3]),
         "short": short_signal(subject),
-        "tolerance": f"{TOLERANCE * (block.output_high - block.output_low):.8e}f",
-        "avr_ram": 20 * subject.operators + 8 * sum(block.model.points) + AVR_FIXED,
+        "tolerance": f"{subject.tolerance:.8e}f",
+        "avr_ram": cast(UnitNumbers, subject.block).avr_ram(AVR_FIXED),
         "avr_fixed": AVR_FIXED,
     }
 
 
 def short_signal(subject: Subject) -> Signal:
     """Return `SHORT` samples with answers: they turn at ever smaller sizes, meet limits, are no number and switch."""
-    block = cast(BlockNumbers, subject.block)
+    block = cast(UnitNumbers, subject.block)
     middle, half = 0.5 * (block.input_low + block.input_high), 0.5 * (block.input_high - block.input_low)
     sizes = np.geomspace(1.2, 1e-3, SHORT // 4)
     turns = np.column_stack([0.4 * sizes, sizes, -0.2 * sizes, -sizes]).ravel()[:SHORT]
-    x = np.asarray(middle + half * turns, dtype=np.float32).astype(np.float64)
-    x[[17, 40]] = np.nan, np.inf
+    columns = [middle + half * turns, *(value * (1.0 + 0.1 * turns) for value in subject.middle[1:])]
+    x = np.column_stack(columns).astype(np.float32).astype(np.float64)
+    x[17], x[40] = np.nan, np.inf
     on = np.ones(SHORT, dtype=np.int64)
     on[28:36] = 0
-    settings = subject.settings
-    fresh = Block(
-        cast(HysteresisModel, subject.model),
-        cast(Direction, subject.what),
-        range=settings.get("range"),
-        ramp=int(settings["ramp"]),
-    )
-    return answers(fresh, x, on)
+    return subject.answer(x, on)
 
 
 def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
@@ -113,7 +103,7 @@ def board_check(folder: Path, subject: Subject, compiler: str) -> Check:
     with tempfile.TemporaryDirectory(prefix="dehyst-") as place:
         program = Path(place) / "unit.elf"
         main = Path(place) / "main.c"
-        main.write_text(MAIN.format(name=subject.name), encoding="utf-8")
+        main.write_text(MAIN.format(name=subject.name, more=", 0" * len(subject.more)), encoding="utf-8")
         sources = sorted(str(path) for path in (folder / "src").glob("*.c"))
         common = [compiler, *flags, "-Os", "-ffunction-sections", "-fdata-sections", f"-I{folder / 'src'}"]
         sketches = [str(path) for path in sorted((folder / "examples").glob("*/*.ino"))]
@@ -135,7 +125,7 @@ int main(void)
 {{
     static volatile float x, y;
     {name}_reset(&unit);
-    for (;;) y = {name}_step(&unit, x, 1);
+    for (;;) y = {name}_step(&unit, x{more}, 1);
 }}
 """
 

@@ -9,19 +9,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 
 _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
-# Reals of dehyst_block, dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
+# Reals of dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
 # on a 32-bit target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
-BLOCK_PARAMETERS, BLOCK_REST = 11, {4: 48, 8: 64}
 JOINT_PARAMETERS, JOINT_REST = 72, {4: 24, 8: 32}
 MODEL_REST = {4: 40, 8: 48}
 IMAGE_OF_DIRECT = 89  # DEHYST_JOINT_WORDS of core/dehyst.h
 JOINT_REALS, JOINT_COUNTS = 132, {4: 48, 8: 64}
-DIRECT_PARAMETERS, DIRECT_REST = 11, {4: 60, 8: 64}
-DIRECT_BLOCK_PARAMETERS, DIRECT_BLOCK_REALS, DIRECT_BLOCK_COUNTS = 3, 20, {4: 16, 8: 24}
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ class Budget:
         """Return it in words, a line each."""
         steps = [f"{name}: {values['typical']:.0f} instructions a step, {values['most']:.0f} at most"
                  for name, values in self.instructions.items()]  # fmt: skip
-        none = ["instructions of a step: not measured for a direct inverse; count them on your target"]
+        none = ["instructions of a step: not measured for this kind of unit; count them on your target"]
         saved = f", {self.image_bytes} bytes a saved state" if self.image_bytes else ""
         return [
             f"{self.parameter_bytes} bytes of constants, {self.state_bytes} bytes a unit{saved}; no allocation",
@@ -72,31 +68,18 @@ def budget(subject: Subject) -> Budget:
     size = 4 if subject.real == "float" else 8
     words = size // 4
     if subject.block is not None:
-        n, points = subject.operators, sum(subject.block.model.points)
-        constants = size * (4 * n + 2 * points + BLOCK_PARAMETERS) + BLOCK_REST[size]
-        state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
-        image = 4 * (6 + words * (n + 3))
-        return Budget(constants, state, image, _instructions(subject))
-    if subject.direct_block is not None:
-        d = subject.direct_block.direct
-        constants = size * DIRECT_BLOCK_PARAMETERS + _direct_bytes(d, size)
-        return Budget(constants, size * (max(1, d.memory) + DIRECT_BLOCK_REALS) + DIRECT_BLOCK_COUNTS[size], 0, {})
-    assert subject.joint is not None  # one of them
+        return Budget(*subject.block.bytes(size), _instructions(subject))
+    assert subject.joint is not None  # one of both
     direct, model = subject.joint.direct, subject.joint.compensator
     n, points = (model.operators, sum(model.points)) if model else (0, 0)
     constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size] + (MODEL_REST[size] if model else 0)
     reals, image_reals = n + JOINT_REALS, n + 40
     if direct is not None:
-        constants += _direct_bytes(direct, size)
+        constants += direct.bytes(size)
         reals += 2 * max(1, direct.memory)
         image_reals += IMAGE_OF_DIRECT + 2 * direct.memory
     image = 4 * (16 + words * image_reals)
     return Budget(constants, size * reals + JOINT_COUNTS[size], image, _instructions(subject))
-
-
-def _direct_bytes(direct: DirectNumbers, size: int) -> int:
-    tables = len(direct.radius) + len(direct.length) + len(direct.gain) + len(direct.weight)
-    return size * (tables + DIRECT_PARAMETERS) + 4 * len(direct.group) + DIRECT_REST[size]
 
 
 @cache
@@ -106,9 +89,8 @@ def _measured() -> dict[str, Any]:
 
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
-    kind = "block" if subject.block else "direct" if subject.direct else "joint"
-    numbers = subject.block.model if subject.block else subject.joint.compensator if subject.joint else None
-    maps = sum(points > 0 for points in numbers.points) if numbers else 0
+    kind = subject.block.core if subject.block else "direct" if subject.direct else "joint"
+    maps = sum(points > 0 for points in subject.map_points)
     found = {}
     for name, entry in _measured().get("targets", {}).items():
         line = entry.get(kind, {}).get(subject.real)

@@ -14,12 +14,10 @@ from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
-from dehyst.export.direct_block import float_tolerance
 from dehyst.export.numbers import FLOAT_LIMIT
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.grades import Grade, grade_of
-from dehyst.models import DirectInverse
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
 # pressures of 1e5 Pa over a period; everything else 6e-5, where limits are met in the same periods.
@@ -56,14 +54,12 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def core_functions(subject: Subject) -> tuple[str, ...]:
     """Return the functions of the core that the unit calls."""
-    if subject.direct_block is not None:
-        return core_files.DIRECT_BLOCK
-    return core_files.BLOCK if subject.block else core_files.JOINT
+    return subject.block.functions if subject.block else core_files.JOINT
 
 
 def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
     """Return dehyst_config.h and ``<name>.h/.c``: what other targets that hold C sources need beside the core."""
-    kind = "direct" if subject.direct_block else "unit" if subject.block else "joint"
+    kind = "unit" if subject.block else "joint"
     values = template_values(subject)
     return {
         f"{folder}{core_files.CONFIG}": core_files.config(subject.real),
@@ -74,7 +70,7 @@ def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
 
 def companions(subject: Subject, implementation: bool = False) -> dict[str, str | bytes]:
     """Return example and check; `implementation` if they are to bring the unit's functions in from its header."""
-    kind = "direct_" if subject.direct_block else "" if subject.block else "joint_"
+    kind = "" if subject.block else "joint_"
     values = {**template_values(subject), "implementation": implementation}
     return {
         "example/main.c": render(f"c/{kind}main.c.j2", **values),
@@ -120,36 +116,8 @@ def template_values(subject: Subject) -> dict[str, Any]:
             "scales": scales(subject),
             "words": JOINT_WORDS[subject.real],
         }
-    if subject.direct_block is not None:
-        numbers_of = subject.direct_block
-        return {
-            **common,
-            "b": numbers_of,
-            "d": numbers_of.direct,
-            "given": _given(subject),
-            "samples": round(1 / numbers_of.fade),
-            "tolerance": float_tolerance(numbers_of),
-        }
-    assert block is not None  # one of them
-    return {
-        **common,
-        "b": block,
-        "m": block.model,
-        "n": block.model.operators,
-        "d": None,
-        "samples": round(1 / block.fade),
-    }
-
-
-def _given(subject: Subject) -> list[dict[str, str]]:
-    """C name and description of each scheduling variable from outside."""
-    model, block = subject.model, subject.direct_block
-    assert block is not None and isinstance(model, DirectInverse)  # asked for direct inverses alone
-    return [
-        {"name": name, "about": f"{schedule.name}{f' [{schedule.unit}]' if schedule.unit else ''}, held beyond "
-                                f"{schedule.low:.6g} .. {schedule.high:.6g}"}
-        for name, schedule in zip(block.given, model.outside, strict=True)
-    ]  # fmt: skip
+    assert block is not None  # one of both
+    return {**common, "b": block, "n": block.parts, "d": None, "samples": round(1 / block.fade)}
 
 
 def scales(subject: Subject) -> list[float]:

@@ -9,10 +9,8 @@ from pathlib import Path
 
 from dehyst.errors import OutputError
 
-BLOCK = ("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore")
 JOINT = ("dehyst_joint_reset", "dehyst_joint_step", "dehyst_joint_save", "dehyst_joint_restore")
-DIRECT_BLOCK = ("dehyst_direct_block_reset", "dehyst_direct_block_step")
-"""Functions of the core that generated code calls."""
+"""Functions of the core that a joint controller calls; those of other units stand with their numbers."""
 
 CONFIG = "dehyst_config.h"
 _DEFINED = re.compile(r"(?m)^(?!static\b)[a-z][\w \t*]*?\b(dehyst_\w+)\([^;{]*\)\s*\{")

@@ -104,10 +104,10 @@ def refuse_unfit(subject: Subject, target: str) -> None:
         It names what the target can hold.
     """
     kind = target_of(target)
-    if subject.direct_block is not None and subject.what not in kind.whats:
+    if subject.block is not None and subject.block.core not in kind.cores:
         raise ParameterError(
-            f"target '{target}' holds no direct inverse without a controller yet. Export C sources, --target c or "
-            f"--target c-header, and call these from there."
+            f"target '{target}' holds no unit of {subject.block.kind} yet. Export C sources, --target c or --target "
+            f"c-header, and call these from there."
         )
     for value, allowed, option in ((subject.what, kind.whats, "--what"), (subject.real, kind.reals, "--real")):
         if value not in allowed:

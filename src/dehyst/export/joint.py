@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zlib
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -15,12 +16,15 @@ from dehyst.control.direct import GIVEN, direct_parameters, in_si
 from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
+from dehyst.errors import ParameterError
 from dehyst.export.float_rules import check_direct, check_model, check_values
 from dehyst.export.joint_units import in_radians
+from dehyst.export.names import check_name
 from dehyst.export.numbers import JointNumbers, ModelNumbers, direct_in, direct_numbers, model_in, rounded
+from dehyst.export.plays import model_numbers
 from dehyst.export.signal import Array, Signal
-from dehyst.export.subject import REALS, Subject, check_choice, check_name, model_numbers
-from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.export.subject import REALS, Subject, check_choice
+from dehyst.models import DirectInverse, HysteresisModel, Model
 from dehyst.models.storage import model_to_dict
 
 SENSORS = ("angle", "pressure_1", "pressure_2")
@@ -35,7 +39,7 @@ SAMPLES = 1600
 
 
 def joint_subject(
-    model: HysteresisModel | DirectInverse,
+    model: Model,
     parameters: JointControllerParameters,
     adaptation: Adaptation | None = None,
     *,
@@ -69,17 +73,23 @@ def joint_subject(
     """
     check_choice(real, REALS, "--real")
     check_name(name)
-    learning = (adaptation or Adaptation()) if isinstance(model, DirectInverse) else None
+    if model.core not in ("plays", "direct"):
+        raise ParameterError(
+            f"a joint controller holds a model of plays or a direct inverse, not a {model.family} model. Export that "
+            f"as a unit of its own, --what inverse, or identify one for the controller: dehyst identify LOG --family "
+            f"pi."
+        )
+    learning = (adaptation or Adaptation()) if model.core == "direct" else None
     content = model_to_dict(model)
     told = controller_checksum(parameters, learning)
     fingerprint = zlib.crc32(f"{told} {content['sha256']} {real}".encode("ascii"))
     compensator: HysteresisModel | DirectInverse
-    if isinstance(model, DirectInverse):
-        compensator = in_si(model)
+    if model.core == "direct":
+        compensator = in_si(cast(DirectInverse, model))
         numbers = _direct_numbers(compensator, parameters, learning or Adaptation(), real, fingerprint)
         source, result = compensator.card.output, compensator.card.input
     else:
-        compensator = in_radians(model, parameters).inverse()
+        compensator = in_radians(cast(HysteresisModel, model), parameters).inverse()
         refuse_second_shear(compensator, parameters.shear)
         numbers = _compensator_numbers(compensator, parameters, real, fingerprint)
         source, result = compensator.card.input, compensator.card.output
@@ -108,9 +118,9 @@ def controller_of(subject: Subject) -> JointController:
     """Return the joint controller that a subject is the export of."""
     assert subject.parameters is not None  # a joint controller has parameters
     model = subject.model
-    if isinstance(model, DirectInverse):
-        return JointController(subject.parameters, model, subject.adaptation)
-    return JointController(subject.parameters, in_radians(model, subject.parameters).inverse())
+    if model.core == "direct":
+        return JointController(subject.parameters, cast(DirectInverse, model), subject.adaptation)
+    return JointController(subject.parameters, in_radians(cast(HysteresisModel, model), subject.parameters).inverse())
 
 
 def _compensator_numbers(

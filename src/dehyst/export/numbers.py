@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,17 @@ Map = tuple[Floats, Floats]
 INPUT_LIMIT = {"double": 1e100, "float": 1e15}  # DEHYST_INPUT_LIMIT of core/dehyst.h
 FLOAT_LIMIT = float(np.float32(INPUT_LIMIT["float"]))
 _LIMITS = ("input", "output", "reach")
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant that a target shows to people."""
+
+    name: str
+    about: str
+    unit: str
+    values: Floats
+    array: bool = True
 
 
 @dataclass(frozen=True)
@@ -53,11 +64,115 @@ class ModelNumbers:
         """Breakpoints of the maps before and after."""
         return (len(self.before[0]) if self.before else 0, len(self.after[0]) if self.after else 0)
 
+    def constants(self, unit: str) -> Iterator[Constant]:
+        """Return its numbers by name; `unit` is that of its argument."""
+        yield Constant("threshold", "thresholds of the play operators", unit, self.threshold)
+        yield Constant("slope", "running sums of their weights", "", self.slope)
+        yield Constant("loading", "loading curve at the thresholds", "", self.loading)
+        yield Constant("start", "play states after a reset", unit, self.start)
+        yield Constant("center", "subtracted from the input", unit, (self.center,), False)
+        yield Constant("offset", "added to the output", "", (self.offset,), False)
+        for place, points in (("before", self.before), ("after", self.after)):
+            for axis, values in zip(("from", "to"), points or (), strict=False):
+                yield Constant(f"{place}_{axis}", f"map {place} the hysteresis, breakpoints: {axis}", "", values)
+
+
+class UnitNumbers:
+    """What a unit says to the templates of its targets, whatever block of the core it holds.
+
+    Attributes
+    ----------
+    core
+        Its structure and functions are called ``dehyst_<core>``.
+    functions
+        Of the core, that the unit calls.
+    tables
+        Template with the macros ``arrays`` and ``structure`` of its constants.
+    leading, given
+        C names of the inputs of a step; behind the first ones those that the core takes as an array.
+    takes_given
+        Whether it does.
+    memory
+        (member of the core's state, name, size) of each array that the unit owns; a size is one of `sizes`.
+    sizes
+        (name, C expression, comment) of the unit's constants.
+    saved
+        Whether its state has an image.
+    parts, kind
+        How many of what it has, for people.
+    tolerance
+        Largest error in float. [output]
+    """
+
+    core: ClassVar[str] = "block"
+    functions: ClassVar[tuple[str, ...]] = ()
+    tables: ClassVar[str] = "c/block_tables.j2"
+    leading: ClassVar[tuple[str, ...]] = ("x",)
+    takes_given: ClassVar[bool] = False
+    saved: ClassVar[bool] = True
+    kind: ClassVar[str] = "operators"
+    given: tuple[str, ...] = ()
+    tolerance: float = 0.0
+    fade: float
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+    line_slope: float
+    line_offset: float
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """C names of all inputs of a step."""
+        return (*self.leading, *self.given)
+
+    def avr_ram(self, fixed: int) -> int:
+        """Return bytes of RAM on AVR, where constants are copied there; `fixed` of plays beside their operators."""
+        constants, state, _ = self.bytes(4)
+        return constants + state
+
+    @property
+    def direct_inverse(self) -> DirectNumbers | None:
+        """The direct inverse, if it is one."""
+        return None
+
+    @property
+    def map_points(self) -> tuple[int, ...]:
+        """Breakpoints of the maps in front of its memory and behind it."""
+        return ()
+
+    @property
+    def memory(self) -> tuple[tuple[str, str, str], ...]:
+        """Arrays of the state."""
+        raise NotImplementedError
+
+    @property
+    def sizes(self) -> tuple[tuple[str, str, str], ...]:
+        """Constants of the header."""
+        raise NotImplementedError
+
+    @property
+    def parts(self) -> int:
+        """How many operators, or what it has in their place."""
+        raise NotImplementedError
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
+        raise NotImplementedError
+
+    def constants(self, unit: str) -> Iterable[Constant]:
+        """Return the numbers of its model by name; `unit` is that of the input."""
+        return ()
+
+
+TOLERANCE = 1e-5  # of the output's range, in float
+
 
 @dataclass(frozen=True)
-class BlockNumbers:
+class BlockNumbers(UnitNumbers):
     """``dehyst_block``, fields named as there."""
 
+    functions = ("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore")
     model: ModelNumbers
     input_low: float
     input_high: float
@@ -69,6 +184,47 @@ class BlockNumbers:
     line_offset: float
     fade: float
     fingerprint: int
+
+    @property
+    def tolerance(self) -> float:  # type: ignore[override]
+        """1e-5 of the range."""
+        return TOLERANCE * (self.output_high - self.output_low)
+
+    @property
+    def map_points(self) -> tuple[int, ...]:
+        """Breakpoints of the maps."""
+        return self.model.points
+
+    @property
+    def memory(self) -> tuple[tuple[str, str, str], ...]:
+        """Play states."""
+        return (("model.z", "z", "OPERATORS"),)
+
+    @property
+    def sizes(self) -> tuple[tuple[str, str, str], ...]:
+        """Operators, words of an image."""
+        n = self.parts
+        return ("OPERATORS", f"{n}", ""), ("IMAGE_WORDS", f"DEHYST_STATE_WORDS({n})", "of a saved state")
+
+    @property
+    def parts(self) -> int:
+        """Play operators."""
+        return self.model.operators
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
+        n, points = self.parts, sum(self.model.points)
+        rest = {4: 48, 8: 64}[size]
+        state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
+        return size * (4 * n + 2 * points + 11) + rest, state, 4 * (6 + size // 4 * (n + 3))
+
+    def avr_ram(self, fixed: int) -> int:
+        """Return bytes of RAM on AVR, where constants are copied there."""
+        return 20 * self.parts + 8 * sum(self.map_points) + fixed
+
+    def constants(self, unit: str) -> Iterable[Constant]:
+        """Return those of the model."""
+        return self.model.constants("" if self.model.before else unit)
 
     @property
     def holds_back(self) -> bool:
@@ -139,16 +295,76 @@ class DirectNumbers:
         """Reals that a state remembers."""
         return 2 * (self.lags - 1)
 
+    def bytes(self, size: int) -> int:
+        """Return bytes of its constants on a 32-bit target, by the size of a real."""
+        tables = len(self.radius) + len(self.length) + len(self.gain) + len(self.weight)
+        return size * (tables + 11) + 4 * len(self.group) + {4: 60, 8: 64}[size]
+
 
 @dataclass(frozen=True)
-class DirectBlockNumbers:
+class DirectBlockNumbers(UnitNumbers):
     """``dehyst_direct_block``, fields named as there; `given` are C names of its scheduling variables from outside."""
 
+    core = "direct_block"
+    functions = ("dehyst_direct_block_reset", "dehyst_direct_block_step")
+    tables = "c/direct_tables.j2"
+    leading = ("y", "rate")
+    takes_given = True
+    saved = False
+    kind = "stops and lags"
     direct: DirectNumbers
     line_slope: float
     line_offset: float
     fade: float
     given: tuple[str, ...] = ()
+    tolerance: float = 0.0
+
+    @property
+    def input_low(self) -> float:  # type: ignore[override]
+        """Of y."""
+        return self.direct.input_low
+
+    @property
+    def input_high(self) -> float:  # type: ignore[override]
+        """Of y."""
+        return self.direct.input_high
+
+    @property
+    def output_low(self) -> float:  # type: ignore[override]
+        """Of u."""
+        return self.direct.output_low
+
+    @property
+    def output_high(self) -> float:  # type: ignore[override]
+        """Of u."""
+        return self.direct.output_high
+
+    @property
+    def direct_inverse(self) -> DirectNumbers | None:
+        """It is one."""
+        return self.direct
+
+    @property
+    def memory(self) -> tuple[tuple[str, str, str], ...]:
+        """All that it remembers."""
+        return (("direct.memory", "memory", "REALS"),)
+
+    @property
+    def sizes(self) -> tuple[tuple[str, str, str], ...]:
+        """Its terms, and numbers that it remembers."""
+        d = self.direct
+        counts = (("STOPS", d.radius), ("PATHS", d.length), ("CREEPS", d.gain))
+        reals = ("REALS", f"{max(1, d.memory)}", "numbers that it remembers")
+        return (*((name, f"{len(values)}", "") for name, values in counts), reals)
+
+    @property
+    def parts(self) -> int:
+        """Stops and lags."""
+        return self.direct.memory // 2
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
+        return size * 3 + self.direct.bytes(size), size * (max(1, self.direct.memory) + 20) + {4: 16, 8: 24}[size], 0
 
 
 @dataclass(frozen=True)

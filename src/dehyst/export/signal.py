@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from dataclasses import dataclass
+from typing import Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control.block import Block
+from dehyst.control.block import Words
 from dehyst.errors import OutputError
 from dehyst.export.numbers import BlockNumbers
+from dehyst.models import SignalCard
 
 Array = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
@@ -56,13 +59,60 @@ class Signal:
         return int(self.inputs.shape[0])
 
 
-def answers(block: Block, x: Array, on: Whole, names: tuple[str, str] = ("input", "output")) -> Signal:
-    """Return what a block answers from its reset on to inputs (T,) and on/off (T,)."""
+class Running(Protocol):
+    """A block of any kind, as it runs here."""
+
+    @property
+    def input(self) -> SignalCard:
+        """Its first input."""
+        ...
+
+    @property
+    def output(self) -> SignalCard:
+        """Its output."""
+        ...
+
+    @property
+    def last(self) -> float:
+        """Last good output."""
+        ...
+
+    def reset(self) -> None:
+        """Forget everything."""
+        ...
+
+    def answer(self, inputs: Array, on: Whole) -> tuple[Array, Words]:
+        """Return outputs and flags (T,) for all inputs in their order, (T, m)."""
+        ...
+
+
+class Saving(Protocol):
+    """A block whose state has an image."""
+
+    def save(self) -> Words:
+        """Return it."""
+        ...
+
+
+def answers(block: Running, inputs: Array, on: Whole, names: tuple[str, ...], saved: bool) -> Signal:
+    """Return what a block answers from its reset on to inputs (T, m) and on/off (T,).
+
+    Parameters
+    ----------
+    block
+        Of any kind.
+    inputs, on
+        What goes in.
+    names
+        Of the inputs, and last of the output.
+    saved
+        Whether its state has an image.
+    """
     block.reset()
-    outputs, flags = block.run(x, on != 0)
-    image = tuple(int(word) for word in block.save())
+    outputs, flags = block.answer(inputs, on)
+    image = tuple(int(word) for word in cast(Saving, block).save()) if saved else ()
     block.reset()
-    return Signal(x[:, None], on, outputs[:, None], flags.astype(np.int64), names[:1], names[1:], image)
+    return Signal(inputs, on, outputs[:, None], flags.astype(np.int64), names[:-1], names[-1:], image)
 
 
 def test_input(numbers: BlockNumbers, real: str, ramp: int) -> tuple[Array, Whole]:
@@ -99,6 +149,60 @@ def test_input(numbers: BlockNumbers, real: str, ramp: int) -> tuple[Array, Whol
         with np.errstate(over="ignore"):
             x = x.astype(np.float32).astype(np.float64)
     return x, on
+
+
+Range = tuple[float, float]
+SAMPLES = 1400
+
+
+def moving_input(low: float, high: float, others: list[Range | None], ramp: int, real: str) -> tuple[Array, Whole]:
+    """Loops from the whole range to a thousandth of it, random steps, holds, what is no number, switching.
+
+    Parameters
+    ----------
+    low, high
+        Range of the first input.
+    others
+        Range of each other one; None: the rate of the first.
+    ramp, real
+        Samples of a switching; the precision that inputs are rounded to.
+    """
+    rng = np.random.default_rng(20260722)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    sizes = np.geomspace(1.0, 1e-3, 60)
+    tips = np.concatenate(([0.0, 1.0, -1.0, 1.1, -1.2], np.column_stack((sizes, -sizes)).ravel()))
+    steps = 8
+    strokes = np.concatenate([np.linspace(a, b, steps, endpoint=False) for a, b in itertools.pairwise(tips)])
+    walk = np.clip(np.cumsum(rng.standard_normal(300) * 10.0 ** rng.uniform(-3, -0.5, 300)), -1.3, 1.3)
+    shares = np.concatenate((strokes, walk))[:SAMPLES]
+    shares[200:230] = shares[200]  # at rest: creep goes on
+    y = middle + half * shares
+    columns = [y]
+    for k, limits in enumerate(others):
+        if limits is None:
+            columns.append(np.gradient(shares) * 8.0 * half)  # at most a few ranges a second
+        else:
+            wide = limits[1] - limits[0]
+            columns.append(limits[0] + wide * (0.5 + 0.7 * np.sin(0.01 * (2 + k) * np.arange(y.size))))
+    inputs = np.column_stack(columns)
+    _spoil(inputs, rng, real)
+    on = np.ones(y.size, dtype=np.int64)
+    for begin, length in ((70, 30), (150, ramp + 5), (250 + 2 * ramp, max(1, ramp // 3)), (y.size - 120, 1)):
+        on[begin : begin + length] = 0
+    if real == "float":
+        with np.errstate(over="ignore", under="ignore"):
+            inputs = inputs.astype(np.float32).astype(np.float64)
+    return inputs, on
+
+
+def _spoil(inputs: Array, rng: np.random.Generator, real: str) -> None:
+    """Put in what is no number, too large, or far away; the first sample too."""
+    far = (1e14, -1e14) if real == "float" else (1e99, -1e99, 1e101, -1e101)
+    inputs[0, 0] = math.nan
+    for column in range(inputs.shape[1]):
+        strange = (math.nan, math.inf, -math.inf, -0.0, 5e-324, *far)
+        places = rng.choice(np.arange(5, inputs.shape[0]), len(strange), replace=False)
+        inputs[places, column] = strange
 
 
 def moved(numbers: BlockNumbers, h: Array) -> npt.NDArray[np.bool_]:

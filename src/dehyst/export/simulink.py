@@ -15,13 +15,11 @@ from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.subject import Subject
 
-TOLERANCE = 1e-5  # of the output's range, in float
-
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return sources, S-function, scripts for MATLAB, and a check that needs none."""
     name = subject.name
-    core = core_files.needed(core_files.BLOCK if subject.block else core_files.JOINT)
+    core = core_files.needed(c.core_functions(subject))
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
     sources |= c.unit_files(subject, "src/")
     values = c.template_values(subject) | template_values(subject)
@@ -55,7 +53,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "memory": memory_words(subject),
         "type": "SS_DOUBLE" if subject.real == "double" else "SS_SINGLE",
         "matlab_type": "double" if subject.real == "double" else "single",
-        "tolerance": repr(TOLERANCE * (block.output_high - block.output_low)) if block else "",
+        "tolerance": repr(subject.tolerance) if block else "",
         "inputs": inputs,
         "columns": inputs + outputs + 2,
     }

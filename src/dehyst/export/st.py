@@ -6,14 +6,13 @@ is then read back and run by the own checker (`dehyst.export.iec`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from dehyst import __version__
-from dehyst.control.block import Block, Direction
 from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.numbers import Floats
@@ -28,11 +27,10 @@ from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
 from dehyst.export.signal import Array, Whole
 from dehyst.export.subject import Subject
-from dehyst.models import HysteresisModel
 
 REAL = {"double": "LREAL", "float": "REAL"}
-TOLERANCE = 1e-5  # of the output range, with REAL
 JOINT_SAMPLES = 400  # of the test on the PLC: its tables live in the memory of the machine
+FUNCTION_BLOCKS: Mapping[str, Callable[..., Pou]] = {"block": function_block}
 _DATE = "2000-01-01T00:00:00"  # the format wants one; equal exports are equal files
 
 
@@ -57,7 +55,7 @@ def function_block_of(subject: Subject, name: str) -> Pou:
     """Return the function block of a subject under this name."""
     real, words = REAL[subject.real], _words(subject)
     if subject.block is not None:
-        return function_block(name, real, subject.block, words)
+        return FUNCTION_BLOCKS[subject.block.core](name, real, subject.block, words)
     assert subject.joint is not None  # one of both
     assert subject.parameters is not None
     return joint_block(
@@ -109,17 +107,11 @@ def _columns(table: Array) -> list[Floats]:
 
 def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
     """Return outputs and flags; a number that a block in float rejects is given as NaN to the model in double."""
-    test, settings = subject.test, subject.settings
+    test = subject.test
     if subject.joint:
         return test.outputs[: len(x)], test.flags[: len(x)]
-    block = Block(
-        cast(HysteresisModel, subject.model),
-        cast(Direction, subject.what),
-        range=settings.get("range"),
-        ramp=int(settings["ramp"]),
-    )
-    outputs, flags = block.run(x[:, 0], test.switch != 0)
-    return outputs[:, None], flags.astype(np.int64)
+    told = subject.answer(x, test.switch)
+    return told.outputs, told.flags
 
 
 def tolerances(subject: Subject) -> list[float]:
@@ -128,7 +120,7 @@ def tolerances(subject: Subject) -> list[float]:
         return [0.0] * len(ports_of(subject).outputs)
     if subject.block is None:
         return scales(subject)
-    return [TOLERANCE * (subject.block.output_high - subject.block.output_low)]
+    return [subject.tolerance]
 
 
 def _cell(text: str) -> str:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import json
-import keyword
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, cast
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 
 from dehyst.control.adaptation import Adaptation
-from dehyst.control.block import Block, Direction
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.export.core_files import core_files
-from dehyst.export.float_rules import check_block
-from dehyst.export.numbers import BlockNumbers, DirectBlockNumbers, DirectNumbers, JointNumbers, ModelNumbers, block_in
-from dehyst.export.signal import Array, Signal, answers, test_input
-from dehyst.models import DirectInverse, HysteresisModel, SignalCard
+from dehyst.export.names import check_name
+from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
+from dehyst.export.signal import Array, Signal, Whole, answers
+from dehyst.export.unit import Asked, Unit
+from dehyst.models import Model, SignalCard
 from dehyst.models.storage import model_to_dict
 
 WHATS = ("inverse", "forward", "joint-controller")  # as typed; a direct inverse is exported as "direct-inverse"
@@ -41,7 +39,7 @@ class Subject:
     real
         "double" or "float".
     block
-        Numbers of the block in that precision; None for a joint controller and a direct inverse.
+        Numbers of the block in that precision; None for a joint controller.
     joint
         Numbers of the joint controller; None for blocks.
     input, output
@@ -71,8 +69,8 @@ class Subject:
         Of a joint controller with a direct inverse, else None.
     start_output
         Of a block after a reset. [output]
-    direct_block
-        Numbers of a direct inverse alone, else None.
+    unit
+        Of a block, as it runs here; None for a joint controller.
     extra
         Files that go along for this subject: path -> text.
     """
@@ -80,11 +78,11 @@ class Subject:
     what: str
     name: str
     real: str
-    block: BlockNumbers | None
+    block: UnitNumbers | None
     joint: JointNumbers | None
     input: SignalCard
     output: SignalCard
-    model: HysteresisModel | DirectInverse
+    model: Model
     model_text: str
     checksum: str
     provenance: Mapping[str, Any]
@@ -96,148 +94,74 @@ class Subject:
     parameters: JointControllerParameters | None = None
     adaptation: Adaptation | None = None
     start_output: float = 0.0
-    direct_block: DirectBlockNumbers | None = None
+    unit: Unit | None = None
     extra: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def operators(self) -> int:
-        """Number of play operators; of stops and lags in a direct inverse."""
+        """Number of play operators, or of what it has in their place."""
+        if self.block:
+            return self.block.parts
         if self.direct is not None:
             return self.direct.memory // 2
-        numbers = self.block.model if self.block else self.joint.compensator if self.joint else None
-        return numbers.operators if numbers else 0
+        return self.joint.compensator.operators if self.joint and self.joint.compensator else 0
+
+    @property
+    def map_points(self) -> tuple[int, ...]:
+        """Breakpoints of its maps."""
+        if self.block:
+            return self.block.map_points
+        return self.joint.compensator.points if self.joint and self.joint.compensator else ()
 
     @property
     def direct(self) -> DirectNumbers | None:
         """Numbers of the direct inverse, if it is one or holds one."""
-        if self.direct_block is not None:
-            return self.direct_block.direct
-        return self.joint.direct if self.joint else None
+        return self.block.direct_inverse if self.block else self.joint.direct if self.joint else None
+
+    @property
+    def more(self) -> tuple[tuple[str, str], ...]:
+        """C name and meaning of each input of a block behind the first."""
+        return self.unit.more if self.unit else ()
+
+    @property
+    def middle(self) -> tuple[float, ...]:
+        """A usual value of each input of a block."""
+        return self.unit.middle if self.unit else ()
+
+    def answer(self, inputs: Array, on: Whole) -> Signal:
+        """Return what a block answers from its reset on to inputs (T, m)."""
+        assert self.unit is not None  # a block has one
+        return answers(self.unit.block, inputs, on, (*self.test.input_names, *self.test.output_names), saved=False)
+
+    @property
+    def tolerance(self) -> float:
+        """Largest error of a block's answers in float. [output]"""
+        return self.block.tolerance if self.block else 0.0
 
     @property
     def title(self) -> str:
         """One line: what it is and what it maps."""
-        if self.what == "joint-controller":
+        if self.block is None:
             kind = "stops and lags in its direct inverse" if self.direct else "operators in its compensator"
             return f"joint controller with {self.operators} {kind}"
-        if self.direct_block is not None:
-            return f"direct inverse: {self.input.label} -> {self.output.label}, {self.operators} stops and lags"
-        kind = "inverse compensator" if self.what == "inverse" else "hysteresis model"
-        return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} operators"
+        kinds = {"inverse": "inverse compensator", "forward": "hysteresis model"}
+        kind = kinds.get(self.what, self.what.replace("-", " "))
+        return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} {self.block.kind}"
 
 
-def identifier(text: str) -> str:
-    """Return a C identifier that reads like the text.
-
-    Examples
-    --------
-    >>> identifier("Gelenk 1 (links).json"), identifier("1st"), identifier("int")
-    ('gelenk_1_links_json', 'unit_1st', 'unit_int')
-    """
-    word = _word(text)
-    return word if word and word[0].isalpha() and not _reserved(word) else f"unit_{word}".rstrip("_")
-
-
-def why_prefixed(text: str) -> str:
-    """Return why `identifier` puts unit_ in front of this text; "" if it does not.
-
-    Examples
-    --------
-    >>> why_prefixed("math"), why_prefixed("1st"), why_prefixed("elbow")
-    ("'math' is a word of C, of its headers or of dehyst", "'1st' does not begin with a letter", '')
-    """
-    word = _word(text)
-    if not word or not word[0].isalpha():
-        return f"'{word}' does not begin with a letter"
-    return f"'{word}' is a word of C, of its headers or of dehyst" if _reserved(word) else ""
-
-
-def _word(text: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")[:40].rstrip("_")
-
-
-_WORDS = """
-auto break case char const continue default do double else enum extern float for goto if inline int long register
-restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool class delete
-explicit export false friend mutable namespace new operator private protected public template this throw true try
-typename using virtual main std asm and or not xor bitand bitor compl linux unix near far
-"""
-C_WORDS = frozenset(_WORDS.split())
-
-
-_HEADERS = """
-assert complex ctype errno fenv float inttypes iso646 limits locale math memory setjmp signal stdalign stdarg
-stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string strings tgmath threads time uchar wchar wctype
-malloc unistd windows arduino simstruc
-"""
-HEADERS = frozenset(_HEADERS.split())  # a unit of that name would be found in their place
-_PROGRAMS = ("check", "check_main", "example_main", "expected")
-
-
-def _reserved(word: str) -> bool:
-    """Words of C, C++ and the core, whose files lie beside those of the unit; and those of its own programs."""
-    taken = f"{word}.c" in core_files() or f"{word}.h" in core_files() or word in _PROGRAMS
-    ours = word == "dehyst" or word.startswith(("dehyst_", "fmu", "fmi"))
-    return ours or taken or word in C_WORDS or word in HEADERS or keyword.iskeyword(word)
-
-
-def check_name(name: str) -> str:
-    """Return the name, or refuse it.
-
-    Raises
-    ------
-    ParameterError
-        If it is no identifier that C, C++ and Structured Text allow, or the name of something else.
-    """
-    if re.fullmatch(r"[a-z_0-9]+", name) and _reserved(name):
-        raise ParameterError(
-            f"--name {name!r:.60} is taken: it is a word of C or the name of a file that lies beside those of the "
-            f"unit, or of a header that would be found in its place. Choose another: --name {identifier(name)}.",
-            name=name,
-        )
-    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 48:
-        raise ParameterError(
-            f"--name {name!r:.60} cannot be the name of C functions; use small letters, digits and single underscores, "
-            f"a letter first, 48 at most, for example --name {identifier(name)}.",
-            name=name,
-        )
-    return name
-
-
-def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
-    """Return the numbers of the core's model from a mapping of arrays."""
-
-    def pair(place: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-        u, v = floats(f"{place}_u"), floats(f"{place}_v")
-        return (u, v) if u else None
-
-    def floats(name: str) -> tuple[float, ...]:
-        return tuple(float(value) for value in np.asarray(values[name]).ravel())
-
-    return ModelNumbers(
-        floats("threshold"),
-        floats("slope"),
-        floats("loading"),
-        floats("start"),
-        float(values["center"]),
-        float(values["offset"]),
-        pair("before"),
-        pair("after"),
-    )
-
-
-def block_numbers(block: Block) -> BlockNumbers:
-    """Return the numbers of a block, in double precision."""
-    values = {entry.name: getattr(block.parameters, entry.name) for entry in fields(block.parameters)}
-    own = {entry.name: float(values[entry.name]) for entry in fields(BlockNumbers)[1:-1]}
-    return BlockNumbers(model_numbers(values), **own, fingerprint=int(values["fingerprint"]))
+UNITS = {  # what a model is run by -> the module that makes its unit
+    "plays": "dehyst.export.plays",
+    "direct": "dehyst.export.direct_block",
+    "elements": "dehyst.export.element_unit",
+}
 
 
 def subject_of(
-    model: HysteresisModel,
+    model: Model,
     what: str = "inverse",
     *,
     name: str,
+    period: float | None = None,
     real: str = "double",
     range: tuple[float, float] | None = None,
     ramp: int = RAMP,
@@ -249,11 +173,13 @@ def subject_of(
     Parameters
     ----------
     model
-        The identified model; it is inverted here if `what` is "inverse".
+        The identified model, of any family that the core runs; it is inverted here if `what` is "inverse".
     what
         "inverse" or "forward".
     name
         C identifier.
+    period
+        Between two samples, of models whose answer depends on it. [s]
     real
         "double" or "float".
     range
@@ -268,30 +194,35 @@ def subject_of(
     Raises
     ------
     ParameterError
-        If the model has no ranges, or does not survive the rounding to float.
+        If the core does not run the model, it has no ranges, or does not survive the rounding to float.
     InvertibilityError
         If it has no inverse.
+
+    Examples
+    --------
+    >>> from dehyst.models import DirectInverse, ModelCard
+    >>> card = ModelCard(SignalCard("p", "bar", -2.0, 2.0), SignalCard("x", "mm", -1.0, 1.0))
+    >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
+    >>> subject_of(model, name="valve_1", period=0.001).title
+    'direct inverse: x [mm] -> p [bar], 1 stops and lags'
     """
     check_choice(what, WHATS[:2], "--what")
     check_choice(real, REALS, "--real")
     check_name(name)
-    block = Block(model, cast(Direction, what), range=range, ramp=ramp)
-    _refuse_narrow(model, range)
-    exact = block_numbers(block)
-    numbers = block_in(exact, real)
-    if real == "float":
-        check_block(exact, numbers)
-    names = block.input.name or "input", block.output.name or "output"
+    if model.no_export:
+        raise ParameterError(f"the model cannot be exported: {model.no_export}")
+    made = import_module(UNITS[model.core]).unit_of(model, Asked(what, real, range, ramp, period))
+    block, numbers = made.block, made.numbers
+    names = block.input.name or "input", *made.heads, block.output.name or "output"
     content = model_to_dict(model)
-    x, on = test_input(numbers, real, ramp)
     log = None
     if excerpt is not None:
         taken = np.asarray(excerpt, dtype=np.float64)[:MOST_EXCERPT]
         taken = taken.astype(np.float32).astype(np.float64) if real == "float" else taken
-        log = answers(block, taken, np.ones(taken.size, dtype=np.int64), names)
+        log = answers(block, taken[:, None], np.ones(taken.size, dtype=np.int64), names, numbers.saved)
     block.reset()
     return Subject(
-        what=what,
+        what=made.what or what,
         name=name,
         real=real,
         block=numbers,
@@ -303,35 +234,20 @@ def subject_of(
         checksum=str(content["sha256"]),
         provenance=dict(model.card.provenance),
         settings={
-            "what": what,
+            "what": made.what or what,
             "name": name,
             "real": real,
             "range": None if range is None else [float(end) for end in range],
-            "ramp": ramp,
+            "ramp": int(ramp),
+            **({} if made.period is None else {"period": made.period}),
         },
-        test=answers(block, x, on, names),
+        test=answers(block, made.inputs, made.on, names, numbers.saved),
+        period=made.period,
         excerpt=log,
         excerpt_source=excerpt_source if log else "",
         start_output=block.last,
+        unit=made,
     )
-
-
-NARROWEST = 1e-6  # share of the identified range
-
-
-def _refuse_narrow(model: HysteresisModel, bounds: tuple[float, float] | None) -> None:
-    card = model.card.input
-    if bounds is None or card.low is None or card.high is None:
-        return
-    low, high = (float(end) for end in bounds)
-    if 0 < high - low < NARROWEST * (card.high - card.low):
-        raise ParameterError(
-            f"the range from {low:.9g} to {high:.9g} is less than a millionth of what was identified, {card!s}: the "
-            f"unit would do nothing. Pass --range LO HI in {card.unit or 'the unit of the input'}, what the actuator "
-            f"can be given.",
-            low=low,
-            high=high,
-        )
 
 
 def _limited(card: SignalCard, low: float, high: float) -> SignalCard:

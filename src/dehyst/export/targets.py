@@ -16,6 +16,7 @@ from dehyst.export.subject import Subject
 
 BLOCKS_AND_JOINT = ("inverse", "forward", "joint-controller")
 ALL = (*BLOCKS_AND_JOINT, "direct-inverse")
+EVERY = ("block", "direct_block", "element_block")
 
 
 class TargetModule(Protocol):
@@ -44,6 +45,8 @@ class Target:
         That has `files` and `verify`.
     whats, reals
         What it can hold; others are refused by name.
+    cores
+        Kinds of blocks that it can hold.
     """
 
     name: str
@@ -51,6 +54,7 @@ class Target:
     module: str
     whats: tuple[str, ...] = BLOCKS_AND_JOINT
     reals: tuple[str, ...] = ("double", "float")
+    cores: tuple[str, ...] = ("block", "element_block")
 
     @property
     def present(self) -> bool:
@@ -66,11 +70,13 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
     {
         target.name: target
         for target in (
-            Target("c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c", ALL),
-            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header", ALL),
+            Target(
+                "c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c", ALL, cores=EVERY
+            ),
+            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header", ALL, cores=EVERY),
             Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
-            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
+            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st", cores=("block",)),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
             Target("arduino", "Arduino library", "dehyst.export.arduino", ("inverse", "forward"), ("float",)),
         )

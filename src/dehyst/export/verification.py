@@ -7,14 +7,14 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
-from dehyst.export.direct_block import direct_block_subject
+from dehyst.export.direct_block import WHAT
 from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
     BUILD,
@@ -32,7 +32,6 @@ from dehyst.export.regeneration import regeneration_checks, version_check
 from dehyst.export.signal import from_csv, same_bits
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import target
-from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.storage import model_from_text
 
 
@@ -206,7 +205,7 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
     try:
         what, name, real = (str(settings[key]) for key in ("what", "name", "real"))
         text = _text(content, "model.json")
-        model = cast(HysteresisModel | DirectInverse, model_from_text(text, str(folder / "model.json")))
+        model = model_from_text(text, str(folder / "model.json"))
         if what == "joint-controller":
             text = _text(content, "controller.json")
             return joint_subject(
@@ -214,16 +213,15 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
             )
         bounds, ramp = settings.get("range"), int(settings["ramp"])
         range = None if bounds is None else (float(bounds[0]), float(bounds[1]))
-        if isinstance(model, DirectInverse):
-            period = float(settings["period"])
-            return direct_block_subject(model, name=name, real=real, period=period, range=range, ramp=ramp)
+        period = None if settings.get("period") is None else float(settings["period"])
         excerpt = None
         if EXCERPT in manifest["files"]:
             excerpt = from_csv(_text(content, EXCERPT), 1, EXCERPT).inputs[:, 0]
         source = str(manifest.get("excerpt_source", ""))
         return subject_of(
-            model, what, name=name, real=real, range=range, ramp=ramp, excerpt=excerpt, excerpt_source=source
-        )
+            model, "inverse" if what == WHAT else what, name=name, period=period, real=real, range=range, ramp=ramp,
+            excerpt=excerpt, excerpt_source=source,
+        )  # fmt: skip
     except (KeyError, TypeError, IndexError, ValueError, OverflowError) as fault:
         if isinstance(fault, DehystError):
             raise
@@ -237,7 +235,7 @@ def expectation_checks(content: Mapping[str, bytes], subject: Subject) -> list[C
         ("test signal", "expected/test_signal.csv", subject.test),
         ("excerpt in this folder", EXCERPT, subject.excerpt),
     ):
-        if signal is None and subject.block is None:
+        if signal is None and (subject.block is None or subject.more):
             continue  # a log of one column says nothing about a controller, nor about a unit with several inputs
         if signal is None:
             why = "exported without a log; add --log LOG --column COLUMN to dehyst export"

@@ -260,6 +260,10 @@ class ElementBlock:
             table[:, column] = along(told[name], samples.size, name)
         return self._native.run(samples, table, along(on, samples.size, "on") != 0)
 
+    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
+        """Return outputs and flags (T,) for all inputs in their order: x and those of `given`, (T, m)."""
+        return self.run(inputs[:, 0], np.asarray(on) != 0, {n: inputs[:, 1 + k] for k, n in enumerate(self.given)})
+
     def reset(self) -> None:
         """Forget everything, flags cleared; the next good sample begins as the model says and switches at once."""
         self._native.reset()
@@ -299,7 +303,7 @@ class ElementBlock:
 def given_names(model: ElementModel) -> tuple[str, ...]:
     """Names of the signals 0 and 1 that schedules follow, up to the last one that is used."""
     last = max((source for source, _, _ in model.schedules), default=-1)
-    return tuple(f"given_{k + 1}" for k in range(last + 1))
+    return tuple(f"signal_{k}" for k in range(last + 1))
 
 
 def _made(block: ElementBlock, low: float, high: float) -> tuple[ElementBlockParameters, _native.ElementSum]:

@@ -189,6 +189,7 @@ class ElementModel(LoopModel):
     scaling: Scaling = UNSCALED
     start: str = "rest"
     card: ModelCard = NO_CARD
+    core = "elements"
 
     def __post_init__(self) -> None:
         """Normalise; refuse what is no model."""

@@ -41,6 +41,7 @@ class HysteresisModel(Model):
     """
 
     bounded = True
+    core = "plays"
     closeness = 1e-9
     core_form = "plays"
     family: ClassVar[str] = ""

@@ -121,6 +121,7 @@ class DirectInverse(Model):
     card: ModelCard = NO_CARD
     family: ClassVar[str] = "direct-inverse"
     direction = "inverse"
+    core = "direct"
     closeness = float("inf")
     core_form = "direct"
     judged_backward = True

@@ -56,6 +56,8 @@ class Model(ABC):
         Scheduling signals that `simulate` must be given beside its input; `needs` are their names.
     bounded
         Whether the memory is bounded, so that `band` says where the answer lies after any past.
+    core
+        Which of the core's machines runs it on a target, "" for none: "plays", "direct" or "elements".
     closeness
         How close the model comes to its input by way of its inverse, share of range; infinite where both take rates
         from samples in their own way.
@@ -75,6 +77,7 @@ class Model(ABC):
     judged_backward: ClassVar[bool] = False
     shear: float | None = None
     file_kind: ClassVar[str] = "dehyst-model"
+    core: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -105,6 +108,17 @@ class Model(ABC):
     def no_forward(self) -> str:
         """Why the input alone does not decide the output, in one sentence; empty if it does."""
         return ""
+
+    @property
+    def no_export(self) -> str:
+        """Why no target can run it, in one sentence; empty if one can."""
+        if self.core:
+            return ""
+        return (
+            f"a {self.family} model has no form in the core that targets run. Use it with `dehyst simulate` and "
+            f"`dehyst compensate`, or identify a family that has one from the same log, such as a sum of elements: "
+            f"`dehyst identify LOG --family elements`."
+        )
 
     @property
     @abstractmethod

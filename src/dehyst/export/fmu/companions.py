@@ -5,11 +5,9 @@ from __future__ import annotations
 import csv
 import io
 from dataclasses import fields
-from typing import cast
 
 import numpy as np
 
-from dehyst.control.block import Block, Direction
 from dehyst.export.c import JOINT_WORDS, WORDS, scales, with_warning
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
@@ -20,9 +18,7 @@ from dehyst.export.numbers import bits
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Array, Signal, Whole
 from dehyst.export.subject import Subject
-from dehyst.models import HysteresisModel
 
-TOLERANCE = 1e-5  # of single precision, share of a block's output range
 REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever
 
 
@@ -109,7 +105,7 @@ def tolerances(subject: Subject) -> list[float]:
     """What single precision may be off, by output."""
     if subject.block is None:
         return scales(subject)
-    return [TOLERANCE * (subject.block.output_high - subject.block.output_low)]
+    return [subject.tolerance]
 
 
 def _row(signal: Signal, k: int) -> list[str]:
@@ -146,10 +142,7 @@ def _answered(package: Package) -> list[Variable]:
 def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
     """Return the model's outputs (T, k) from a start on."""
     if subject.block:
-        bounds, ramp = subject.settings["range"], int(subject.settings["ramp"])
-        limits = None if bounds is None else (float(bounds[0]), float(bounds[1]))
-        block = Block(cast(HysteresisModel, subject.model), cast(Direction, subject.what), range=limits, ramp=ramp)
-        return np.array([[block.step(float(x), bool(on))] for x, on in zip(inputs[:, 0], switch, strict=True)])
+        return subject.answer(inputs, switch).outputs
     controller = controller_of(subject)  # a subject without block is a joint controller
     controller.reset(*map(float, inputs[0, :3]))
     angle, pressure_1, pressure_2 = inputs[:, :3].T

@@ -9,7 +9,7 @@ from dataclasses import fields
 from dehyst.control.joint import FLAGS, SWITCHES, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.export.fmu.variables import Variable
-from dehyst.export.numbers import INPUT_LIMIT, BlockNumbers, ModelNumbers
+from dehyst.export.numbers import INPUT_LIMIT, Constant, UnitNumbers
 from dehyst.export.subject import Subject
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -73,7 +73,7 @@ def interface(subject: Subject) -> tuple[Variable, ...]:
 def _block(subject: Subject) -> tuple[Variable, ...]:
     numbers = subject.block
     assert numbers is not None  # a subject without joint has a block
-    taken = {"time", "enable", "flags", *_BLOCK_FLAGS, "input", "output"}
+    taken = {"time", "enable", "flags", *_BLOCK_FLAGS, "input", "output", *dict(subject.more)}
     source = _name(subject.input.name, "input", taken)
     result = _name(subject.output.name, "output", taken | {source})
     low, high = numbers.input_low, numbers.input_high
@@ -85,6 +85,10 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
     enabled = "true: compensated; false: straight line, reached without a bump"
     return (
         Variable(source, "real", "input", said, subject.input.unit, start, low, high),
+        *(
+            Variable(name, "real", "input", about, "", (value,))
+            for (name, about), value in zip(subject.more, subject.middle[1:], strict=True)
+        ),
         Variable(result, "real", "output", answer, subject.output.unit, (subject.start_output,), *limits),
         Variable("enable", "truth", "input", enabled, "", (1.0,)),
         *(
@@ -93,11 +97,11 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
         ),
         Variable("flags", "whole", "output", "1 rejected, 2 rejected ever, 4 limited, 8 limited ever", "", (0.0,)),
         *_limits(numbers, subject),
-        *_model(numbers.model, "", subject.input.unit if not numbers.model.before else ""),
+        *(_constant(one) for one in numbers.constants(subject.input.unit)),
     )
 
 
-def start_input(numbers: BlockNumbers) -> float:
+def start_input(numbers: UnitNumbers) -> float:
     """Input before one is set: zero, or what is nearest to it in range."""
     return min(max(0.0, numbers.input_low), numbers.input_high)
 
@@ -107,7 +111,7 @@ def _name(name: str, otherwise: str, taken: Iterable[str]) -> str:
     return name if _PLAIN.fullmatch(name) and name not in taken else otherwise
 
 
-def _limits(numbers: BlockNumbers, subject: Subject) -> Iterable[Variable]:
+def _limits(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
     source, result = subject.input.unit, subject.output.unit
     for name, unit, text in (
         ("input_low", source, "inputs below are taken as this"),
@@ -121,28 +125,16 @@ def _limits(numbers: BlockNumbers, subject: Subject) -> Iterable[Variable]:
         yield Variable(name, "real", "constant", text, unit, (float(getattr(numbers, name)),))
 
 
-def _model(model: ModelNumbers, prefix: str, unit: str) -> Iterable[Variable]:
-    """Constants of the model, readable and no more."""
-    for name, text, of in (
-        ("threshold", "thresholds of the play operators", unit),
-        ("slope", "running sums of their weights", ""),
-        ("loading", "loading curve at the thresholds", ""),
-        ("start", "play states after a reset", unit),
-    ):
-        yield Variable(f"{prefix}{name}", "real", "constant", text, of, getattr(model, name), array=True)
-    yield Variable(f"{prefix}center", "real", "constant", "subtracted from the input", unit, (model.center,))
-    yield Variable(f"{prefix}offset", "real", "constant", "added to the output", "", (model.offset,))
-    for place, points in (("before", model.before), ("after", model.after)):
-        if points:
-            for axis, values in zip(("from", "to"), points, strict=True):
-                text = f"map {place} the hysteresis, breakpoints: {axis}"
-                yield Variable(f"{prefix}{place}_{axis}", "real", "constant", text, "", values, array=True)
+def _constant(one: Constant, prefix: str = "") -> Variable:
+    """A constant of the model, readable and no more."""
+    return Variable(f"{prefix}{one.name}", "real", "constant", one.about, one.unit, one.values, array=one.array)
 
 
 def _joint(subject: Subject) -> tuple[Variable, ...]:
     told = subject.parameters
     assert told is not None  # a joint controller has parameters
     starts = joint_starts(told)
+    compensator = subject.joint.compensator if subject.joint else None
     return (
         *(Variable(n, "real", "input", t, u, (starts[n],)) for n, (u, t) in _SENSORS.items()),
         *(
@@ -160,7 +152,7 @@ def _joint(subject: Subject) -> tuple[Variable, ...]:
         ),
         Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)),
         *_parameters(told),
-        *(_model(subject.joint.compensator, "compensator_", "") if subject.joint and subject.joint.compensator else ()),
+        *(_constant(one, "compensator_") for one in (compensator.constants("") if compensator else ())),
     )
 
 

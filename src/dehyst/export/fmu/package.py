@@ -10,7 +10,7 @@ from html import escape
 from dehyst import __version__
 from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
-from dehyst.export.c import unit_files
+from dehyst.export.c import core_functions, unit_files
 from dehyst.export.fmu.archive import archive
 from dehyst.export.fmu.binaries import Binaries, compile_binaries
 from dehyst.export.fmu.description import Description, Version, build_description, model_description
@@ -87,7 +87,7 @@ def step_of(subject: Subject) -> float:
 
 
 def _core(subject: Subject) -> dict[str, str]:
-    core = core_files.needed(core_files.BLOCK if subject.block else core_files.JOINT)
+    core = core_files.needed(core_functions(subject))
     return core | {name: text if isinstance(text, str) else text.decode() for name, text in unit_files(subject).items()}
 
 
@@ -97,7 +97,7 @@ def _part(subject: Subject) -> tuple[str, dict[str, object]]:
     if subject.block:
         starts = {
             "start_output": hexadecimal(subject.start_output),
-            "start_input": hexadecimal(start_input(subject.block)),
+            "starts": [hexadecimal(value) for value in (start_input(subject.block), *subject.middle[1:])],
         }
         return "fmu/unit_block.h.j2", {"words": words, "beyond": BEYOND[subject.real], **starts}
     assert subject.parameters is not None  # a joint controller has them

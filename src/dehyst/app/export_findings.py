@@ -1,0 +1,124 @@
+"""What there is to say about a unit that is exported: where it guesses, what it costs, what float leaves of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, cast
+
+import numpy as np
+
+from dehyst.app.export_request import ExportRequest
+from dehyst.export.joint_units import unit_findings
+from dehyst.export.numbers import DirectNumbers
+from dehyst.export.subject import Subject
+from dehyst.findings import Finding
+from dehyst.models import HysteresisModel, Model
+
+COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
+EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
+MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
+STALLED = 0.01  # of the range: a lag that stops so far from its end in float is worth a word
+
+
+def outside(model: Model, request: ExportRequest) -> Iterator[Finding]:
+    """Say that the unit may work where nothing was identified."""
+    card = model.card.input
+    if request.range is None or card.low is None or card.high is None:
+        return
+    low, high = request.range
+    beyond = max(card.low - low, high - card.high)
+    if beyond > EDGE * (card.high - card.low):
+        yield Finding(
+            "outside-range",
+            f"--range goes from {low:.4g} to {high:.4g}, the model's {card.label} was identified from {card.low:.4g} "
+            f"to {card.high:.4g}; beyond, the model guesses. Narrow --range, or identify from a log that goes so far.",
+        )
+
+
+PARTS: dict[str, tuple[str, Callable[[Any], int]]] = {  # what a model is run by: its parts, and how many
+    "plays": ("operators", lambda model: int(model.stepper("dense").state.size)),
+    "direct": ("stops and lags", lambda m: int(m.radii.size + m.path_lengths.size + m.time_constants.size)),
+    "elements": ("elements", lambda model: len(model.elements)),
+}
+
+
+def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:
+    """Say which parts cost and do nothing, and when there are many."""
+    words, count = PARTS[model.core]
+    parts = count(model)
+    idle = parts - count(model.pruned())
+    if idle and not request.prune:
+        yield Finding(
+            "zero-weights",
+            f"{idle} of {parts} {words} have weight zero: they take memory and time and change nothing. Add --prune to "
+            f"leave them out, which is exact.",
+        )
+    left = parts - idle if request.prune else parts
+    if left >= MANY_OPERATORS:
+        yield Finding(
+            "many-operators",
+            f"{left} {words}: a step that turns the whole stack around moves all of them, and tables and state grow "
+            f"with them. Look at the budget above; identify with fewer (--n 100) if it is too much for the target.",
+        )
+
+
+def coarse(subject: Subject) -> Iterator[Finding]:
+    """Say where numbers of this size are too coarse in float: a small range far from zero."""
+    if subject.real != "float" or subject.block is None or subject.direct is not None:
+        return
+    for card in (subject.input, subject.output):
+        low, high = float(card.low or 0.0), float(card.high or 0.0)
+        step = float(np.spacing(np.float32(max(abs(low), abs(high)))))
+        if step > COARSE * (high - low):
+            yield Finding(
+                "coarse-float",
+                f"{card.label} goes from {low:.6g} to {high:.6g}, where neighbouring floats lie {step:.2g} apart, "
+                f"{100 * step / (high - low):.2g} % of the range: answers within 1e-5 of the range cannot be expected. "
+                f"Export with --real double, or identify with a signal whose mean was taken off.",
+            )
+
+
+def units(model: Model) -> Iterator[Finding]:
+    """Say in which units a compensator of a joint was taken to be."""
+    if model.core == "plays":
+        yield from unit_findings(cast(HysteresisModel, model))
+        return
+    for card, meant in ((model.card.input, "Nm"), (model.card.output, "rad")):
+        if not card.unit:
+            yield Finding(
+                "unit-unknown",
+                f"the model does not say in which unit its {card.name or 'signal'} is: it was taken to be in {meant}. "
+                f"If it is not, the compensation is wrong by that factor; name the unit in the column and identify "
+                f"again.",
+            )
+
+
+def stalled(subject: Subject) -> Iterator[Finding]:
+    """Say where lags are too slow for float: what they should move is less than the last digit."""
+    numbers = subject.direct
+    if subject.real != "float" or numbers is None or not numbers.gain:
+        return
+    share = stall(numbers) / (numbers.input_high - numbers.input_low)
+    if share > STALLED:
+        yield Finding(
+            "coarse-float",
+            f"the slowest creep lag moves by {min(numbers.gain):.2g} of its distance in a sample: in single precision "
+            f"it stops {100 * share:.2g} % of the range before it is there. Export with --real double, or with a "
+            f"longer period.",
+        )
+
+
+def stall(numbers: DirectNumbers) -> float:
+    """Return how far from its end the slowest lag stops in float. [y]
+
+    Examples
+    --------
+    >>> from dehyst.export.numbers import direct_numbers
+    >>> from dehyst.models import DirectInverse, ModelCard, SignalCard
+    >>> card = ModelCard(SignalCard("torque", "Nm"), SignalCard("angle", "rad", -1.0, 1.0))
+    >>> model = DirectInverse(time_constants=[100.0], creep_weights=[1.0], card=card)
+    >>> round(stall(direct_numbers(model.parameters(1e-3))), 4)
+    0.006
+    """
+    largest = max(abs(numbers.input_low), abs(numbers.input_high))
+    return 0.5 * float(np.spacing(np.float32(largest))) / min(numbers.gain)
