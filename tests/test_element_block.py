@@ -68,12 +68,12 @@ def test_at_a_limit_the_memory_is_that_of_an_actuator_that_got_what_was_answered
 @pytest.mark.parametrize("direction", ["forward", "inverse"])
 def test_a_sample_that_is_no_number_holds_everything(direction):
     block, other = (ElementBlock(scheduled_model(), direction, period=0.02) for _ in range(2))
-    told = {"given_1": 0.3, "given_2": 0.1}
+    told = {"signal_0": 0.3, "signal_1": 0.1}
     for x in INPUT[:50]:
         assert block.step(x, given=told) == other.step(x, given=told)
         for bad in (None, float("nan"), float("inf"), -1e101):
             assert block.step(bad, given=told) == other.last and block.flags & REJECTED
-            assert block.step(x, given={**told, "given_2": bad or 1e101}) == other.last
+            assert block.step(x, given={**told, "signal_1": bad or 1e101}) == other.last
 
 
 @pytest.mark.parametrize("what", ["forward", "inverse"])
@@ -127,5 +127,5 @@ def test_what_cannot_be_a_block_says_why():
     quick = ElementModel((Element("input", weight=0.2), Element("past", time=0.05, weight=0.5)), period=1e-3, card=CARD)
     with pytest.raises(ParameterError, match=r"every 1 s .* identified every 0.001 s"):
         ElementBlock(quick, "inverse", period=1.0)
-    with pytest.raises(ParameterError, match="given_1"):
+    with pytest.raises(ParameterError, match="signal_0"):
         ElementBlock(scheduled_model(), "forward", period=0.02).run(INPUT)

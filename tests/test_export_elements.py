@@ -76,7 +76,8 @@ def test_random_sums_have_the_bits_of_the_model_in_c_and_keep_to_the_tolerance_i
 @needs_make
 @pytest.mark.parametrize(
     ("target", "real"), [("c-header", "float"), ("fmu2", "double"), ("fmu3", "double"), ("fmu3", "float"),
-                         ("simulink", "double"), ("simulink", "float"), ("arduino", "float")]
+                         ("simulink", "double"), ("simulink", "float"), ("arduino", "float"),
+                         ("st", "double"), ("st", "float")]
 )  # fmt: skip
 def test_every_target_is_verified_with_schedules_and_a_period(target, real, tmp_path):
     model, what = (scheduled_model(), "inverse") if target != "fmu3" else (element_model(), "forward")
@@ -136,3 +137,12 @@ def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):
     parameters = dehyst.control.JointControllerParameters
     with pytest.raises(ParameterError, match="joint controller holds"):
         joint_subject(element_model(), parameters, name="unit_1")
+
+
+@pytest.mark.parametrize("what", ["inverse", "forward"])
+@pytest.mark.parametrize("model", MODELS)
+def test_structured_text_has_the_bits_of_the_model(model, what, tmp_path):
+    export(subject_of(MODELS[model](), what, name="unit_1", ramp=40), "st", tmp_path / "out")
+    checks = verify(tmp_path / "out")
+    assert [check for check in checks if not check.ok] == []
+    assert any("bit for bit the model" in check.detail for check in checks)

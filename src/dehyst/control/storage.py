@@ -6,17 +6,15 @@ import hashlib
 import json
 import os
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
-from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
 from dehyst.visible import visible
-
-Model: TypeAlias = HysteresisModel | DirectInverse
 
 FORMAT = "dehyst-controller"
 SCHEMA = 3  # 1: parameters alone; 2: with "adaptation"; 3: with "model"; each written only where it is needed

@@ -93,6 +93,11 @@ class ElementBlockNumbers(UnitNumbers):
         return len(self.parameters.before[0]), len(self.parameters.after[0])
 
     @property
+    def holds_back(self) -> bool:
+        """Whether there is a value of the sum at which its input is held back."""
+        return not self.parameters.solves and self.values["reach_high"] < INPUT_LIMIT["float"]
+
+    @property
     def elements(self) -> list[dict[str, Any]]:
         """Kind, numbers and place of the map of each element."""
         p, at, rows = self.parameters, 0, []

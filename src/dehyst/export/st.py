@@ -7,6 +7,7 @@ is then read back and run by the own checker (`dehyst.export.iec`).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,11 @@ from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import INPUT_LIMIT, function_block
+from dehyst.export.plc.elements import element_function_block
 from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.names import type_name
 from dehyst.export.plc.plcopen import plcopen_xml
-from dehyst.export.plc.ports import BLOCK, DIRECT_JOINT, JOINT, Ports
+from dehyst.export.plc.ports import BLOCK, DIRECT_JOINT, JOINT, Ports, signal_names
 from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
 from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
@@ -30,7 +32,7 @@ from dehyst.export.subject import Subject
 
 REAL = {"double": "LREAL", "float": "REAL"}
 JOINT_SAMPLES = 400  # of the test on the PLC: its tables live in the memory of the machine
-FUNCTION_BLOCKS: Mapping[str, Callable[..., Pou]] = {"block": function_block}
+FUNCTION_BLOCKS: Mapping[str, Callable[..., Pou]] = {"block": function_block, "element_block": element_function_block}
 _DATE = "2000-01-01T00:00:00"  # the format wants one; equal exports are equal files
 
 
@@ -39,7 +41,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     real, words, ports = REAL[subject.real], _words(subject), ports_of(subject)
     name = block_name(subject)
     signal = plc_signal(subject)
-    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words)
+    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words, ports)
     units = (function_block_of(subject, name), call, self_test(name, real, ports, signal))
     values = {"name": name, "real": real, "words": words, "samples": signal.samples, "joint": subject.joint is not None}
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
@@ -48,7 +50,9 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def ports_of(subject: Subject) -> Ports:
     """Return inputs and outputs of the function block."""
-    return DIRECT_JOINT if subject.direct else JOINT if subject.joint else BLOCK
+    if subject.joint:
+        return DIRECT_JOINT if subject.direct else JOINT
+    return replace(BLOCK, inputs=(*BLOCK.inputs, *signal_names(tuple(name for name, _ in subject.more))))
 
 
 def function_block_of(subject: Subject, name: str) -> Pou:
@@ -141,6 +145,7 @@ def _words(subject: Subject) -> dict[str, str]:
         "output": _cell(subject.output.label),
         "about": "\n".join(about),
         "title": _cell(subject.title),
+        **dict(zip(signal_names(tuple(dict(subject.more))), (_cell(about) for _, about in subject.more), strict=True)),
         "task": f" of {1e3 * subject.period:g} ms" if subject.period else "",
     }
 

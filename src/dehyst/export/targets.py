@@ -76,7 +76,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
             Target("c-header", "one C header that holds all of it", "dehyst.export.c_header", ALL, cores=EVERY),
             Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
-            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st", cores=("block",)),
+            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
             Target("arduino", "Arduino library", "dehyst.export.arduino", ("inverse", "forward"), ("float",)),
         )

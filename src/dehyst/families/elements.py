@@ -53,6 +53,7 @@ KINDS = _native.ELEMENT_KINDS
 DIRECTIONS = ("forward", "inverse")
 LAGS = ("creep", "relax", "past")
 LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
+MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]
@@ -304,10 +305,16 @@ class ElementModel(LoopModel):
         """Everything but the machine, which is made anew."""
         return {name: value for name, value in self.__dict__.items() if name != "_sum"}
 
+    @property
+    def _unscheduled(self) -> ElementModel:
+        """The same where given signals, which nobody knows before the first sample, are in the middle of their range."""
+        middle = (-1, -MIDDLE, MIDDLE)
+        return replace(self, schedules=tuple(s if s[0] < 0 else middle for s in self.schedules))
+
     def rest(self, x: float) -> Array:
         """Everything that follows the input at it, and nothing relaxing; then the inputs that are under way."""
         still = replace(self.evaluated, start="rest")
-        at = x if self.direction == "forward" else first_input(still, x)
+        at = x if self.direction == "forward" else first_input(still._unscheduled, x)
         return np.concatenate([self._sum.rest(at), np.full(self.delay, x)])
 
     def before(self, first: float) -> Array:
@@ -317,7 +324,7 @@ class ElementModel(LoopModel):
         """
         if self.delay or self.direction == "inverse":
             sum_ = self.evaluated
-            at = first if self.direction == "forward" else first_input(sum_, first)
+            at = first if self.direction == "forward" else first_input(sum_._unscheduled, first)
             return np.concatenate([sum_.before(at), np.full(self.delay, first)])
         memory = np.array(super().before(first))
         memory[AHEAD:][[q.kind in LAGS for q in self.elements]] = memory[0]

@@ -35,7 +35,7 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
     """
     body = rendered("block.st.j2", **shape(numbers.model))
     variables = (
-        *_interface(real, words),
+        *interface(real, words),
         *model_tables(real, numbers.model),
         *_limits(real, numbers),
         *model_variables(real, len(numbers.model.threshold)),
@@ -45,9 +45,11 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
     return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
 
 
-def _interface(real: str, words: dict[str, str]) -> tuple[Variable, ...]:
+def interface(real: str, words: dict[str, str], more: Sequence[str] = ()) -> tuple[Variable, ...]:
+    """Return inputs and outputs of the function block of a unit; `more` are names of further inputs."""
     return (
         Variable("VAR_INPUT", "InputValue", real, comment=words["input"]),
+        *(Variable("VAR_INPUT", name, real, comment=words.get(name, "")) for name in more),
         Variable("VAR_INPUT", "Enable", "BOOL", comment="TRUE: on; may change at any time, the output fades"),
         Variable("VAR_INPUT", "Restart", "BOOL", comment="TRUE: start states again, then this sample"),
         Variable("VAR_OUTPUT", "OutputValue", real, comment=words["output"]),

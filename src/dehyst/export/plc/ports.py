@@ -43,6 +43,17 @@ class Ports:
         return unit.call(**row, **switches, Restart=False)
 
 
+def signal_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of further inputs of a unit in a function block.
+
+    Examples
+    --------
+    >>> signal_names(("signal_0", "load"))
+    ('GivenSignal0', 'GivenLoad')
+    """
+    return tuple("Given" + "".join(word.capitalize() for word in name.split("_")) for name in names)
+
+
 BLOCK = Ports(
     ("InputValue",),
     MappingProxyType({"Enable": 1}),

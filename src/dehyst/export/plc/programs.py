@@ -59,18 +59,21 @@ def writable(x: float, real: str) -> float:
     return x if abs(x) >= _SMALLEST[real] else 0.0
 
 
-def example(block: str, real: str, words: Mapping[str, str]) -> Pou:
+def example(block: str, real: str, words: Mapping[str, str], ports: Ports) -> Pou:
     """Return a program that calls the block of a model once a cycle of a task with a fixed period."""
+    more = ports.inputs[1:]
+    given = "".join(f"{name} := My{name}, " for name in more)
     variables = (
         Variable("VAR", "MyBlock", block, comment="one instance for each actuator"),
         Variable("VAR", "MyInput", real, comment=f"connect it: {words['input']}"),
+        *(Variable("VAR", f"My{name}", real, comment=f"connect it: {words.get(name, '')}") for name in more),
         Variable("VAR", "MyEnable", "BOOL", ("FALSE",), comment="connect it: TRUE while the machine is enabled"),
         Variable("VAR", "MyRestart", "BOOL", ("FALSE",), comment="connect it: TRUE for one call after homing"),
         Variable("VAR", "MyOutput", real, comment=f"connect it: {words['output']}"),
         Variable("VAR", "Healthy", "BOOL", ("FALSE",), comment="FALSE while samples are rejected"),
     )
     body = (
-        "MyBlock(InputValue := MyInput, Enable := MyEnable, Restart := MyRestart);\n"
+        f"MyBlock(InputValue := MyInput, {given}Enable := MyEnable, Restart := MyRestart);\n"
         "MyOutput := MyBlock.OutputValue;\n"
         "Healthy := NOT MyBlock.Rejected;\n"
     )

@@ -1,0 +1,103 @@
+"""The function block of a sum of elements or its inverse: constants, variables, body."""
+
+from __future__ import annotations
+
+from dehyst.export.element_numbers import ElementBlockNumbers
+from dehyst.export.plc.block import common_constants, interface, number, table
+from dehyst.export.plc.ports import signal_names
+from dehyst.export.plc.pou import Pou, Variable
+from dehyst.export.plc.template import names, rendered, used
+
+HALVINGS = {"LREAL": 54, "REAL": 25}  # DEHYST_HALVINGS of core/dehyst.h
+ROUNDING = {"LREAL": 2.2e-16, "REAL": 1.2e-7}  # of core/element_inverse.c
+
+
+def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, words: dict[str, str]) -> Pou:
+    """Return the function block.
+
+    Parameters
+    ----------
+    name
+        Of its type.
+    real
+        LREAL or REAL.
+    numbers
+        Of the block.
+    words
+        ``input`` and ``output``: signals with units; ``about``: comment on top.
+    """
+    p, given = numbers.parameters, signal_names(numbers.given)
+    before, after = numbers.map_points
+    halvings, kinds = HALVINGS[real], set(p.kind)
+    body = rendered(
+        "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6}), plays=bool(kinds & {1, 2, 7}), points=bool(numbers.points[0]), start=bool(p.start),
+        sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
+        holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
+    )  # fmt: skip
+    variables = (
+        *interface(real, words, given),
+        *_tables(real, numbers),
+        *_work(real, numbers),
+        *common_constants(real),
+    )
+    return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
+
+
+def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
+    p, rows, values = b.parameters, b.elements, b.values
+    whole = (
+        ("KindTable", "number", "0 input, 1 play, 2 stop, 3 creep, 4 relax, 5 past, 6 path, 7 wide"),
+        ("ScheduleTable", "schedule", "share that weighs it"),
+        ("PointsTable", "points", "of its map; 0 for none"),
+        ("PlaceTable", "at", "of its map among all points"),
+    )
+    tables = (
+        ("RadiusTable", p.radius, "r of the elements"), ("GainTable", p.gain, "for the period"),
+        ("WeightTable", p.weight, ""), ("MapU", b.points[0], "maps: arguments"), ("MapV", b.points[1], "maps: values"),
+        ("BeforeU", p.before[0], "map before the sum: arguments"), ("BeforeV", p.before[1], "its values"),
+        ("AfterU", p.after[0], "map behind the sum: arguments"), ("AfterV", p.after[1], "its values"),
+        ("StartTable", p.start, "memory from where one stroke leads to the first sample"),
+        ("LowTable", p.schedule_low, "ranges of the schedules"), ("HighTable", p.schedule_high, ""),
+    )  # fmt: skip
+    single = (
+        ("SumOffset", p.offset, ""), ("SumLow", p.low, "of all positions"), ("SumHigh", p.high, ""),
+        ("Origin", values["origin"], "where the stroke begins"), ("InputCenter", values["center"], "of the scaling"),
+        ("InputUnit", values["half_range"], ""), ("Level", values["level"], ""),
+        ("Amplitude", values["amplitude"], ""), ("InputLow", b.input_low, "inputs beyond are taken as the limit"),
+        ("InputHigh", b.input_high, ""), ("OutputLow", b.output_low, "no output lies beyond"),
+        ("OutputHigh", b.output_high, ""), ("LineSlope", b.line_slope, "answer while off"),
+        ("LineOffset", b.line_offset, ""), ("Fade", b.fade, "share of a switching that one call makes"),
+        ("Rounding", ROUNDING[real], "of a number"), ("Two", 2.0, ""), ("SixtyFour", 64.0, ""),
+        ("Eighth", 0.125, ""), ("Sixth", 1.0 / 6.0, ""), ("TwentyFourth", 1.0 / 24.0, ""),
+    )  # fmt: skip
+    reach = (("ReachLow", values["reach_low"]), ("ReachHigh", values["reach_high"])) if b.holds_back else ()
+    return (
+        *(_whole(name, [row[key] for row in rows], comment) for name, key, comment in whole),
+        *(table(name, real, numbers, comment) for name, numbers, comment in tables if numbers),
+        *(number(name, real, value, comment) for name, value, comment in single),
+        *(number(name, real, value, "of the sum: there the input is held back") for name, value in reach),
+    )
+
+
+def _whole(name: str, values: list[int], comment: str) -> Variable:
+    return Variable("VAR CONSTANT", name, "DINT", tuple(map(str, values)), len(values), comment)
+
+
+def _work(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
+    arrays = (
+        ("States", b.parts, "memory of the elements"), ("Ring", b.parameters.delay, "inputs that are under way"),
+        ("Shares", 2 * len(b.parameters.source) + 1, "of the schedules"),
+    )  # fmt: skip
+    reals = names(
+        "LastPosition LastStep OnShare Taken Target OffLine Scaled Late Wanted Position Answer Result Way Held Reading "
+        "Memory Slope Reach LowSlope HighSlope Growth Distance EdgeBelow EdgeAbove Parts Lasting Share FirstPart LastPart "
+        "Behind Before Steepness Total Steep Scheduled Near BoundLow BoundHigh Bound StepLength Miss Room Newton "
+        "NewtonLength NextPosition Portion WeightNow"
+    )
+    return (
+        *(Variable("VAR", name, real, ("0.0",) * size, size, comment) for name, size, comment in arrays if size),
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
+        *(Variable("VAR", name, "DINT", ("0",)) for name in names("K Kind LeftEnd RightEnd Center Pieces Close Rounds RingPlace")),
+        *(Variable("VAR", name, "BOOL", ("FALSE",))
+          for name in names("Running Started Good Rising Up Known KnownLow KnownHigh Outside Halves Follows Ahead AtLow AtHigh")),
+    )  # fmt: skip
