@@ -307,7 +307,7 @@ class ElementModel(LoopModel):
 
     @property
     def _unscheduled(self) -> ElementModel:
-        """The same where given signals, which nobody knows before the first sample, are in the middle of their range."""
+        """The same with given signals, which nobody knows before the first sample, in the middle of their range."""
         middle = (-1, -MIDDLE, MIDDLE)
         return replace(self, schedules=tuple(s if s[0] < 0 else middle for s in self.schedules))
 

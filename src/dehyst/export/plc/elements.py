@@ -30,7 +30,8 @@ def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, w
     before, after = numbers.map_points
     halvings, kinds = HALVINGS[real], set(p.kind)
     body = rendered(
-        "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6}), plays=bool(kinds & {1, 2, 7}), points=bool(numbers.points[0]), start=bool(p.start),
+        "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6}), plays=bool(kinds & {1, 2, 7}),
+        points=bool(numbers.points[0]), start=bool(p.start),
         sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
         holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
     )  # fmt: skip
@@ -90,14 +91,16 @@ def _work(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
     )  # fmt: skip
     reals = names(
         "LastPosition LastStep OnShare Taken Target OffLine Scaled Late Wanted Position Answer Result Way Held Reading "
-        "Memory Slope Reach LowSlope HighSlope Growth Distance EdgeBelow EdgeAbove Parts Lasting Share FirstPart LastPart "
-        "Behind Before Steepness Total Steep Scheduled Near BoundLow BoundHigh Bound StepLength Miss Room Newton "
-        "NewtonLength NextPosition Portion WeightNow"
+        "Memory Slope Reach LowSlope HighSlope Growth Distance EdgeBelow EdgeAbove Parts Lasting Share FirstPart "
+        "LastPart Behind Before Steepness Total Steep Scheduled Near BoundLow BoundHigh Bound StepLength Miss Room "
+        "Newton NewtonLength NextPosition Portion WeightNow"
     )
+    counts = names("K Kind LeftEnd RightEnd Center Pieces Close Rounds RingPlace")
+    truths = names("Running Started Good Rising Up Known KnownLow KnownHigh Outside Halves Follows Ahead AtLow AtHigh")
     return (
         *(Variable("VAR", name, real, ("0.0",) * size, size, comment) for name, size, comment in arrays if size),
         *(Variable("VAR", name, real, ("0.0",)) for name in reals),
-        *(Variable("VAR", name, "DINT", ("0",)) for name in names("K Kind LeftEnd RightEnd Center Pieces Close Rounds RingPlace")),
+        *(Variable("VAR", name, "DINT", ("0",)) for name in counts),
         *(Variable("VAR", name, "BOOL", ("FALSE",))
-          for name in names("Running Started Good Rising Up Known KnownLow KnownHigh Outside Halves Follows Ahead AtLow AtHigh")),
+          for name in truths),
     )  # fmt: skip
