@@ -43,6 +43,14 @@ def test_the_mechanism_itself_is_the_one_to_run_whatever_bias_the_log_has():
     assert found["plays"].bias_percent == pytest.approx(-100.0 / np.ptp(found.recordings[0].output), rel=1e-9)
 
 
+def test_runs_that_are_offset_against_each_other_are_scored_without_the_offset_of_each():
+    y = PLAYS.at_rest(X[0]).simulate(X)
+    found = dehyst.evaluate(PLAYS, [log(y=y + 0.5), log(y=y - 0.3)])
+    assert found["pi"].error_percent < 1e-9 < 1.0 < found["pi"].output.rmse_percent
+    assert "offset" not in codes(found)  # 0.1 deg of more than 5
+    assert "offset" in codes(dehyst.evaluate(PLAYS, log(y=y + 1.0)))
+
+
 @pytest.mark.parametrize("name", ["dahl", "preisach", "creep-pi", "elements"])
 def test_a_family_scores_nothing_on_its_own_answer(name):
     model = example(name)
@@ -129,7 +137,7 @@ def test_json_holds_both_errors_with_their_bias(run, files):
     found = json.loads(out)
     assert status == 0 and found["run"] == str(files[0]) and found["samples"] == X.size
     assert [entry["name"] for entry in found["models"]] == [str(files[0]), str(files[1])]
-    assert set(found["models"][1]["input_error"]) == {"rms_percent", "bias_percent"}
+    assert set(found["models"][1]["input_error"]) == {"rms_percent", "bias_percent", "without_bias_percent"}
     assert found["models"][1]["output_error"]["rmse_percent"] > 1.0 > found["models"][0]["output_error"]["rmse_percent"]
 
 

@@ -553,6 +553,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "little about use.",
             "Log the motion of use, with several reversals.",
         ),
+        "offset": (
+            "The output of the best model is off by a constant of more than {GOOD_PERCENT:g} % of range: the sensor was "
+            "zeroed elsewhere, or load or temperature are others. An inverse asks for a motion about another middle.",
+            "Zero the sensor as in the identified log, or subtract the offset from the reference.",
+        ),
         "unexplained": (
             "A model explains less than {EXPLAINED:%} of the variance of the output, its mean left out: the log has "
             "other columns or is of another actuator, or a sensor is broken.",

@@ -50,6 +50,9 @@ class Scored:
     input
         Error of the input that its inverse asks for at the measured output, kept within the identified range; None
         without an inverse.
+    error_percent, input_percent
+        RMS error of output and input, percent of their ranges, without the mean of each recording; infinite where
+        there is none.
     clipped
         Share of the samples at which the inverse asked for more than the identified range.
     reason
@@ -66,6 +69,8 @@ class Scored:
     output: Score | None = None
     output_bias: float = 0.0
     input: InputError | None = None
+    error_percent: float = float("inf")
+    input_percent: float = float("inf")
     clipped: float = 0.0
     reason: str = ""
     predictions: tuple[Array, ...] = ()
@@ -75,34 +80,19 @@ class Scored:
     @property
     def bias_percent(self) -> float:
         """Mean error of the output, percent of its range."""
-        return self.output_bias * self._unit
-
-    @property
-    def error_percent(self) -> float:
-        """RMS error of the output without its mean, percent of its range; infinite without a prediction."""
-        if self.output is None:
-            return float("inf")
-        return float(np.sqrt(max(self.output.rmse**2 - self.output_bias**2, 0.0))) * self._unit
-
-    @property
-    def input_percent(self) -> float:
-        """RMS error of the input without its mean, percent of its range; infinite without an inverse."""
-        return float("inf") if self.input is None else self.input.without_bias_percent
-
-    @property
-    def _unit(self) -> float:
         score = self.output
-        return 0.0 if score is None or score.rmse == 0.0 else score.rmse_percent / score.rmse
+        return 0.0 if score is None or score.rmse == 0.0 else self.output_bias * score.rmse_percent / score.rmse
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as printed by ``--json``."""
-        output = None if self.output is None else {**self.output.as_dict(), "bias_percent": self.bias_percent}
+        output, asked = self.output, self.input
+        bias = {"bias_percent": self.bias_percent, "without_bias_percent": self.error_percent}
         return {
             "name": self.name,
             "family": self.model.family,
             "direction": self.model.direction,
-            "output_error": output,
-            "input_error": None if self.input is None else self.input.as_dict(),
+            "output_error": None if output is None else output.as_dict() | bias,
+            "input_error": None if asked is None else asked.as_dict() | {"without_bias_percent": self.input_percent},
             "clipped": self.clipped,
             "reason": self.reason,
             "warnings": [finding.as_dict() for finding in self.findings],
@@ -213,7 +203,7 @@ def evaluate(
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
-    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed))
+    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed, *_offset(entries[0])))
 
 
 def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, Model]:
@@ -280,6 +270,22 @@ def _about(records: tuple[Recording, ...]) -> list[Finding]:
     return found
 
 
+def _offset(best: Scored) -> list[Finding]:
+    """Say where even the best model is off by a constant: an inverse then asks for a motion about another middle."""
+    if best.output is None or abs(best.bias_percent) <= GOOD_PERCENT:
+        return []
+    unit = f" {best.model.card.output.unit}" if best.model.card.output.unit else ""
+    return [
+        Finding(
+            "offset",
+            f"the output of {best.name}, which errs least, lies {abs(best.bias_percent):.3g} % of range "
+            f"({abs(best.output_bias):.3g}{unit}) {'above' if best.output_bias > 0 else 'below'} that of the log, "
+            f"in the mean: the sensor was zeroed elsewhere, or the actuator was at another load or temperature. Input errors "
+            f"hold it, too. Zero the sensor as in the identified log, or subtract the offset from the reference.",
+        )
+    ]
+
+
 def _scored(name: str, model: Model, log: _Log) -> Scored:
     """One model on the log, or why it cannot be scored there."""
     records, findings = [], []
@@ -303,8 +309,9 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
     findings += _outside(model, records)
     entry = _backward(_forward(Scored(name, model, findings=tuple(findings)), log, records), log, records)
     if entry.output is not None:
-        error = np.concatenate([p - r.output for p, r in zip(entry.predictions, records, strict=True)])
-        why = unexplained(error - float(np.mean(error)), np.concatenate([record.output for record in records]))
+        pairs = [(p - r.output, r.output) for p, r in zip(entry.predictions, records, strict=True)]
+        left, seen = (np.concatenate([part[k] - np.mean(part[k]) for part in pairs]) for k in (0, 1))
+        why = unexplained(left, seen)
         if why:
             entry = replace(entry, findings=(*entry.findings, Finding("unexplained", f"{why}.")))
     return entry
@@ -340,8 +347,15 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     except DehystError as fault:
         return replace(entry, reason=f"no output: {fault}")
     measured = [record.output for record in records]
-    found = score(tuple(records), outputs, log.part, robust_range(measured))
-    return replace(entry, output=found, output_bias=log.part.moments(outputs, measured).mean, predictions=outputs)
+    span = robust_range(measured)
+    found, within = score(tuple(records), outputs, log.part, span), _within(outputs, measured, log.part)
+    return replace(
+        entry,
+        output=found,
+        output_bias=log.part.moments(outputs, measured).mean,
+        predictions=outputs,
+        error_percent=100.0 * within / span,
+    )
 
 
 def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
@@ -360,9 +374,17 @@ def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     return replace(
         entry,
         input=InputError(100.0 * error.rms / span, 100.0 * error.mean / span),
+        input_percent=100.0 * _within(held, inputs, log.part) / span,
         clipped=over / max(1, sum(demand.size for demand in asked)),
         demands=asked,
     )
+
+
+def _within(signals: Sequence[Array], measured: Sequence[Array], part: Part) -> float:
+    """RMS of a difference without the mean of each recording: runs are offset against each other."""
+    each = [part.moments(signals, measured, k) for k in range(len(measured))]
+    squares = sum(moments.count * max(moments.square - moments.mean**2, 0.0) for moments in each)
+    return float(np.sqrt(squares / max(sum(moments.count for moments in each), 1.0)))
 
 
 def _answers(model: Model, records: Sequence[Recording], signals: Sequence[Array], log: _Log) -> tuple[Array, ...]:
