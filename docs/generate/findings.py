@@ -555,7 +555,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "offset": (
             "The output of the best model is off by a constant of more than {GOOD_PERCENT:g} % of range: the sensor "
-            "was zeroed elsewhere, or load or temperature are others. An inverse asks for a motion about another middle.",
+            "was zeroed elsewhere, or load or temperature are others. An inverse asks for a motion about another "
+            "middle.",
             "Zero the sensor as in the identified log, or subtract the offset from the reference.",
         ),
         "unexplained": (

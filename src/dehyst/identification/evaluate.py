@@ -281,7 +281,8 @@ def _offset(best: Scored) -> list[Finding]:
             f"the output of {best.name}, which errs least, lies {abs(best.bias_percent):.3g} % of range "
             f"({abs(best.output_bias):.3g}{unit}) {'above' if best.output_bias > 0 else 'below'} that of the log, "
             f"in the mean: the sensor was zeroed elsewhere, or the actuator was at another load or temperature. Input "
-            f"errors hold it, too. Zero the sensor as in the identified log, or subtract the offset from the reference.",
+            f"errors hold it, too. Zero the sensor as in the identified log, or subtract the offset from "
+            f"the reference.",
         )
     ]
 
