@@ -473,7 +473,7 @@ def export(
         Path | None, typer.Option("--controller", help="Parameters of the joint controller, JSON.")
     ] = None,
     period: Annotated[
-        float | None, typer.Option("--period", help="Of a direct inverse: time between two of its samples [s].")
+        float | None, typer.Option("--period", help="Of a unit that depends on time: between two samples [s].")
     ] = None,
     name: Annotated[
         str | None, typer.Option("--name", help="C identifier; made of the model's file name without it.")
