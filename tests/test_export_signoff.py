@@ -16,7 +16,6 @@ from dehyst import __version__
 from dehyst.control import JointControllerParameters
 from dehyst.errors import DehystError
 from dehyst.export import compilers, export, joint_subject, read_manifest, subject_of, verification
-from dehyst.export.direct_block import direct_block_subject
 from dehyst.export.fmu import binaries
 from dehyst.models import DirectInverse
 from export_samples import CARD, mapped_model, needs_make, play_model
@@ -27,7 +26,7 @@ WAVE = 3 * np.sin(np.arange(50) / 5)
 
 def direct_unit():
     model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=CARD)
-    return direct_block_subject(model, name="elbow", period=0.01)
+    return subject_of(model, name="elbow", period=0.01)
 
 
 UNITS = {

@@ -33,7 +33,7 @@ def stepper(kind, *maps):
 
 
 def direct():
-    return direct_model(schedules=0).stepper(1e-3)
+    return direct_model(schedules=0).core_stepper(1e-3)
 
 
 CURVE, ELEMENT = np.array([0.0, 1.0]), np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
