@@ -15,7 +15,7 @@ from dehyst.families import STARTS, example, identify_family, registry, rows, ta
 
 PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTION = PAGE.partition("### A family for comparison")[2].partition("\n#")[0]
-ROW = re.search(r"(?ms)^### A row of elements.*?^```python\n(.*?)^```$", PAGE)[1]
+ROW = re.search(r"(?ms)^### A row of elements.*?^```text\n(.*?)^```$", PAGE)[1]
 FAMILY, LINE, TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", SECTION)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
