@@ -4,37 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from types import MappingProxyType
-from typing import Literal, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.control.images import refuse
+from dehyst.control.images import Words
+from dehyst.control.machine_block import Direction, SavedBlock, declared_range, refuse_direction, refuse_ramp
 from dehyst.control.reach import Operator
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel
-from dehyst.models.arrays import parameter_number, signal_array
-from dehyst.models.card import SignalCard
-
-Array = npt.NDArray[np.float64]
-Words = npt.NDArray[np.uint32]
-Direction: TypeAlias = Literal["inverse", "forward"]
-
-BLOCK_FLAGS: Mapping[str, int] = MappingProxyType(
-    {
-        "rejected": _native.BLOCK_REJECTED,
-        "rejected-ever": _native.BLOCK_REJECTED_EVER,
-        "limited": _native.BLOCK_LIMITED,
-        "limited-ever": _native.BLOCK_LIMITED_EVER,
-    }
-)
-"""Bits of a block's flags by name; those with "ever" stay until a reset."""
-
-_LONGEST_RAMP = 10**9
+from dehyst.models.arrays import Array, signal_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +68,7 @@ class BlockParameters:
     fingerprint: int
 
 
-class Block:
+class Block(SavedBlock[_native.Block]):
     r"""A model or its inverse as a function block: what runs on a machine, and what is exported.
 
     .. math::
@@ -157,46 +138,26 @@ class Block:
         ramp: int = 500,
     ) -> None:
         _check(model)
-        refuse_settings(direction, ramp)
+        refuse_direction(direction)
+        refuse_ramp(ramp)
         low, high = declared_range(model.card.input, range)
-        self.model = model
+        self.model: HysteresisModel = model
         self.direction: Direction = direction
         self.ramp = int(ramp)
         self.operator = _started(model, low, high) if direction == "inverse" else model
-        self._native = _native.Block(_image(model, self.operator, low, high, self.ramp))
-        self.parameters = _parameters(self._native)
-
-    @property
-    def input(self) -> SignalCard:
-        """Name, unit and limits of what goes in."""
-        p = self.parameters
-        return replace(self.operator.card.input, low=p.input_low, high=p.input_high)
-
-    @property
-    def output(self) -> SignalCard:
-        """Name, unit and limits of what comes out."""
-        p = self.parameters
-        return replace(self.operator.card.output, low=p.output_low, high=p.output_high)
+        native = _native.Block(_image(model, self.operator, low, high, self.ramp))
+        self.parameters = p = _parameters(native)
+        card = self.operator.card
+        super().__init__(
+            native,
+            replace(card.input, low=p.input_low, high=p.input_high),
+            replace(card.output, low=p.output_low, high=p.output_high),
+        )
 
     @property
     def state(self) -> Array:
         """Play states z (n,), a copy. [argument of the operator]"""
         return self._native.state
-
-    @property
-    def share(self) -> float:
-        """Present share of the model in the output: 0 off, 1 on."""
-        return self._native.share
-
-    @property
-    def last(self) -> float:
-        """Last good output; before the first sample that of the start state. [output]"""
-        return self._native.output
-
-    @property
-    def flags(self) -> int:
-        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
-        return self._native.flags
 
     def step(self, x: float | None, on: bool = True) -> float:
         """Return the output for the next sample.
@@ -253,39 +214,9 @@ class Block:
         full = np.ascontiguousarray(np.broadcast_to(switches != 0, samples.shape))
         return self._native.run(samples, full)
 
-    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
-        """Return outputs and flags (T,) for all inputs in their order, (T, 1)."""
-        return self.run(inputs[:, 0], np.asarray(on) != 0)
-
-    def reset(self) -> None:
-        """Return to the start state, flags cleared; the next sample switches at once."""
-        self._native.reset()
-
-    def save(self) -> Words:
-        """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""
-        return self._native.save()
-
-    def restore(self, image: npt.ArrayLike) -> None:
-        """Go on from an image of `save`, bit for bit.
-
-        Raises
-        ------
-        ParameterError
-            If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
-            which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
-        """
-        refuse(
-            self._native.restore(words_of(image)),
-            "Restore what save() of a block of the same model returned; this block still has the state it had.",
-        )
-
     def dump(self) -> Words:
         """Return an image of all parameters, as the C function dehyst_block_load reads it."""
         return self._native.dump()
-
-    def __repr__(self) -> str:
-        """One line: direction, signals and their limits."""
-        return f"<Block {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
 
 
 def _check(model: HysteresisModel) -> None:
@@ -294,42 +225,6 @@ def _check(model: HysteresisModel) -> None:
             f"a block is made of a hysteresis model, not of a {type(model).__name__}; pass fit.model or "
             f"dehyst.load_model('model.json')."
         )
-
-
-def refuse_settings(direction: str, ramp: int) -> None:
-    """Refuse a direction and a number of samples that are none."""
-    if direction not in ("inverse", "forward"):
-        raise ParameterError(
-            f"direction = {direction!r:.40} is none; pass 'inverse' (wanted output in, needed input out) or 'forward'."
-        )
-    if isinstance(ramp, bool) or not isinstance(ramp, int | np.integer) or not 1 <= ramp <= _LONGEST_RAMP:
-        raise ParameterError(
-            f"ramp = {ramp!r:.40} is no number of samples; pass a whole one from 1 (at once) to {_LONGEST_RAMP:.0e}, "
-            f"for example 500."
-        )
-
-
-def declared_range(card: SignalCard, bounds: tuple[float, float] | None) -> tuple[float, float]:
-    """Return the range of the actuator's input: `bounds`, or those of its signal; refuse what is none."""
-    if bounds is None:
-        if card.low is None or card.high is None:
-            raise ParameterError(
-                f"the range of the input {card.label} is not known: this model was not identified from a log. Without "
-                f"it a block has no limits; pass range=(low, high), what the actuator can be given."
-            )
-        bounds = (card.low, card.high)
-    try:
-        low, high = bounds
-    except (TypeError, ValueError):
-        raise ParameterError(f"range = {bounds!r:.60} is no pair of numbers; pass range=(low, high).") from None
-    low, high = parameter_number(low, "range[0]"), parameter_number(high, "range[1]")
-    if not low < high:
-        raise ParameterError(
-            f"range = ({low:g}, {high:g}) holds no input to move in; pass the smallest first, then the largest.",
-            low=low,
-            high=high,
-        )
-    return low, high
 
 
 def _of(model: HysteresisModel) -> Operator:
@@ -395,16 +290,3 @@ def _parameters(native: _native.Block) -> BlockParameters:
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
     return BlockParameters(**values)
-
-
-def words_of(image: npt.ArrayLike) -> Words:
-    """Return an image as 32-bit words, or refuse what is none."""
-    words = np.asarray(image)
-    whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
-    if not whole:
-        raise ParameterError(
-            f"the state was not restored: an image is an array of 32-bit words, (m,), not {type(image).__name__} of "
-            f"shape {words.shape} and type {words.dtype}; pass what save() returned.",
-            fault="kind",
-        )
-    return cast(Words, np.ascontiguousarray(words, dtype=np.uint32))

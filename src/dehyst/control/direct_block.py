@@ -10,20 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.control.images import Words
+from dehyst.control.machine_block import MachineBlock, along, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst.models.arrays import parameter_number, signal_array
+from dehyst.models.arrays import Array, parameter_number, signal_array
 from dehyst.models.card import SignalCard
 
-Array = npt.NDArray[np.float64]
-Words = npt.NDArray[np.uint32]
-
-_LONGEST_RAMP = 10**9
 BEYOND = 1e14  # no limit of a signal lies there
 _LIMITS = 8  # place of center, input low and high, output low and high among the parameters
 
 
-class DirectBlock:
+class DirectBlock(MachineBlock[_native.DirectBlock]):
     r"""A direct inverse as a function block: what runs on a machine, and what is exported.
 
     .. math::
@@ -72,45 +70,19 @@ class DirectBlock:
             raise ParameterError(
                 f"a DirectBlock runs a DirectInverse, not {type(model).__name__}; a Block runs other models."
             )
-        if isinstance(ramp, bool) or not isinstance(ramp, int | np.integer) or not 1 <= ramp <= _LONGEST_RAMP:
-            raise ParameterError(
-                f"the ramp takes {ramp!r:.40} samples; pass a whole number, 1 to {_LONGEST_RAMP}.", ramp=ramp
-            )
+        refuse_ramp(ramp)
         self.model = model
         self.period = parameter_number(period, "period")
         self.ramp = int(ramp)
-        self.input = _ranged(model.card.output, None, "output", "y")
-        self.output = _ranged(model.card.input, range, "input", "u")
-        self.parameters: tuple[Any, ...] = self._parameters()
-        self.line_slope, self.line_offset = _line(model, float(self.input.low or 0.0), float(self.input.high or 0.0))
+        input = _ranged(model.card.output, None, "output", "y")
+        output = _ranged(model.card.input, range, "input", "u")
+        told = list(model.parameters(self.period))
+        told[_LIMITS] = np.array([model.center, input.low, input.high, output.low, output.high], float)
+        self.parameters: tuple[Any, ...] = tuple(told)
+        self.line_slope, self.line_offset = _line(model, float(input.low or 0.0), float(input.high or 0.0))
         self.fade = 1.0 / self.ramp
-        self._native = _native.DirectBlock(self.parameters, self.line_slope, self.line_offset, self.fade)
-
-    def _parameters(self) -> tuple[Any, ...]:
-        told = list(self.model.parameters(self.period))
-        limits = [self.model.center, self.input.low, self.input.high, self.output.low, self.output.high]
-        told[_LIMITS] = np.array(limits, float)
-        return tuple(told)
-
-    @property
-    def given(self) -> tuple[str, ...]:
-        """Names of the scheduling variables from outside, in their order."""
-        return tuple(schedule.name for schedule in self.model.outside)
-
-    @property
-    def share(self) -> float:
-        """Present share of the inverse in the output: 0 off, 1 on."""
-        return self._native.share
-
-    @property
-    def last(self) -> float:
-        """Last good output. [u]"""
-        return self._native.output
-
-    @property
-    def flags(self) -> int:
-        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
-        return self._native.flags
+        native = _native.DirectBlock(self.parameters, self.line_slope, self.line_offset, self.fade)
+        super().__init__(native, input, output, tuple(schedule.name for schedule in model.outside))
 
     @property
     def doubt(self) -> float:
@@ -136,16 +108,7 @@ class DirectBlock:
         ParameterError
             If one of them is no number, or a scheduling variable is missing.
         """
-        told = given or {}
-        self._refuse_missing(told)
-        try:
-            values = [float("nan") if x is None else float(x) for x in (y, rate, *(told[name] for name in self.given))]
-        except (TypeError, ValueError, OverflowError):
-            raise ParameterError(
-                "a sample is one number each, or None for a sensor without an answer. Whole signals go through run()."
-            ) from None
-        first, second = [*values[2:], 0.0, 0.0][:2]
-        return self._native.step(values[0], values[1], first, second, bool(on))
+        return self._native.step(*self._sample(given, on, y, rate))
 
     def run(
         self,
@@ -179,45 +142,14 @@ class DirectBlock:
         ParameterError
             If lengths differ, values are no numbers, or a scheduling variable is missing.
         """
-        told = given or {}
-        self._refuse_missing(told)
         samples = signal_array(y, "y")
-        table = np.zeros((samples.size, 2))
-        for column, name in enumerate(self.given):
-            table[:, column] = along(told[name], samples.size, name)
+        table = self._table(given, samples.size)
         switches = along(on, samples.size, "on") != 0
         return self._native.run(samples, along(rate, samples.size, "rate"), table, switches)
-
-    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
-        """Return outputs and flags (T,) for all inputs in their order: y, rate and those of `given`, (T, m)."""
-        given = {name: inputs[:, 2 + k] for k, name in enumerate(self.given)}
-        return self.run(inputs[:, 0], inputs[:, 1], given, on)
-
-    def reset(self) -> None:
-        """Forget everything, flags cleared; the next good sample begins at rest and switches at once."""
-        self._native.reset()
-
-    def _refuse_missing(self, given: Mapping[str, Any]) -> None:
-        missing = [name for name in self.given if name not in given]
-        if missing:
-            raise ParameterError(
-                f"the model depends on '{missing[0]}', which was not given. Pass given={{'{missing[0]}': value}}."
-            )
 
     def __repr__(self) -> str:
         """One line: signals and their limits."""
         return f"<DirectBlock: {self.input!s} -> {self.output!s}, every {self.period:g} s>"
-
-
-def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
-    """One value for all samples, or one each, as (T,)."""
-    array = np.asarray(values)
-    if array.dtype.kind not in "biuf" or array.shape not in ((), (samples,)):
-        raise ParameterError(
-            f"{name} has shape {array.shape} and type {array.dtype} for {samples} samples; pass a number a sample, or "
-            f"one for all."
-        )
-    return np.ascontiguousarray(np.broadcast_to(array.astype(np.float64), (samples,)))
 
 
 def _ranged(card: SignalCard, range: tuple[float, float] | None, what: str, name: str) -> SignalCard:

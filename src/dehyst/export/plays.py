@@ -8,7 +8,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from dehyst.control.block import Block, Direction
+from dehyst.control.block import Block
+from dehyst.control.machine_block import Direction
 from dehyst.errors import ParameterError
 from dehyst.export.float_rules import check_block
 from dehyst.export.numbers import BlockNumbers, ModelNumbers, block_in

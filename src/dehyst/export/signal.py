@@ -7,15 +7,14 @@ import io
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control.block import Words
+from dehyst.control.machine_block import MachineBlock, SavedBlock
 from dehyst.errors import OutputError
 from dehyst.export.numbers import BlockNumbers
-from dehyst.models import SignalCard
 
 Array = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
@@ -59,42 +58,7 @@ class Signal:
         return int(self.inputs.shape[0])
 
 
-class Running(Protocol):
-    """A block of any kind, as it runs here."""
-
-    @property
-    def input(self) -> SignalCard:
-        """Its first input."""
-        ...
-
-    @property
-    def output(self) -> SignalCard:
-        """Its output."""
-        ...
-
-    @property
-    def last(self) -> float:
-        """Last good output."""
-        ...
-
-    def reset(self) -> None:
-        """Forget everything."""
-        ...
-
-    def answer(self, inputs: Array, on: Whole) -> tuple[Array, Words]:
-        """Return outputs and flags (T,) for all inputs in their order, (T, m)."""
-        ...
-
-
-class Saving(Protocol):
-    """A block whose state has an image."""
-
-    def save(self) -> Words:
-        """Return it."""
-        ...
-
-
-def answers(block: Running, inputs: Array, on: Whole, names: tuple[str, ...], saved: bool) -> Signal:
+def answers(block: MachineBlock[Any], inputs: Array, on: Whole, names: tuple[str, ...], saved: bool) -> Signal:
     """Return what a block answers from its reset on to inputs (T, m) and on/off (T,).
 
     Parameters
@@ -110,7 +74,7 @@ def answers(block: Running, inputs: Array, on: Whole, names: tuple[str, ...], sa
     """
     block.reset()
     outputs, flags = block.answer(inputs, on)
-    image = tuple(int(word) for word in cast(Saving, block).save()) if saved else ()
+    image = tuple(int(word) for word in cast(SavedBlock[Any], block).save()) if saved else ()
     block.reset()
     return Signal(inputs, on, outputs[:, None], flags.astype(np.int64), names[:-1], names[-1:], image)
 

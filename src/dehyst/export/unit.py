@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from dehyst.control.machine_block import MachineBlock
 from dehyst.export.names import identifier
 from dehyst.export.numbers import UnitNumbers
-from dehyst.export.signal import Array, Running, Whole
+from dehyst.export.signal import Array, Whole
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Unit:
         Between samples, if that counts. [s]
     """
 
-    block: Running
+    block: MachineBlock[Any]
     numbers: UnitNumbers
     inputs: Array
     on: Whole

@@ -5,19 +5,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.control.block import Direction, Words, declared_range, refuse_settings, words_of
-from dehyst.control.direct_block import along
-from dehyst.control.images import refuse
+from dehyst.control.images import Words
+from dehyst.control.machine_block import Direction, SavedBlock, along, declared_range, refuse_direction, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
 from dehyst.models.arrays import Array, parameter_number, signal_array
-from dehyst.models.card import SignalCard
 
 BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
 LONG = 1e9  # s, after which every lag is there
@@ -77,7 +74,7 @@ class ElementBlockParameters:
     fingerprint: int
 
 
-class ElementBlock:
+class ElementBlock(SavedBlock[_native.ElementBlock]):
     r"""A sum of elements or its inverse as a function block: what runs on a machine, and what is exported.
 
     .. math::
@@ -119,7 +116,7 @@ class ElementBlock:
     >>> model = ElementModel((Element("input", weight=0.5), Element("creep", time=2.0, weight=0.5)))
     >>> block = ElementBlock(model, "inverse", period=1.0, range=(-2.0, 2.0))
     >>> [round(block.step(y), 6) for y in (0.0, 0.6967, 0.8161, float("nan"))]
-    [0.0, 0.999951, 1.000028, 1.000028]
+    [0.0, 0.99995, 1.000066, 1.000066]
     """
 
     def __init__(
@@ -131,19 +128,27 @@ class ElementBlock:
         range: tuple[float, float] | None = None,
         ramp: int = 500,
     ) -> None:
-        refuse_settings(direction, ramp)
+        refuse_direction(direction)
+        refuse_ramp(ramp)
         low, high = declared_range(model.card.input, range)
-        self.model = model
+        self.model: ElementModel = model
         self.direction: Direction = direction
         self.period = parameter_number(period, "period")
         self.ramp = int(ramp)
         self._refuse_period()
         self.parameters, sum_ = _made(self, low, high)
-        p = self.parameters
-        self._native = _native.ElementBlock(
-            sum_, self.period, p.solves, p.delay, np.array(p.start), np.array([p.numbers[name] for name in NUMBERS]),
+        p, numbers = self.parameters, self.parameters.numbers
+        native = _native.ElementBlock(
+            sum_, self.period, p.solves, p.delay, np.array(p.start), np.array([numbers[name] for name in NUMBERS]),
             p.fingerprint,
         )  # fmt: skip
+        card = model.card.swapped() if direction == "inverse" else model.card
+        super().__init__(
+            native,
+            replace(card.input, low=numbers["input_low"], high=numbers["input_high"]),
+            replace(card.output, low=numbers["output_low"], high=numbers["output_high"]),
+            given_names(model),
+        )
 
     def _refuse_period(self) -> None:
         model = self.model
@@ -166,41 +171,6 @@ class ElementBlock:
         """Whether each sample is a solution of the sum, not its value."""
         return (self.direction == "inverse") == (self.model.direction == "forward")
 
-    @property
-    def input(self) -> SignalCard:
-        """Name, unit and limits of what goes in."""
-        return self._card("input", self.model.card.output, self.model.card.input)
-
-    @property
-    def output(self) -> SignalCard:
-        """Name, unit and limits of what comes out."""
-        return self._card("output", self.model.card.input, self.model.card.output)
-
-    def _card(self, place: str, inverse: SignalCard, forward: SignalCard) -> SignalCard:
-        numbers = self.parameters.numbers
-        card = inverse if self.direction == "inverse" else forward
-        return replace(card, low=numbers[f"{place}_low"], high=numbers[f"{place}_high"])
-
-    @property
-    def given(self) -> tuple[str, ...]:
-        """Names of the scheduling variables, in their order."""
-        return given_names(self.model)
-
-    @property
-    def share(self) -> float:
-        """Present share of the model in the output: 0 off, 1 on."""
-        return self._native.share
-
-    @property
-    def last(self) -> float:
-        """Last good output; before the first sample that of the line. [output]"""
-        return self._native.output
-
-    @property
-    def flags(self) -> int:
-        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
-        return self._native.flags
-
     def step(self, x: float | None, on: bool = True, given: Mapping[str, float] | None = None) -> float:
         """Return the output for the next sample.
 
@@ -218,15 +188,7 @@ class ElementBlock:
         ParameterError
             If one of them is no number, or a scheduling variable is missing.
         """
-        told = self._told(given)
-        try:
-            values = [float("nan") if v is None else float(v) for v in (x, *(told[name] for name in self.given))]
-        except (TypeError, ValueError, OverflowError):
-            raise ParameterError(
-                "a sample is one number each, or None for a sensor without an answer. Whole signals go through run()."
-            ) from None
-        first, second = [*values[1:], 0.0, 0.0][:2]
-        return self._native.step(values[0], first, second, bool(on))
+        return self._native.step(*self._sample(given, on, x))
 
     def run(
         self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None
@@ -254,50 +216,8 @@ class ElementBlock:
         ParameterError
             If lengths differ, values are no numbers, or a scheduling variable is missing.
         """
-        told, samples = self._told(given), signal_array(x, "input x")
-        table = np.zeros((samples.size, 2))
-        for column, name in enumerate(self.given):
-            table[:, column] = along(told[name], samples.size, name)
-        return self._native.run(samples, table, along(on, samples.size, "on") != 0)
-
-    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
-        """Return outputs and flags (T,) for all inputs in their order: x and those of `given`, (T, m)."""
-        return self.run(inputs[:, 0], np.asarray(on) != 0, {n: inputs[:, 1 + k] for k, n in enumerate(self.given)})
-
-    def reset(self) -> None:
-        """Forget everything, flags cleared; the next good sample begins as the model says and switches at once."""
-        self._native.reset()
-
-    def save(self) -> Words:
-        """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""
-        return self._native.save()
-
-    def restore(self, image: npt.ArrayLike) -> None:
-        """Go on from an image of `save`, bit for bit.
-
-        Raises
-        ------
-        ParameterError
-            If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
-            which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
-        """
-        refuse(
-            self._native.restore(words_of(image)),
-            "Restore what save() of a block of the same model returned; this block still has the state it had.",
-        )
-
-    def _told(self, given: Mapping[str, Any] | None) -> Mapping[str, Any]:
-        told = given or {}
-        missing = [name for name in self.given if name not in told]
-        if missing:
-            raise ParameterError(
-                f"the model depends on '{missing[0]}', which was not given. Pass given={{'{missing[0]}': value}}."
-            )
-        return told
-
-    def __repr__(self) -> str:
-        """One line: direction, signals and their limits."""
-        return f"<ElementBlock {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
+        samples = signal_array(x, "input x")
+        return self._native.run(samples, self._table(given, samples.size), along(on, samples.size, "on") != 0)
 
 
 def given_names(model: ElementModel) -> tuple[str, ...]:
