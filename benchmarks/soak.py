@@ -64,7 +64,7 @@ class DirectStepper(Stepper):
         self.signal = np.clip(rng.normal(size=2000).cumsum() / 50, -0.6, 0.6)
 
     def fresh(self):
-        return self.model.stepper(1e-3)
+        return self.model.core_stepper(1e-3)
 
     def apply(self, machine, act, x, _):
         if act == "reset":

@@ -1,8 +1,9 @@
 #include "dehyst.h"
 
-#define DOUBLINGS 6 /* the stroke to the first sample is made in 2^6 parts: the decay of a short one is exact */
+#define PARTS 64    /* of the stroke to the first sample: the decay of a short one is exact */
+#define DOUBLINGS 6 /* 2^6 parts */
 
-static dehyst_real line_at(const dehyst_element_block *block, dehyst_real x)
+static dehyst_real line_inside(const dehyst_element_block *block, dehyst_real x)
 {
     return dehyst_within(block->line_offset + block->line_slope * x, block->output_low, block->output_high);
 }
@@ -16,7 +17,7 @@ void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_elemen
         state->delay.ring[i] = 0;
     }
     state->share = 0;
-    state->output = line_at(block, dehyst_within(0, block->input_low, block->input_high));
+    state->output = line_inside(block, dehyst_within(0, block->input_low, block->input_high));
     state->flags = 0;
     state->started = 0;
 }
@@ -34,7 +35,7 @@ static void arrive(const dehyst_element_block *block, dehyst_elements_state *sta
         } else if (q->kind == DEHYST_PATH) {
             const dehyst_real way = x - block->origin;
             const dehyst_real end = way < 0 ? -q->radius : q->radius;
-            dehyst_real left = dehyst_decay((way < 0 ? -way : way) / ((1 << DOUBLINGS) * q->radius));
+            dehyst_real left = dehyst_decay((way < 0 ? -way : way) / (PARTS * q->radius));
             for (int32_t i = 0; i < DOUBLINGS; ++i) {
                 left *= left;
             }
@@ -73,13 +74,11 @@ static dehyst_real evaluated(const dehyst_element_block *block, dehyst_elements_
         return dehyst_elements_follow(sum, state, share, x);
     }
     dehyst_real slope;
-    dehyst_real value = dehyst_elements_value(sum, state, share, x, 1, &slope);
-    if (!(value >= block->reach_low && value <= block->reach_high)) {
-        value = dehyst_within(value, block->reach_low, block->reach_high);
-        x = dehyst_elements_solve(sum, state, share, value);
-        *limited = 1;
-    }
-    dehyst_elements_advance(sum, state, x);
+    const dehyst_real found = dehyst_elements_value(sum, state, share, x, 1, &slope);
+    const dehyst_real value = dehyst_within(found, block->reach_low, block->reach_high);
+    const int held = !(found >= block->reach_low && found <= block->reach_high);
+    *limited |= held;
+    dehyst_elements_advance(sum, state, held ? dehyst_elements_solve(sum, state, share, value) : x);
     return value;
 }
 
@@ -123,7 +122,7 @@ dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_
     const dehyst_real target = on ? (dehyst_real)1 : (dehyst_real)0;
     state->share = state->started ? dehyst_faded(state->share, target, block->fade) : target;
     if (state->share < 1) {
-        const dehyst_real line = line_at(block, taken);
+        const dehyst_real line = line_inside(block, taken);
         /* rounding must not leave the range */
         output = dehyst_within(line + state->share * (output - line), block->output_low, block->output_high);
     }

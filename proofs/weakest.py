@@ -17,7 +17,7 @@ FILES = ("play.c", "pi.c", "block.c")
 REST = (
     "bounded_output",
     "dehyst_block_reset",
-    "faded",
+    "dehyst_faded",
     "switched",
     "reject",
     "dehyst_block_step",
