@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -77,7 +78,7 @@ class ModelNumbers:
                 yield Constant(f"{place}_{axis}", f"map {place} the hysteresis, breakpoints: {axis}", "", values)
 
 
-class UnitNumbers:
+class UnitNumbers(ABC):
     """What a unit says to the templates of its targets, whatever block of the core it holds.
 
     Attributes
@@ -142,23 +143,23 @@ class UnitNumbers:
         return ()
 
     @property
+    @abstractmethod
     def memory(self) -> tuple[tuple[str, str, str], ...]:
         """Arrays of the state."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def sizes(self) -> tuple[tuple[str, str, str], ...]:
         """Constants of the header."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def parts(self) -> int:
         """How many operators, or what it has in their place."""
-        raise NotImplementedError
 
+    @abstractmethod
     def bytes(self, size: int) -> tuple[int, int, int]:
         """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
-        raise NotImplementedError
 
     def constants(self, unit: str) -> Iterable[Constant]:
         """Return the numbers of its model by name; `unit` is that of the input."""
