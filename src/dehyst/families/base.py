@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -12,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ParameterError
-from dehyst.models import Model, ModelCard, SignalCard
+from dehyst.families.inversion import first_input, search_inputs
+from dehyst.models import Model, ModelCard
 from dehyst.models.arrays import Array, parameter_number, signal_array
-from dehyst.models.model import without_inverse
+from dehyst.models.model import Inverted, Steps, without_inverse
 from dehyst.recording import Recording
 
 if TYPE_CHECKING:
@@ -201,8 +203,6 @@ class LoopModel(Model):
 
     def run_inverse(self, y: Array, dt: Array | None, memory: Array) -> tuple[Array, Array]:
         """Return the scaled inputs (T,) for scaled outputs, and the memory after them; sample by sample a search."""
-        from dehyst.families.inversion import search_inputs
-
         return search_inputs(self, y, dt, memory)
 
     def before(self, first: float) -> Array:
@@ -312,48 +312,14 @@ class LoopModel(Model):
         return np.diff(stamps, prepend=stamps[:1])
 
 
-@dataclass(frozen=True)
-class InverseLoop(Model):
-    """The input that an output needs; made by ``model.inverse()``.
-
-    Attributes
-    ----------
-    of
-        The model that is inverted; the memory of both is the same.
-    """
-
-    of: LoopModel
-
-    @property
-    def family(self) -> str:
-        """Name of the family."""
-        return self.of.family
-
-    @property
-    def card(self) -> ModelCard:  # type: ignore[override]
-        """Signals, exchanged."""
-        return self.of.card.swapped()
-
-    @property
-    def rate_dependent(self) -> bool:
-        """Whether time stamps are needed."""
-        return self.of.rate_dependent
-
-    @property
-    def context(self) -> tuple[SignalCard, ...]:
-        """Scheduling signals."""
-        return self.of.context
+class InverseLoop(Inverted[LoopModel]):
+    """The input that an output needs; made by ``model.inverse()``. The memory of both is the same."""
 
     @property
     def ends(self) -> tuple[float, float]:
         """Ends of the range of the scaling's output. [output]"""
         s = self.of.scaling
         return s.level - abs(s.amplitude), s.level + abs(s.amplitude)
-
-    @property
-    def nonzero_weights(self) -> int:
-        """Number of terms that carry weight."""
-        return self.of.nonzero_weights
 
     def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the inputs (T,) that the outputs (T,) need, from the model's start state on. [input]
@@ -363,8 +329,6 @@ class InverseLoop(Model):
         ParameterError
             As `LoopModel.simulate`.
         """
-        from dehyst.families.inversion import first_input
-
         of = self.of
         outputs = of._finite(x, "output y")
         if not outputs.size:
@@ -375,45 +339,14 @@ class InverseLoop(Model):
         found = of.run_inverse(scaled, of._steps(time, outputs.size), memory, **more)[0]
         return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * found))
 
-    def inverse(self) -> LoopModel:
-        """Return the model."""
-        return self.of
-
     def stepper(self) -> LoopStepper:
         """Return the inverse as a function of one sample."""
         of = self.of
-        return LoopStepper(of, of.run_inverse, of.scaling.swapped(), self._first)
-
-    def _first(self, scaled: float) -> float:
-        from dehyst.families.inversion import first_input
-
-        return first_input(self.of, scaled)
-
-    def with_card(self, card: ModelCard) -> Self:
-        """Return the same with other signals."""
-        return replace(self, of=self.of.with_card(card.swapped()))
-
-    def at_rest(self, first: float) -> Self:
-        """Return the same that begins as if it had never moved."""
-        return replace(self, of=self.of.with_start("rest"))
-
-    def pruned(self) -> Self:
-        """Return the same without terms of zero weight."""
-        return replace(self, of=self.of.pruned())
-
-    def file_parameters(self) -> dict[str, Any]:
-        """Refuse: the file is that of the model.
-
-        Raises
-        ------
-        ParameterError
-            Always.
-        """
-        raise ParameterError("an inverse has no file of its own; save the model, .of, and invert it again.")
+        return LoopStepper(of, of.run_inverse, of.scaling.swapped(), partial(first_input, of))
 
 
-class LoopStepper:
-    """A model or an inverse as a function of one sample: ``step(value, period, **signals)``; `reset` begins anew.
+class LoopStepper(Steps):
+    """A model or an inverse as a function of one sample.
 
     Examples
     --------
@@ -430,16 +363,14 @@ class LoopStepper:
         scaling: Scaling,
         first: Callable[[float], float],
     ) -> None:
+        super().__init__(model)
         self._model, self._run, self._first = model, run, first
         self._from, self._unit = scaling.center, scaling.half_range
         self._onto, self._size = scaling.level, scaling.amplitude
-        self._scheduled = bool(model.needs)
         self._value, self._dt = np.zeros(1), np.zeros(1) if model.rate_dependent else None
         self._memory: Array | None = None
-        self.output = 0.0
 
-    def reset(self) -> None:
-        """Forget everything; the next sample is the first."""
+    def reset(self) -> None:  # noqa: D102 - see the base class
         self._memory = None
 
     def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
@@ -452,7 +383,7 @@ class LoopStepper:
         self._value[0] = scaled
         if self._dt is not None:
             self._dt[0] = period
-        more = self._model._more(signals, 1) if signals or self._scheduled else {}
+        more = self._model._more(signals, 1) if signals or self._needs else {}
         answer, self._memory = self._run(self._value, self._dt, self._memory, **more)
         self.output = float(self._onto + self._size * answer[0])
         return self.output

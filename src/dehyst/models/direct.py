@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -18,7 +18,7 @@ from dehyst.models.arrays import Array, parameter_array, parameter_number, signa
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
 from dehyst.models.follow import BEYOND, follow
-from dehyst.models.model import Band, Model
+from dehyst.models.model import Band, Inverted, Model, Steps
 from dehyst.models.schedule import Schedule
 
 NONE = np.zeros(0)
@@ -521,46 +521,17 @@ class DirectInverse(Model):
         return table
 
 
-@dataclass(frozen=True)
-class DirectDemand(Model):
-    """The input that an output needs, as a direct inverse was identified; made by ``model.inverse()``.
+class DirectDemand(Inverted[DirectInverse]):
+    """The input that an output needs, as a direct inverse was identified; made by ``model.inverse()``."""
 
-    Attributes
-    ----------
-    of
-        The direct inverse.
-    """
-
-    of: DirectInverse
-    family: ClassVar[str] = "direct-inverse"
     direction = "inverse"
     bounded = True
     closeness = float("inf")
 
     @property
-    def card(self) -> ModelCard:  # type: ignore[override]
-        """Signals, exchanged."""
-        return self.of.card.swapped()
-
-    @property
-    def rate_dependent(self) -> bool:
-        """Whether time stamps are needed."""
-        return self.of.rate_dependent
-
-    @property
-    def context(self) -> tuple[SignalCard, ...]:
-        """Scheduling signals."""
-        return self.of.context
-
-    @property
     def no_inverse(self) -> str:
         """Why an input does not tell its output."""
         return self.of.no_forward
-
-    @property
-    def nonzero_weights(self) -> int:
-        """Number of terms that carry weight."""
-        return self.of.nonzero_weights
 
     def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the input (T,) that an output (T,) needs; its rate by central differences.
@@ -599,41 +570,13 @@ class DirectDemand(Model):
         certainty = 1.0 - run.doubt / max(float(run.doubt.max(initial=0.0)), 1e-300)
         return Band(run.u, run.u - run.doubt, run.u + run.doubt, run.doubt, certainty)
 
-    def inverse(self) -> DirectInverse:
-        """Return the direct inverse, read from input to output."""
-        return self.of
-
     def stepper(self) -> DirectSteps:
         """Return it as a function of one sample."""
         return DirectSteps(self.of)
 
-    def with_card(self, card: ModelCard) -> Self:
-        """Return the same with other signals."""
-        return replace(self, of=self.of.with_card(card.swapped()))
 
-    def at_rest(self, first: float) -> Self:
-        """Return the same that begins after a homing."""
-        return replace(self, of=self.of.with_known(True))
-
-    def pruned(self) -> Self:
-        """Return the same without terms of zero weight."""
-        return replace(self, of=self.of.pruned())
-
-    def file_parameters(self) -> dict[str, Any]:
-        """Refuse: the file is that of the direct inverse.
-
-        Raises
-        ------
-        ParameterError
-            Always.
-        """
-        raise ParameterError("the demand of a direct inverse has no file of its own; save what it was made from, .of.")
-
-
-class DirectSteps:
-    """A direct inverse as a function of one sample, ``step(y, period, **signals)``; `reset` begins anew.
-
-    The rate is the difference from the sample before.
+class DirectSteps(Steps):
+    """A direct inverse as a function of one sample; the rate is the difference from the sample before.
 
     Examples
     --------
@@ -643,6 +586,7 @@ class DirectSteps:
     """
 
     def __init__(self, model: DirectInverse) -> None:
+        super().__init__(model)
         self._model = model
         self._taus = np.array(model.time_constants)
         self.reset()
@@ -653,15 +597,24 @@ class DirectSteps:
         self._last: float | None = None
         self.output = 0.0
 
-    def __call__(self, y: float, period: float = 0.0, **signals: float) -> float:
+    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
         """Return u for the next sample of y, `period` [s] after the one before."""
-        given = [float(self._model.given(signals, 1)[name][0]) for name in self._model.needs]
+        given = self._told(signals) if signals or self._needs else ()
         passed = 0.0 if self._last is None else float(period)
-        rate = (y - self._last) / passed if self._last is not None and passed > 0.0 else 0.0
-        self.output = self._step.advance(y, rate, passed, self._taus, *given)
+        rate = (value - self._last) / passed if self._last is not None and passed > 0.0 else 0.0
+        self.output = self._step.advance(value, rate, passed, self._taus, *given)
         if not self._step.rejected:
-            self._last = y
+            self._last = value
         return self.output
+
+    def _told(self, signals: Mapping[str, float]) -> Sequence[float]:
+        try:
+            if len(signals) == len(self._needs):
+                return [float(signals[name]) for name in self._needs]
+        except (KeyError, TypeError, ValueError):
+            pass  # said below
+        values = self._model.given(signals, 1)
+        return [float(values[name][0]) for name in self._needs]
 
 
 def _derivative(coefficients: Array, x: Array) -> Array:

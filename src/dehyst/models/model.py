@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,8 @@ import numpy.typing as npt
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.models.arrays import Array
 from dehyst.models.card import ModelCard, SignalCard
+
+M = TypeVar("M", bound="Model")
 
 
 class Band(NamedTuple):
@@ -199,10 +202,12 @@ class Model(ABC):
 
         Parameters
         ----------
-        x, time, signals
+        x, time
             As `simulate`.
         past
             Range (low, high) that the input has not left before; None: it may have been anywhere. [input]
+        signals
+            As `simulate`.
 
         Raises
         ------
@@ -257,6 +262,94 @@ class Model(ABC):
             }
         except (TypeError, ValueError) as fault:
             raise ParameterError(f"a scheduling signal is not one number a sample, ({size},): {fault}.") from None
+
+
+@dataclass(frozen=True)
+class Inverted(Model, Generic[M]):
+    """The input that an output needs; made by ``model.inverse()``.
+
+    Attributes
+    ----------
+    of
+        The model that is read the other way round.
+    """
+
+    of: M
+
+    @property
+    def family(self) -> str:
+        """Name of the family."""
+        return self.of.family
+
+    @property
+    def card(self) -> ModelCard:  # type: ignore[override]
+        """Signals, exchanged."""
+        return self.of.card.swapped()
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether time stamps are needed."""
+        return self.of.rate_dependent
+
+    @property
+    def context(self) -> tuple[SignalCard, ...]:
+        """Scheduling signals."""
+        return self.of.context
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of terms that carry weight."""
+        return self.of.nonzero_weights
+
+    def inverse(self) -> M:
+        """Return the model."""
+        return self.of
+
+    def with_card(self, card: ModelCard) -> Self:
+        """Return the same with other signals."""
+        return replace(self, of=self.of.with_card(card.swapped()))
+
+    def at_rest(self, first: float) -> Self:
+        """Return the same that begins as if it had never moved, or after a homing."""
+        return replace(self, of=self.of.at_rest(first))
+
+    def pruned(self) -> Self:
+        """Return the same without terms of zero weight."""
+        return replace(self, of=self.of.pruned())
+
+    def file_parameters(self) -> dict[str, Any]:
+        """Refuse: the file is that of the model.
+
+        Raises
+        ------
+        ParameterError
+            Always.
+        """
+        raise ParameterError("an inverse has no file of its own; save the model, .of, and invert it again.")
+
+
+class Steps(ABC):
+    """A model as a function of one sample, ``step(value, period, **signals)``; `reset` begins anew.
+
+    Attributes
+    ----------
+    output
+        Of the last sample.
+    """
+
+    output: float
+
+    def __init__(self, model: Model) -> None:
+        self._needs = model.needs
+        self.output = 0.0
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget everything; the next sample is the first."""
+
+    @abstractmethod
+    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
+        """Return the output for the next sample, `period` [s] after the one before."""
 
 
 def require_model(model: object, wanted: str) -> Model:
