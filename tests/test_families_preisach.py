@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst import PrandtlIshlinskii, Recording
-from dehyst.errors import IdentificationError, InvertibilityError, ParameterError
+from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.families import STARTS, example, identify_family
 from dehyst.families.preisach import Preisach, _decay
-from dehyst.families.reversal_curves import everett_from_reversal_curves
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data"
 MODEL = Preisach.example()
@@ -115,21 +114,6 @@ def test_minor_loops_between_the_same_inputs_are_congruent():
         levels.append(y[0])
     assert np.ptp(levels) > 0.1  # they stand at different heights
     np.testing.assert_allclose(shapes[1:], [shapes[0]] * 2, atol=1e-14)
-
-
-@pytest.mark.parametrize("congruent", [True, False])
-def test_reversal_curves_predict_everything_exactly_if_minor_loops_are_congruent(congruent):
-    # Mayergoyz 1991: wiping out and congruency are necessary and sufficient. A PI operator has both; behind a curve
-    # that bends it keeps wiping out and loses congruency, and its reversal curves say nothing of loops further in.
-    knots = np.linspace(-1, 1, 13)
-    pi = PrandtlIshlinskii(np.arange(12) / 12, 0.9 ** np.arange(12) * 0.2)
-    bend = (lambda y: y) if congruent else (lambda y: y + 2.0 * y**3)
-    ways = np.concatenate([np.concatenate([knots[: k + 1], knots[k::-1]]) for k in range(1, 13)])
-    ways = np.concatenate([[1.0], ways])
-    model = everett_from_reversal_curves(Recording(input=ways[1:], output=bend(pi.simulate(ways))[1:]))
-    x = np.concatenate([[1, -1], knots[np.random.default_rng(0).integers(0, 13, 500)]])
-    error = np.abs(model.simulate(x[1:]) - bend(pi.simulate(x))[1:]).max()
-    assert error < 1e-12 if congruent else error > 0.02 * np.ptp(bend(pi.simulate(x)))
 
 
 @given(seeds, st.floats(-1, 1), st.floats(-1, 1))
@@ -253,31 +237,6 @@ def test_parameters_that_do_not_belong_together_are_refused():
 
 
 # ---- Its identification
-
-
-@pytest.mark.parametrize("falling", [False, True], ids=["rising", "falling"])
-@pytest.mark.parametrize("mirrored", [False, True], ids=["from below", "from above"])
-def test_reversal_curves_give_the_table_back(falling, mirrored):
-    turns = MODEL.knots[:-1] if mirrored else MODEL.knots[1:]
-    fine = np.interp(np.arange(0, SIZE + 0.01, 0.125), np.arange(SIZE + 1), MODEL.knots)
-    ways = []
-    for a in turns:
-        way = fine[fine >= a - 1e-9][::-1] if mirrored else fine[fine <= a + 1e-9]
-        ways += [way, way[::-1]]
-    truth = MODEL.with_start("falling" if mirrored else "rising")
-    x = np.concatenate(ways)
-    y = 5.0 + (-3.0 if falling else 2.0) * truth.simulate(x)
-    model = everett_from_reversal_curves(Recording(input=40 + 10 * x, output=y))
-    assert (model.scaling.amplitude < 0) == falling and model.start == truth.start
-    np.testing.assert_allclose(model.knots, MODEL.knots, atol=1e-12)
-    np.testing.assert_allclose(model.everett / model.everett.max(), MODEL.everett / MODEL.everett.max(), atol=1e-12)
-    np.testing.assert_allclose(model.simulate(40 + 10 * x), y, atol=1e-12)
-
-
-def test_a_log_without_reversal_curves_is_refused():
-    x = np.sin(np.linspace(0, 40, 800)) * np.linspace(1, 0.3, 800)
-    with pytest.raises(IdentificationError, match="reversal curves; 3 are needed"):
-        everett_from_reversal_curves(Recording(input=x, output=MODEL.simulate(x)))
 
 
 def test_a_known_measure_is_found_again():

@@ -22,8 +22,8 @@ with the mean slope of the major loop, without further memory.
 parameter      meaning                                                        unit      source
 =============  =============================================================  ========  ===============================
 knots          turning values, (n + 1,), increasing                           scaled    chosen by held-out blocks
-everett        E(knot a, knot b), a > b, row by row, (n (n + 1)/2,)           scaled    convex fit, or reversal curves
-offset         c, the output halfway between both saturations                 scaled    convex fit, or reversal curves
+everett        E(knot a, knot b), a > b, row by row, (n (n + 1)/2,)           scaled    convex fit
+offset         c, the output halfway between both saturations                 scaled    convex fit
 =============  =============================================================  ========  ===============================
 
 Sources: Preisach 1935; Everett 1955; Mayergoyz 1991 for the theorem (wiping out and congruent minor loops are necessary

@@ -19,7 +19,6 @@ Mask = npt.NDArray[np.bool_]
 M = TypeVar("M", bound=LoopModel)
 
 MOST_SAMPLES = 6000  # of a thinned training part
-WORK = 6e7  # samples times elements that a search may simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +77,6 @@ class Training:
         return sum(stretch.x.size for stretch in self.stretches)
 
     @property
-    def clockwise(self) -> bool:
-        """Whether the output leads the input: its loops run clockwise, as those of a force over a displacement."""
-        return self.orientation == "clockwise"
-
-    @property
     def timed(self) -> bool:
         """Whether every sample has a time stamp."""
         return all(stretch.dt is not None for stretch in self.stretches)
@@ -91,14 +85,6 @@ class Training:
     def y(self) -> Array:
         """Compared outputs of all stretches, joined."""
         return np.concatenate([stretch.y[stretch.counts] for stretch in self.stretches])
-
-    def random(self) -> np.random.Generator:
-        """Generator of the seed."""
-        return np.random.default_rng(self.seed)
-
-    def evaluations(self, elements: int = 1, least: int = 60, most: int = 4000) -> int:
-        """How many simulations of a model with so many elements a search may take: the same on every machine."""
-        return int(np.clip(WORK / max(1, self.samples * elements), least, most))
 
     def simulate(self, model: LoopModel) -> list[Array]:
         """Scaled outputs of a model along every stretch."""

@@ -23,7 +23,7 @@ from dehyst.io.foreign import refuse_bomb
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXT_TYPES = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 MATRIX, COMPRESSED = 14, 15
-CELL, STRUCT, OBJECT, CHAR, SPARSE = 1, 2, 3, 4, 5
+CELL, STRUCT, OBJECT, CHAR = 1, 2, 3, 4
 NUMERIC = range(6, 16)
 MAX_DEPTH = 16
 OLD_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")

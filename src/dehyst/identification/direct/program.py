@@ -35,8 +35,6 @@ class DirectEstimate:
         (sets, terms) of the shape.
     kkt_residual
         Largest violation of the optimality conditions.
-    fitted_rms
-        Of the residual, without the ridge.
     """
 
     shape: Shape
@@ -44,7 +42,6 @@ class DirectEstimate:
     polynomials: Array
     weights: Array
     kkt_residual: float
-    fitted_rms: float
 
 
 def solve_shape(layout: Layout, shape: Shape, reduced: Array, samples: int, ridge: float = RIDGE) -> DirectEstimate:
@@ -62,10 +59,7 @@ def solve_shape(layout: Layout, shape: Shape, reduced: Array, samples: int, ridg
     polynomials[layout.constants, 0] += solution.free
     unknowns = np.concatenate([solution.free, solution.bounded])
     weights = solution.bounded[slopes:].reshape(len(layout.sets_of(shape)), layout.terms_of(shape).size)
-    left = system @ np.append(unknowns, -1.0)
-    return DirectEstimate(
-        shape, unknowns, polynomials, weights, solution.kkt_residual, float(np.sqrt(left @ left / max(samples, 1)))
-    )
+    return DirectEstimate(shape, unknowns, polynomials, weights, solution.kkt_residual)
 
 
 def rms_on(layout: Layout, estimate: DirectEstimate, reduced: Array, samples: int) -> float:
