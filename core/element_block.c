@@ -49,14 +49,15 @@ static void arrive_at_value(const dehyst_element_block *block, dehyst_elements_s
                             dehyst_real value)
 {
     dehyst_real share[DEHYST_SHARES];
-    dehyst_real low = block->sum.low;
-    dehyst_real high = block->sum.high;
+    const dehyst_elements *sum = &block->sum;
+    dehyst_real low = sum->low;
+    dehyst_real high = sum->high;
     for (int32_t i = 0; i < DEHYST_HALVINGS; ++i) {
-        const dehyst_real x = low + (dehyst_real)0.5 * (high - low);
+        const dehyst_real x = dehyst_within(low + (dehyst_real)0.5 * (high - low), sum->low, sum->high);
         dehyst_real slope;
         arrive(block, state, x);
-        dehyst_elements_shares(&block->sum, state, given, share);
-        if (dehyst_elements_value(&block->sum, state, share, x, 1, &slope) < value) {
+        dehyst_elements_shares(sum, state, given, share);
+        if (dehyst_elements_value(sum, state, share, x, 1, &slope) < value) {
             low = x;
         } else {
             high = x;

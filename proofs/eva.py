@@ -16,6 +16,7 @@ from parameters import SETS, Block, inverse
 
 CURE = "on Debian: apt-get install frama-c-base"
 BLOCK = ("block.c", "model.c", "pi.c", "map.c")
+ELEMENTS = (*BLOCK, "elements.c", "element_inverse.c", "direct.c")
 JOINT = (
     *BLOCK,
     "joint.c",
@@ -34,6 +35,7 @@ JOINT = (
 APART = ("take_reference:300", "dehyst_sensor_fault:100", "take_pressures:100", "dehyst_joint_reset:100",
          "dehyst_bounded:20", "take_angle:100")  # fmt: skip
 WITHIN, COMPARED = "block.c", "return x >= low ?"
+PRECISIONS: tuple[tuple[str, ...], ...] = ((), ("DEHYST_FLOAT",))
 ALARMS = re.compile(r"(\d+) alarms? generated")
 ASSERTIONS = re.compile(r"Assertions\s+(\d+) valid\s+(\d+) unknown\s+(\d+) invalid")
 
@@ -114,12 +116,25 @@ def direct_step(quick: bool) -> tuple[str, str, str]:
 
 def elements_step(quick: bool) -> tuple[str, str, str]:
     """A sum of elements of every kind, forward and inverse, with maps, schedules and a dead time."""
-    files = ("elements.c", "element_inverse.c", "direct.c", "block.c", "model.c", "pi.c", "map.c")
-    assertions = sum(analysed("elements.c", inverse(2), files, 1, defines) for defines in ((), ("DEHYST_FLOAT",)))
+    runs = PRECISIONS[: 1 if quick else 2]
+    assertions = sum(analysed("elements.c", inverse(2), ELEMENTS, 1, defines) for defines in runs)
     return (
         _tool(),
-        "a sum of elements of every kind, 2 runs",
+        f"a sum of elements of every kind, {len(runs)} run{'s' if len(runs) > 1 else ''}",
         (f"0 alarms, {assertions} bounds proved: solutions within their range, in a bounded number of rounds"),
+    )
+
+
+def element_block_step(quick: bool) -> tuple[str, str, str]:
+    """A block of all kinds of elements: evaluated, also within a reach, and solved; any state leads to such a state."""
+    files = (*ELEMENTS, "element_block.c")
+    kinds = [("SOLVES=0", "REACH=DEHYST_FAR"), ("SOLVES=0", "REACH=2"), ("SOLVES=1", "REACH=DEHYST_FAR")]
+    runs = [(*kind, *precision) for kind in kinds for precision in PRECISIONS[: 1 if quick else 2]]
+    assertions = sum(analysed("element_block.c", inverse(2), files, 1, defines) for defines in runs)
+    return (
+        _tool(),
+        f"blocks of every kind of element, {len(runs)} runs",
+        (f"0 alarms, {assertions} bounds proved: output within its range, memory, share and flags within theirs"),
     )
 
 
@@ -143,5 +158,10 @@ PROOFS = (
         "eva-elements",
         "a sum of elements, forward and inverse, for every input: no undefined behaviour, solutions within their range",
         elements_step,
+    ),
+    Proof(
+        "eva-element-block",
+        "a block of elements, for every input and state: no undefined behaviour, output within its range",
+        element_block_step,
     ),
 )

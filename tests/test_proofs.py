@@ -144,6 +144,16 @@ def test_eva_derives_the_bound_of_a_small_block_and_no_tighter_one():
         eva.analysed("block.c", Wrong(**vars(tight)), eva.BLOCK, 1)
 
 
+def test_eva_derives_how_far_an_element_block_moves_and_that_it_moves():
+    files, evaluated = (*eva.ELEMENTS, "element_block.c"), ("SOLVES=0", "REACH=DEHYST_FAR")
+    try:
+        assert eva.analysed("element_block.c", BLOCKS[0], files, 1, evaluated) == 10
+    except Missing as missing:
+        pytest.skip(str(missing))
+    with pytest.raises(Failed, match="'last'"):
+        eva.analysed("element_block.c", BLOCKS[0], files, 1, (*evaluated, "LAST=0.5"))
+
+
 def test_the_guard_is_proved_for_every_pattern_and_a_wrong_claim_is_not():
     pytest.importorskip("bitwuzla", reason="bitwuzla is not installed")
     pytest.importorskip("pycparser", reason="pycparser is not installed")
