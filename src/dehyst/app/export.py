@@ -66,10 +66,10 @@ def _say(written: Written, subject: Subject, request: ExportRequest, findings: l
 
 def _as_unit(model: Model, request: ExportRequest) -> tuple[Model, ExportRequest, list[Finding]]:
     """Return a sheared model as the sum of plays that it is: from input to output, or else its compensator alone."""
-    if not isinstance(model, ShearedPrandtlIshlinskii) or request.what == "joint-controller":
+    if model.shear is None or request.what == "joint-controller":
         return model, request, []
-    if model.has_forward or request.what == "forward":
-        return model.as_play(), request, []
+    if not model.no_forward or request.what == "forward":
+        return cast(ShearedPrandtlIshlinskii, model).as_play(), request, []
     if request.range is not None:
         raise ParameterError(
             "--range holds an inverse back where the actuator meets its limits, which needs the model itself, and this "

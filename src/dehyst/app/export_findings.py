@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, cast
+from collections.abc import Iterator
+from typing import cast
 
 import numpy as np
 
@@ -35,18 +35,10 @@ def outside(model: Model, request: ExportRequest) -> Iterator[Finding]:
         )
 
 
-PARTS: dict[str, tuple[str, Callable[[Any], int]]] = {  # what a model is run by: its parts, and how many
-    "plays": ("operators", lambda model: int(model.stepper("dense").state.size)),
-    "direct": ("stops and lags", lambda m: int(m.radii.size + m.path_lengths.size + m.time_constants.size)),
-    "elements": ("elements", lambda model: len(model.elements)),
-}
-
-
 def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:
     """Say which parts cost and do nothing, and when there are many."""
-    words, count = PARTS[model.core]
-    parts = count(model)
-    idle = parts - count(model.pruned())
+    parts, words = model.parts
+    idle = parts - model.pruned().parts[0]
     if idle and not request.prune:
         yield Finding(
             "zero-weights",

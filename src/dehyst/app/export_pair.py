@@ -9,7 +9,7 @@ from dehyst.control import load_controller, load_partner
 from dehyst.control.storage import about
 from dehyst.errors import ModelFileError
 from dehyst.findings import Finding
-from dehyst.models import DirectInverse, Model, PrandtlIshlinskii
+from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
 
 SHOWN = 12  # characters of a checksum
@@ -53,9 +53,9 @@ def pair_findings(model: Model, path: Path, controller: Path | None) -> list[Fin
 def _contradictions(model: Model, path: Path, controller: Path) -> Iterator[Finding]:
     """Say that the shear of one is not that of the other, as far as names tell."""
     k, name = load_controller(controller).shear, model.card.input.name
-    if isinstance(model, DirectInverse) and k != 0.0:
+    if model.core == "direct" and k != 0.0:
         what = f"'{path}' is a direct inverse, which is not sheared, and the controller subtracts k q, k = {k:g} Pa/rad"
-    elif isinstance(model, PrandtlIshlinskii) and k == 0.0 and "sheared" in name.lower():
+    elif model.core == "plays" and model.shear is None and k == 0.0 and "sheared" in name.lower():
         what = f"the input {model.card.input.label} of '{path}' holds k q, and the controller subtracts none (shear 0)"
     else:
         return

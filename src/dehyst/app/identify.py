@@ -19,7 +19,6 @@ from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Fit, Score, identify
 from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
-from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.recording import Recording
 from dehyst.shell import quoted
 
@@ -232,7 +231,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     for name in ("", "rms" + (f" [{unit}]" if unit else ""), "rms [% of range]", "NRMSE", "max"):
         table.add_column(Text(name), justify="left" if not name else "right")
     certificate = fit.certificate
-    name = "sheared loop" if isinstance(fit.model, ShearedPrandtlIshlinskii) else fit.family
+    name = "sheared loop" if fit.model.shear is not None else fit.family
     rows: list[tuple[str, Score | None]] = [(f"{name}, fitted", fit.train), (f"{name}, held out", fit.test)]
     if certificate.operators:
         rows.append(

@@ -79,7 +79,7 @@ class InverseCompensator:
     """
 
     def __init__(self, inverse: HysteresisModel, shear: float, unit: float = 1e5) -> None:
-        if getattr(inverse, "core_form", "") != PLAYS:
+        if getattr(inverse, "core", "") != PLAYS:
             raise ParameterError(
                 f"inverse is a {type(inverse).__name__}, not a hysteresis model of plays; pass model.inverse() of a "
                 f"model that was identified from pressure to angle, or a LoopCompensator of dehyst.families."

@@ -326,7 +326,7 @@ def native_controller(
     ParameterError
         If the compensator is no model, or the law is no record of `dehyst.control.reviewed`.
     """
-    direct = getattr(compensator, "core_form", "") == DIRECT
+    direct = getattr(compensator, "core", "") == DIRECT
     return _native.JointController(
         parameters.as_dict(),
         None if direct else _parameters_of(compensator, parameters.shear),
@@ -349,7 +349,7 @@ def _known(switches: int) -> None:
 def _parameters_of(model: Any, shear: float) -> Any:
     if model is None:
         return None
-    if getattr(model, "core_form", "") != PLAYS:
+    if getattr(model, "core", "") != PLAYS:
         raise ParameterError(
             f"the compensator is a {type(model).__name__}, not a hysteresis model; pass model.inverse(), or give the "
             f"term of a compensator of your own as the reference's extra (dehyst.control.along)."

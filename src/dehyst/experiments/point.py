@@ -259,7 +259,7 @@ USUAL = 0.5  # share of the identified range within which a joint usually moved 
 def ramped(equipment: Equipment) -> Equipment:
     """Return the same equipment with compensators that know that their memory is not known; direct inverses do."""
     own = {}
-    direct = {n: one for n, one in equipment.compensators.items() if one.core_form == DIRECT}
+    direct = {n: one for n, one in equipment.compensators.items() if one.core == DIRECT}
     for number, one in equipment.compensators.items():
         if number in direct:
             continue

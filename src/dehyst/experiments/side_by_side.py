@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -244,11 +245,10 @@ def errors(
 
 def path_cost(model: Learned, samples: int = 2000, repeats: int = 3) -> float:
     """Return the time of a sample of a learned compensator along a path, processor time. [ns]"""
-    assert isinstance(model.compensator, LoopCompensator)
-    t = np.linspace(0.0, 12.0, samples)
+    compensator, t = cast(LoopCompensator, model.compensator), np.linspace(0.0, 12.0, samples)
     spent = []
     for _ in range(repeats):
         begun = time.thread_time()
-        model.compensator.over(0.3 * np.sin(t), 0.3 * np.cos(t), t)
+        compensator.over(0.3 * np.sin(t), 0.3 * np.cos(t), t)
         spent.append(time.thread_time() - begun)
     return 1e9 * float(np.median(spent)) / samples

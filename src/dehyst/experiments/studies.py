@@ -115,7 +115,7 @@ def compensated_twice(case: Case) -> tuple[float, float]:
     model = case.equipment.compensators.get(n)
     if model is None:
         return ratio(case, case.robot, case.equipment)
-    if model.core_form == DIRECT:
+    if model.core == DIRECT:
         twice = {**case.equipment.compensators, n: _twice(cast(DirectInverse, model))}
         return ratio(case, case.robot, replace(case.equipment, compensators=twice))
     again = InverseCompensator(cast(HysteresisModel, model), shear=controller.shear, unit=controller.compensator_unit)

@@ -163,7 +163,8 @@ def joint_run(
     the controller is in a loop. What is recorded is replayed, in the same order, into whatever is exported.
     """
     controller = JointController(parameters, compensator, adaptation)
-    direct = in_si(compensator) if isinstance(compensator, DirectInverse) else None
+    learns = compensator is not None and compensator.core == "direct"
+    direct = in_si(cast(DirectInverse, compensator)) if learns else None
     friction = None if direct is None else _Friction(direct, parameters)
     rows: list[Array] = []
     switch: list[int] = []

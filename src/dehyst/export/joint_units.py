@@ -7,14 +7,7 @@ from dataclasses import replace
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.models import (
-    HysteresisModel,
-    ModifiedPrandtlIshlinskii,
-    MonotoneMap,
-    PrandtlIshlinskii,
-    ShearedPrandtlIshlinskii,
-    StopOperatorModel,
-)
+from dehyst.models import HysteresisModel
 from dehyst.units import TABLE, canonical, dimension
 
 _SAME = 1e-9  # of a unit
@@ -81,22 +74,11 @@ def _scaled(model: HysteresisModel, factor: float) -> HysteresisModel:
     card = model.card.output
     low, high = (None if end is None else end * factor for end in (card.low, card.high))
     named = replace(model.card, output=replace(card, unit="rad", low=low, high=high))
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        if model.after is not None:
-            after = MonotoneMap(model.after.u, model.after.v * factor)
-            return replace(model, after=after, card=named)
-        return replace(model, hysteresis=_times(model.hysteresis, factor), card=named)
-    if isinstance(model, ShearedPrandtlIshlinskii):
-        return replace(model, hysteresis=_times(model.hysteresis, factor), shear=model.shear / factor, card=named)
-    play = model.as_play() if isinstance(model, StopOperatorModel) else model
-    if not isinstance(play, PrandtlIshlinskii):
+    found = model.times(factor)
+    if found is None:
         raise UnitError(
             f"the model's output {card.label} is not in rad, which the controller works in, and a model of the family "
             f"{model.family!r} is not converted. Identify from a log in rad.",
             unit=card.unit,
         )
-    return _times(play, factor).with_card(named)
-
-
-def _times(model: PrandtlIshlinskii, factor: float) -> PrandtlIshlinskii:
-    return replace(model, weights=model.weights * factor, offset=model.offset * factor)
+    return found.with_card(named)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.families.inversion import first_input, search_inputs
-from dehyst.models import Model, ModelCard
+from dehyst.models import Model
 from dehyst.models.arrays import Array, parameter_number, signal_array
 from dehyst.models.model import Inverted, Steps, without_inverse
 from dehyst.recording import Recording
@@ -231,10 +231,6 @@ class LoopModel(Model):
     def with_start(self, start: str) -> Self:
         """Return the same model that begins in another state, one of `STARTS`."""
         return replace(self, start=start)  # type: ignore[type-var]
-
-    def with_card(self, card: ModelCard) -> Self:
-        """Return the same model with other signals."""
-        return replace(self, card=card)  # type: ignore[type-var]
 
     def at_rest(self, first: float) -> Self:
         """Return the same model that begins as if it had never moved from its first input."""

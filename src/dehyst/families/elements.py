@@ -258,6 +258,11 @@ class ElementModel(LoopModel):
         followed = {source: SignalCard(f"signal_{source}", "", low, high) for source, low, high in self.schedules}
         return tuple(followed[k] for k in (0, 1) if k in followed)
 
+    @property
+    def parts(self) -> tuple[int, str]:
+        """Number of elements."""
+        return len(self.elements), "elements"
+
     def pruned(self) -> Self:
         """Return the same sum without elements of zero weight, which is exact; one stays."""
         kept = tuple(q for q in self.elements if q.weight != 0.0)

@@ -7,7 +7,6 @@ import time
 from dehyst.families.entry import Entry
 from dehyst.identification import Fit, identify, identify_direct
 from dehyst.identification.scores import Part, score
-from dehyst.models import ModifiedPrandtlIshlinskii
 from dehyst.recording import Recording
 
 TITLES = {
@@ -43,8 +42,7 @@ def existing(
 
 def entry_of(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: float) -> Entry:
     """Return the row of a fit."""
-    maps = (fit.model.before, fit.model.after) if isinstance(fit.model, ModifiedPrandtlIshlinskii) else ()
-    curve = sum(each.v.size for each in maps if each is not None) or 1
+    curve = sum(each.v.size for each in fit.model.maps if each is not None) or 1
     return Entry(
         family=fit.family,
         title=TITLES[fit.family],

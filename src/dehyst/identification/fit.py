@@ -417,7 +417,7 @@ class Fit:
         if n is not None and thresholds is not None:
             raise ParameterError(f"n = {n} and thresholds were both given; thresholds are their own number. Pass one.")
         found = self.refitter(n, eps, family, thresholds)
-        if isinstance(self.model, ShearedPrandtlIshlinskii):
+        if self.model.shear is not None:
             found = _sheared(found, self.model.shear)
         return replace(found, model=found.model.with_card(self._card_of(found)))
 
@@ -475,7 +475,7 @@ class Fit:
             "initial_state": self.certificate.initial_state,
             "route": self.certificate.route,
             "condition": self.certificate.condition,
-            "shear": self.model.shear if isinstance(self.model, ShearedPrandtlIshlinskii) else None,
+            "shear": self.model.shear,
             "shears": [] if self.shear_choice is None else self.shear_choice.as_list(),
             "verdict": self.verdict,
             "evidence": [found.as_dict() for found in self.facts.evidence],

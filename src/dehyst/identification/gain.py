@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -83,9 +83,7 @@ def identify_sheared(
     turned = sheared(records, k)
     call = replace(call, eps=_eps(call, turned, weights, k, gain), choose_eps=False)
     fit = solve_in_memory(call, turned, weights, _against(records, turned))
-    if not isinstance(fit.model, PrandtlIshlinskii):
-        raise AssertionError(f"{fit.family} is no sum of plays")  # refused above
-    model = ShearedPrandtlIshlinskii(fit.model, k, _card(fit, records))
+    model = ShearedPrandtlIshlinskii(cast(PrandtlIshlinskii, fit.model), k, _card(fit, records))
     certificate = replace(fit.certificate, inverse_gain=model.inverse_gain)
     fit = replace(fit, model=model, certificate=certificate, shear_choice=choice)
     fit = _named(fit, k, records[0], asked.family == "auto")

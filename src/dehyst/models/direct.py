@@ -123,7 +123,6 @@ class DirectInverse(Model):
     direction = "inverse"
     core = "direct"
     closeness = float("inf")
-    core_form = "direct"
     judged_backward = True
 
     def __post_init__(self) -> None:
@@ -161,6 +160,11 @@ class DirectInverse(Model):
         return int(sum(np.count_nonzero(table.max(axis=0)) for table in tables if table.size))
 
     @property
+    def parts(self) -> tuple[int, str]:
+        """Number of stops and lags."""
+        return self.radii.size + self.path_lengths.size + self.time_constants.size, "stops and lags"
+
+    @property
     def outside(self) -> tuple[Schedule, ...]:
         """Schedules whose variables come from outside, in the order in which they are given."""
         return tuple(schedule for schedule in self.schedules if schedule.outside)
@@ -191,10 +195,6 @@ class DirectInverse(Model):
         """One line: family, terms, signals and their identified ranges; parameters are attributes."""
         terms = f"{self.radii.size} stops, {self.path_lengths.size} path lags, {self.time_constants.size} creep lags"
         return f"<DirectInverse: {terms}, {self.card.output!s} -> {self.card.input!s}>"
-
-    def with_card(self, card: ModelCard) -> Self:
-        """Return the same model with another description of its signals."""
-        return replace(self, card=card)
 
     def with_known(self, known: bool) -> Self:
         """Return the same model that begins after a homing, or with any past."""

@@ -60,12 +60,11 @@ class Model(ABC):
     bounded
         Whether the memory is bounded, so that `band` says where the answer lies after any past.
     core
-        Which of the core's machines runs it on a target, "" for none: "plays", "direct" or "elements".
+        Which of the core's machines runs it on a target, "" for none: "plays", "direct" or "elements". Controllers of
+        joints know the first two.
     closeness
         How close the model comes to its input by way of its inverse, share of range; infinite where both take rates
         from samples in their own way.
-    core_form
-        How the C core and the controllers run it: "plays" or "direct"; "" if they do not.
     judged_backward
         Whether it is judged as its compensator, from output to input.
     shear
@@ -76,7 +75,6 @@ class Model(ABC):
     direction: str = "forward"
     bounded: ClassVar[bool] = False
     closeness: ClassVar[float] = 1e-6
-    core_form: ClassVar[str] = ""
     judged_backward: ClassVar[bool] = False
     shear: float | None = None
     file_kind: ClassVar[str] = "dehyst-model"
@@ -128,6 +126,11 @@ class Model(ABC):
     def nonzero_weights(self) -> int:
         """Number of terms that carry weight."""
 
+    @property
+    def parts(self) -> tuple[int, str]:
+        """Number and name of the parts that `core` runs it by."""
+        return 0, "parts"
+
     @abstractmethod
     def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the output (T,) for an input (T,), from the model's start state on. [output]
@@ -169,9 +172,9 @@ class Model(ABC):
         """Return what is given to a controller: the inverse; of a direct inverse itself."""
         return self.inverse()
 
-    @abstractmethod
     def with_card(self, card: ModelCard) -> Self:
         """Return the same model with another description of its signals."""
+        return replace(self, card=card)  # type: ignore[type-var]
 
     @abstractmethod
     def at_rest(self, first: float) -> Self:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.monotone import MonotoneMap
-from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.prandtl_ishlinskii import AroundPlays, PrandtlIshlinskii
 from dehyst.models.unknown import Plays
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModifiedPrandtlIshlinskii(HysteresisModel):
+class ModifiedPrandtlIshlinskii(AroundPlays):
     r"""Modified Prandtl-Ishlinskii model for loops that saturate or are asymmetric.
 
     .. math:: y = S(H[x]), \qquad x = H^{-1}[S^{-1}(y)]
@@ -67,15 +66,7 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
                 "a modified Prandtl-Ishlinskii model without a map is a plain one; pass after=MonotoneMap(...) "
                 "or use the PrandtlIshlinskii itself."
             )
-        # One card a model: that of the operator inside would not reach the file.
-        if self.card is NO_CARD:
-            object.__setattr__(self, "card", self.hysteresis.card)
-        object.__setattr__(self, "hysteresis", self.hysteresis.with_card(NO_CARD))
-
-    @property
-    def nonzero_weights(self) -> int:
-        """Number of play operators that carry weight."""
-        return self.hysteresis.nonzero_weights
+        self._take_card()
 
     @property
     def inverse_gain(self) -> float:
@@ -118,17 +109,17 @@ class ModifiedPrandtlIshlinskii(HysteresisModel):
         """Return the same maps around another operator."""
         return replace(self, hysteresis=cast(PrandtlIshlinskii, operator))
 
-    def pruned(self) -> Self:
-        """Return the same model without operators of weight zero, which is exact."""
-        return replace(self, hysteresis=self.hysteresis.pruned())
+    @property
+    def maps(self) -> tuple[MonotoneMap | None, MonotoneMap | None]:
+        """Maps before and after H."""
+        return self.before, self.after
+
+    def times(self, factor: float) -> ModifiedPrandtlIshlinskii:  # noqa: D102 - see the base class
+        if self.after is None:
+            return replace(self, hysteresis=self.hysteresis.times(factor))
+        return replace(self, after=MonotoneMap(self.after.u, self.after.v * factor))
 
     def file_parameters(self) -> dict[str, Any]:  # noqa: D102 - documented in the base class
         maps = {"after": self.after, "before": self.before}
         told = {name: None if each is None else each.file_parameters() for name, each in maps.items()}
         return {"hysteresis": self.hysteresis.file_parameters(), **told}
-
-    def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, hysteresis=self.hysteresis.with_state(state))
-
-    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, card=card)

@@ -205,8 +205,18 @@ class PrandtlIshlinskii(HysteresisModel):
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))
 
-    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, card=card)
+    @property
+    def play_core(self) -> PrandtlIshlinskii:
+        """Itself."""
+        return self
+
+    @property
+    def operators(self) -> tuple[str, Array, float | None]:
+        """Plays with their weights."""
+        return "play", self.weights, None
+
+    def times(self, factor: float) -> PrandtlIshlinskii:  # noqa: D102 - see the base class
+        return replace(self, weights=self.weights * factor, offset=self.offset * factor)
 
     def pruned(self) -> PrandtlIshlinskii:
         """Return the same operator without its zero weights, which is exact; threshold 0 stays."""
@@ -214,3 +224,38 @@ class PrandtlIshlinskii(HysteresisModel):
         keep[0] = True
         state = None if self.state is None else self.state[keep]
         return replace(self, thresholds=self.thresholds[keep], weights=self.weights[keep], state=state)
+
+
+class AroundPlays(HysteresisModel):
+    """A model with a sum of plays inside, `hysteresis`: maps around it, or a shear."""
+
+    hysteresis: PrandtlIshlinskii
+
+    def _take_card(self) -> None:
+        """One card a model: that of the operator inside would not reach the file."""
+        if self.card is NO_CARD:
+            object.__setattr__(self, "card", self.hysteresis.card)
+        object.__setattr__(self, "hysteresis", self.hysteresis.with_card(NO_CARD))
+
+    @property
+    def nonzero_weights(self) -> int:
+        """Number of play operators that carry weight."""
+        return self.hysteresis.nonzero_weights
+
+    @property
+    def play_core(self) -> PrandtlIshlinskii:
+        """The operator H."""
+        return self.hysteresis
+
+    @property
+    def operators(self) -> tuple[str, Array, float | None]:
+        """Those of H."""
+        return self.hysteresis.operators
+
+    def with_state(self, state: npt.ArrayLike | None) -> Self:
+        """Return the same model starting from another state (n,) of H."""
+        return replace(self, hysteresis=self.hysteresis.with_state(state))  # type: ignore[type-var]
+
+    def pruned(self) -> Self:
+        """Return the same model without operators of weight zero, which is exact."""
+        return replace(self, hysteresis=self.hysteresis.pruned())  # type: ignore[type-var]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from dehyst.models.arrays import Array, parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.model import Model
-from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
+from dehyst.models.prandtl_ishlinskii import AroundPlays, PrandtlIshlinskii
 from dehyst.models.unknown import Plays
 
 # Key in the provenance of a compensator that subtracts k y itself: nobody must subtract it a second time.
@@ -34,7 +34,7 @@ def subtracted_shear(model: Model) -> float:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShearedPrandtlIshlinskii(HysteresisModel):
+class ShearedPrandtlIshlinskii(AroundPlays):
     r"""Prandtl-Ishlinskii operator of the sheared loop, in the coordinates of the log.
 
     .. math:: y = H[u + k y], \qquad u = G[y] = H^{-1}[y] - k y
@@ -85,15 +85,8 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
                 f"whose inverse less k y is a sum of plays again."
             )
         object.__setattr__(self, "shear", parameter_number(self.shear, "shear"))
-        if self.card is NO_CARD:
-            object.__setattr__(self, "card", self.hysteresis.card)
-        object.__setattr__(self, "hysteresis", self.hysteresis.with_card(NO_CARD))
+        self._take_card()
         self.inverse()  # refuses an operator without one
-
-    @property
-    def nonzero_weights(self) -> int:
-        """Number of play operators that carry weight."""
-        return self.hysteresis.nonzero_weights
 
     @property
     def inverse_gain(self) -> float:
@@ -177,13 +170,5 @@ class ShearedPrandtlIshlinskii(HysteresisModel):
             return self.simulate(x, time, **signals)
         return self.hysteresis.simulate(np.asarray(x) + self.shear * np.asarray(y), time, **signals)
 
-    def with_state(self, state: npt.ArrayLike | None) -> Self:
-        """Return the same model starting from another state (n,) of H."""
-        return replace(self, hysteresis=self.hysteresis.with_state(state))
-
-    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, card=card)
-
-    def pruned(self) -> ShearedPrandtlIshlinskii:
-        """Return the same model without operators of weight zero, which is exact."""
-        return replace(self, hysteresis=self.hysteresis.pruned())
+    def times(self, factor: float) -> ShearedPrandtlIshlinskii:  # noqa: D102 - see the base class
+        return replace(self, hysteresis=self.hysteresis.times(factor), shear=self.shear / factor)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -68,6 +68,3 @@ class StaticCurve(HysteresisModel):
     def with_state(self, state: npt.ArrayLike | None) -> Self:
         """Return the curve itself: it has no memory."""
         return self
-
-    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, card=card)

@@ -107,6 +107,20 @@ class StopOperatorModel(HysteresisModel):
     def _inner(self) -> HysteresisModel:
         return self.as_play()
 
+    @property
+    def play_core(self) -> PrandtlIshlinskii:
+        """The same operator as a sum of plays."""
+        return self.as_play()
+
+    @property
+    def operators(self) -> tuple[str, Array, float | None]:
+        """Stops with their weights, and k."""
+        return "stop", self.stop_weights, self.slope
+
+    def times(self, factor: float) -> PrandtlIshlinskii:
+        """Return the sum of plays with its output times a factor."""
+        return self.as_play().times(factor)
+
     def pruned(self) -> Self:
         """Return the same model without stops of weight zero, which is exact; threshold 0 stays."""
         keep = self.stop_weights != 0.0
@@ -126,6 +140,3 @@ class StopOperatorModel(HysteresisModel):
 
     def with_state(self, state: npt.ArrayLike | None) -> Self:  # noqa: D102 - documented in the base class
         return replace(self, state=None if state is None else parameter_array(state, "state"))
-
-    def with_card(self, card: ModelCard) -> Self:  # noqa: D102 - documented in the base class
-        return replace(self, card=card)

@@ -285,7 +285,7 @@ class Arm:
             )
             self._loop.add_pneumatic(plant, control)
             self._controls[number] = control
-            if model is not None and model.core_form == PLAYS:
+            if model is not None and model.core == PLAYS:
                 self._compensated[number] = (control, cast(HysteresisModel, model))
             self._plants[number] = plant
         self.reset()

@@ -13,7 +13,6 @@ from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_rang
 from dehyst.identification.fit import Fit, LoopFacts, Score
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
-from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.ranges import robust_range
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
@@ -152,7 +151,7 @@ def relative_gain(fit: Fit) -> float:
 def _input_range(fit: Fit) -> float:
     """Range of the log's own input, which a sheared fit shows as u + k y."""
     card = fit.model.card.input
-    if isinstance(fit.model, ShearedPrandtlIshlinskii) and card.low is not None and card.high is not None:
+    if fit.model.shear is not None and card.low is not None and card.high is not None:
         return max(card.high - card.low, 5e-324)
     return _span([rec.input for rec in fit.recordings])
 

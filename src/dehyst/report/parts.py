@@ -6,32 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.fit import Fit
-from dehyst.models import (
-    HysteresisModel,
-    ModifiedPrandtlIshlinskii,
-    MonotoneMap,
-    PrandtlIshlinskii,
-    ShearedPrandtlIshlinskii,
-    StopOperatorModel,
-)
 
 Array = npt.NDArray[np.float64]
-
-
-def play_core(model: HysteresisModel) -> PrandtlIshlinskii | None:
-    """Return the sum of plays inside a model, or None if it has no memory."""
-    if isinstance(model, PrandtlIshlinskii):
-        return model
-    if isinstance(model, ModifiedPrandtlIshlinskii | ShearedPrandtlIshlinskii):
-        return model.hysteresis
-    if isinstance(model, StopOperatorModel):
-        return model.as_play()
-    return None
-
-
-def output_map(model: HysteresisModel) -> MonotoneMap | None:
-    """Return the map behind the operator of a modified model, or None."""
-    return model.after if isinstance(model, ModifiedPrandtlIshlinskii) else None
 
 
 def inverse_miss(fit: Fit) -> tuple[float, float]:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.identification.fit import Fit, Score
-from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StopOperatorModel
-from dehyst.report.parts import play_core
+from dehyst.models import MonotoneMap
 from dehyst.report.text import count, number, plain, with_unit
 
 # Rows of a parameter table; a model of 10 000 operators belongs in its file, not on a page.
@@ -173,36 +172,15 @@ def _flat(mapping: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]
 
 
 def _parameters(fit: Fit) -> tuple[Table, ...]:
-    model = fit.model
-    core = play_core(model)
+    core, (kind, weights, slope), (before, after) = fit.model.play_core, fit.model.operators, fit.model.maps
     found: list[Table] = []
-    if isinstance(model, StopOperatorModel):
-        head = ("", "threshold r", "stop weight s", "memory z")
-        found.append(
-            _operators(
-                model.thresholds,
-                model.stop_weights,
-                model.state,
-                head,
-                f"slope k = {model.slope:.9g}, centre c = {model.center:.9g}, offset = {model.offset:.9g}",
-            )
-        )
-    elif core is not None:
-        found.append(_play_table(core))
-    if isinstance(model, ModifiedPrandtlIshlinskii):
-        found.extend(
-            _map_table(title, mapping)
-            for title, mapping in (("output map S", model.after), ("input map", model.before))
-            if mapping is not None
-        )
-    return tuple(found)
-
-
-def _play_table(core: PrandtlIshlinskii) -> Table:
-    head = ("", "threshold r", "weight w", "memory z")
-    return _operators(
-        core.thresholds, core.weights, core.state, head, f"centre c = {core.center:.9g}, offset = {core.offset:.9g}"
-    )
+    if core is not None:
+        head = ("", "threshold r", "stop weight s" if kind == "stop" else "weight w", "memory z")
+        beside = "" if slope is None else f"slope k = {slope:.9g}, "
+        scalars = f"{beside}centre c = {core.center:.9g}, offset = {core.offset:.9g}"
+        found.append(_operators(core.thresholds, weights, core.state, head, scalars))
+    maps = (("output map S", after), ("input map", before))
+    return (*found, *(_map_table(title, mapping) for title, mapping in maps if mapping is not None))
 
 
 def _operators(r: Any, w: Any, z: Any, head: tuple[str, ...], scalars: str) -> Table:

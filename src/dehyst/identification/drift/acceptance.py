@@ -76,7 +76,7 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit | Direc
     records = [log.record for log in logs]
     listed = model.card.provenance.get("settings")
     settings: dict[str, Any] = listed if isinstance(listed, dict) else {}
-    if model.core_form == DIRECT:
+    if model.core == DIRECT:
         known_signals = [name for name in model.needs if name in ("load", "mean_pressure")]
         signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in known_signals}
         times = settings.get("creep_times") or None

@@ -100,14 +100,14 @@ class Subject:
 def inside(subject: Subject, x: Array) -> npt.NDArray[np.bool_]:
     """Which samples of the drive count: of a direct inverse those within its range, beyond which its curve is held."""
     low, high = subject.drive.low, subject.drive.high
-    if subject.runs.core_form != DIRECT or low is None or high is None:
+    if subject.runs.core != DIRECT or low is None or high is None:
         return np.ones(x.size, dtype=np.bool_)
     return np.asarray((x >= low) & (x <= high))
 
 
 def predict(subject: Subject, record: Recording, given: Given | None = None) -> Prediction:
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
-    if subject.runs.core_form == DIRECT:
+    if subject.runs.core == DIRECT:
         return _direct(cast(DirectInverse, subject.runs), record, given or {})
     plays = cast(HysteresisModel, subject.runs)
     joined = [np.concatenate(part) for part in zip(*_pieces(subject, plays, record), strict=True)]

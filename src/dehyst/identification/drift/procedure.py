@@ -112,7 +112,7 @@ def drift(
     >>> dehyst.drift(model, later).verdict[:32]
     'drifted (against the model): off'
     """
-    if not getattr(model, "core_form", ""):
+    if getattr(model, "core", "") not in ("plays", "direct"):
         raise ParameterError(
             f"model is a {type(model).__name__}. drift() takes a model of dehyst.identify, identify_direct or "
             f"load_model; those of other families cannot be taken apart into loop, curve and creep."

@@ -22,7 +22,6 @@ from dehyst.report.figures.panel import (
     says,
     time_of,
 )
-from dehyst.report.parts import play_core
 from dehyst.report.text import number, with_unit
 from dehyst.report.theme import FIFTH, MUTED, TEST, TRAIN
 from dehyst.report.thin import Window
@@ -39,7 +38,7 @@ FORMULA = "z[k] = max( x[k] − c − r,  min( x[k] − c + r,  z[k−1] ) )"
 
 def play_figure(fit: Fit) -> Figure | None:
     """Return figure 3, or None for a model without memory."""
-    core = play_core(fit.model)
+    core = fit.model.play_core
     if core is None:
         return None
     recording = fit.recordings[0]

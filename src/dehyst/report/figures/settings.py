@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from dehyst.identification.fit import Fit, Refit
-from dehyst.models import ShearedPrandtlIshlinskii
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, label_axes, says
 from dehyst.report.tables import Table
 from dehyst.report.text import number
@@ -65,7 +64,7 @@ def settings_figure(fit: Fit) -> Figure | None:
 
 def _beside(fit: Fit) -> str:
     """Family to compare with; a sheared loop is refitted with sums of plays only."""
-    if isinstance(fit.model, ShearedPrandtlIshlinskii):
+    if fit.model.shear is not None:
         return "pi" if fit.family == "pi-cumulative" else "pi-cumulative"
     return _BESIDE.get(fit.family, "pi")
 

@@ -7,9 +7,8 @@ from functools import partial
 import numpy as np
 
 from dehyst.identification.fit import Fit
-from dehyst.models import MonotoneMap, PrandtlIshlinskii, StopOperatorModel
+from dehyst.models import MonotoneMap, PrandtlIshlinskii
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, label_axes, says
-from dehyst.report.parts import output_map, play_core
 from dehyst.report.text import count, number, with_unit
 from dehyst.report.theme import BAD, MUTED, STATIC, TEST, TRAIN
 from dehyst.report.thin import Window
@@ -17,19 +16,18 @@ from dehyst.report.thin import Window
 
 def weights_figure(fit: Fit) -> Figure | None:
     """Return figure 6, or None for a model without memory."""
-    core = play_core(fit.model)
+    core = fit.model.play_core
     if core is None:
         return None
-    stop = fit.model if isinstance(fit.model, StopOperatorModel) else None
     undetermined = np.array(fit.certificate.undetermined, dtype=np.float64)
-    kind = "stop" if stop else "play"
+    kind, _, slope = fit.model.operators
     caption = (
         f"Weight of each {kind} operator over its threshold; {fit.certificate.nonzero_weights} of "
         f"{fit.certificate.operators} offered have one. "
     )
-    if stop:
-        slope = with_unit(stop.slope, _units(fit)[2].strip(" []"))
-        caption += f"The slope that remains when all of them slip is k = {slope}. "
+    if slope is not None:
+        left = with_unit(slope, _units(fit)[2].strip(" []"))
+        caption += f"The slope that remains when all of them slip is k = {left}. "
     if undetermined.size:
         caption += (
             f"Crosses: {count(undetermined.size, 'operator')} that never moved in the fitted samples; the data says "
@@ -42,7 +40,7 @@ def weights_figure(fit: Fit) -> Figure | None:
     panels = [
         Panel(
             "Weights over thresholds",
-            partial(_draw_weights, fit, core, stop, undetermined),
+            partial(_draw_weights, fit, core, undetermined),
             says(f"{count(core.nonzero_weights, 'weight')}, thresholds up to {number(float(core.thresholds[-1]))}."),
         ),
         Panel(
@@ -51,7 +49,7 @@ def weights_figure(fit: Fit) -> Figure | None:
             says("Initial loading curve from zero to the largest input of the log."),
         ),
     ]
-    mapping = output_map(fit.model)
+    mapping = fit.model.maps[1]
     if mapping is not None:
         caption += (
             " Output map S: bends the sum of the operators into a loop that saturates or is asymmetric; dots are its "
@@ -80,17 +78,15 @@ def _reach(fit: Fit, core: PrandtlIshlinskii) -> float:
     return max(float(np.max(np.abs(rec.input - core.center))) for rec in fit.recordings)
 
 
-def _draw_weights(
-    fit: Fit, core: PrandtlIshlinskii, stop: StopOperatorModel | None, undetermined: np.ndarray, axes: Axes
-) -> None:
+def _draw_weights(fit: Fit, core: PrandtlIshlinskii, undetermined: np.ndarray, axes: Axes) -> None:
     across, _, unit = _units(fit)
-    weights = core.weights if stop is None else stop.stop_weights
+    kind, weights, _ = fit.model.operators
     carrying = weights != 0.0
     r, w = core.thresholds[carrying], weights[carrying]
     edge = max(float(core.thresholds[-1]), float(undetermined.max(initial=0.0)), 1e-300)
     zero = np.zeros(1)
     window = Window.around((np.array([0.0, edge]), np.zeros(2)), (r, w), (zero, zero), margin=0.06)
-    label_axes(axes, window, f"threshold r{across}", f"{'stop weight s' if stop else 'weight w'}{unit}")
+    label_axes(axes, window, f"threshold r{across}", f"{'stop weight s' if kind == 'stop' else 'weight w'}{unit}")
     axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
     for sign, token, name in ((w > 0, TRAIN, "weight"), (w < 0, TEST, "negative weight")):
         if sign.any():
