@@ -432,8 +432,10 @@ def drift(
 
     run_drift(
         DriftRequest(
-            model, tuple(log), input, output, time, time_unit, tuple(run or ()), start, stop, reference, false_alarm,
-            least, tuple(ignore or ()), refit, report, overwrite, json, load, mean_pressure,
+            model=model, logs=tuple(log), input=input, output=output, time=time, time_unit=time_unit,
+            runs=tuple(run or ()), start=start, stop=stop, reference=reference, false_alarm=false_alarm, least=least,
+            ignore=tuple(ignore or ()), refit=refit, report=report, overwrite=overwrite, json=json, load=load,
+            mean_pressure=mean_pressure,
         )
     )  # fmt: skip
 
@@ -564,9 +566,10 @@ def evaluate(
 
     run_evaluate(
         EvaluateRequest(
-            tuple(models), log, input, output, time, time_unit, tuple(run or ()), start, stop, load, mean_pressure, json
+            models=tuple(models), log=log, input=input, output=output, time=time, time_unit=time_unit,
+            runs=tuple(run or ()), start=start, stop=stop, load=load, mean_pressure=mean_pressure, json=json,
         )
-    )
+    )  # fmt: skip
 
 
 @app.command()

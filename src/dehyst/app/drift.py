@@ -8,12 +8,12 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import schedule_of
+from dehyst.app.context import LogRequest, Read
 from dehyst.app.design import DesignRequest
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
@@ -28,12 +28,8 @@ from dehyst.grades import Grade, grade_of
 from dehyst.identification.drift import Change, Drift, drift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
-from dehyst.io import read_log
 from dehyst.models import Model, load
-from dehyst.recording import Recording
 from dehyst.shell import quoted
-
-Read: TypeAlias = tuple[Path, str | None, Recording]
 
 STATUS = {
     "unchanged": Status.DONE,
@@ -50,19 +46,13 @@ STYLES = {
 }
 
 
-@dataclass(frozen=True)
-class DriftRequest:
+@dataclass(frozen=True, kw_only=True)
+class DriftRequest(LogRequest):
     """The command line of ``dehyst drift``."""
 
     model: Path
     logs: tuple[Path, ...]
-    input: str | None
-    output: str | None
-    time: str | None
-    time_unit: str | None
     runs: tuple[str, ...]
-    start: float | None
-    stop: float | None
     reference: Path | None
     false_alarm: float
     least: float | None
@@ -71,8 +61,6 @@ class DriftRequest:
     report: Path | None
     overwrite: bool
     json: bool
-    load: str | None = None
-    mean_pressure: str | None = None
 
 
 def run_drift(request: DriftRequest) -> None:
@@ -81,8 +69,11 @@ def run_drift(request: DriftRequest) -> None:
     model = load(request.model)
     with ask_progress("reading", request.json):
         read, unusable = _read_all(request, model)
-        reference = None if request.reference is None else _read(request, model, request.reference, None)
-        signals = _signals(request, model, read, reference)
+        reference, every = None, read
+        if request.reference is not None:
+            reference = request.read(request.reference, None, model.card)
+            every = [*read, (request.reference, None, reference)]
+        signals: dict[str, Any] = dict(request.signals(every, [model]))
     with ask_progress("comparing", request.json):
         found = drift(
             model,
@@ -115,40 +106,13 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
     for log in request.logs:
         for run in request.runs or (None,):
             try:
-                read.append((log, run, _read(request, model, log, run)))
+                read.append((log, run, request.read(log, run, model.card)))
             except (ColumnError, ExcitationError, RecordingError) as failed:
                 unusable.append((log.name, str(failed)))
                 fault = failed
     if not read and fault is not None:
         raise fault
     return read, unusable
-
-
-def _signals(request: DriftRequest, model: Model, read: list[Read], reference: Recording | None) -> dict[str, Any]:
-    """Scheduling signals by name, one for each recording and the reference, in the model's unit."""
-    units = {card.name: card.unit for card in model.context}
-    if reference is not None and request.reference is not None:
-        read = [*read, (request.reference, None, reference)]
-    found: dict[str, Any] = {}
-    for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
-        if column is not None:
-            runs, records = [(log, run) for log, run, _ in read], [record for _, _, record in read]
-            clock = (request.time, request.time_unit)
-            found[name] = schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
-    return found
-
-
-def _read(request: DriftRequest, model: Model, log: Path, run: str | None) -> Recording:
-    return read_log(
-        log,
-        request.input or model.card.input.name,
-        request.output or model.card.output.name,
-        time=request.time,
-        run=run,
-        start=request.start,
-        stop=request.stop,
-        time_unit=request.time_unit,
-    )
 
 
 def _refuse_clashes(request: DriftRequest) -> None:

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import schedule_of
+from dehyst.app.context import LogRequest, Read
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
 from dehyst.app.status import Status
@@ -21,27 +20,17 @@ from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.identification.evaluate import Evaluation, Scored, evaluate
-from dehyst.io import read_log
 from dehyst.models import Model, load
-from dehyst.recording import Recording
 from dehyst.shell import quoted
 
 
-@dataclass(frozen=True)
-class EvaluateRequest:
+@dataclass(frozen=True, kw_only=True)
+class EvaluateRequest(LogRequest):
     """The command line of ``dehyst evaluate``."""
 
     models: tuple[Path, ...]
     log: Path
-    input: str | None
-    output: str | None
-    time: str | None
-    time_unit: str | None
     runs: tuple[str, ...]
-    start: float | None
-    stop: float | None
-    load: str | None
-    mean_pressure: str | None
     json: bool
 
 
@@ -51,10 +40,10 @@ def run_evaluate(request: EvaluateRequest) -> None:
     if len(models) < len(request.models):
         raise ParameterError(f"a model is named twice: {', '.join(map(str, request.models))}. Name each once.")
     with ask_progress("reading", request.json):
-        records = _read(request, list(models.values()))
-        signals = _signals(request, models, records)
+        read = _read(request, list(models.values()))
+        signals = request.signals(read, models.values())
     with ask_progress("evaluating", request.json):
-        found = evaluate(models, records, **signals)
+        found = evaluate(models, [record for _, _, record in read], **signals)
     with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
             sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
@@ -62,7 +51,7 @@ def run_evaluate(request: EvaluateRequest) -> None:
             _print(found, request)
 
 
-def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Recording]:
+def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
     """Read the log; columns that are not named are those of the models' cards."""
     pairs = {(model.card.input.name, model.card.output.name) for model in models}
     if len(pairs) > 1 and not (request.input and request.output):
@@ -71,21 +60,8 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Recording]:
             f"the models name different signals ({said}). Say which columns of '{request.log}' hold input and output: "
             f"--input COLUMN --output COLUMN."
         )
-    first = models[0].card
     try:
-        return [
-            read_log(
-                request.log,
-                request.input or first.input.name,
-                request.output or first.output.name,
-                time=request.time,
-                run=run,
-                start=request.start,
-                stop=request.stop,
-                time_unit=request.time_unit,
-            )
-            for run in request.runs or (None,)
-        ]
+        return [(request.log, run, request.read(request.log, run, models[0].card)) for run in request.runs or (None,)]
     except ColumnError as fault:
         if request.input and request.output:
             raise
@@ -94,20 +70,6 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Recording]:
             f"--output COLUMN.",
             **fault.facts,
         ) from None
-
-
-def _signals(request: EvaluateRequest, models: dict[str, Model], records: list[Recording]) -> dict[str, Any]:
-    """Scheduling signals by name, in the unit of the first model that needs them."""
-    units: dict[str, str] = {}
-    for model in models.values():
-        units = {card.name: card.unit for card in model.context} | units
-    runs: list[tuple[Path, str | None]] = [(request.log, run) for run in request.runs or (None,)]
-    found: dict[str, Any] = {}
-    for name, column in (("load", request.load), ("mean_pressure", request.mean_pressure)):
-        if column is not None:
-            clock = (request.time, request.time_unit)
-            found[name] = schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
-    return found
 
 
 def _print(found: Evaluation, request: EvaluateRequest) -> None:

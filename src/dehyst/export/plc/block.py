@@ -33,15 +33,20 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
     words
         ``input`` and ``output``: signals with units; ``about``: comment on top.
     """
-    body = rendered("block.st.j2", **shape(numbers.model))
-    variables = (
-        *interface(real, words),
+    own = (
         *model_tables(real, numbers.model),
         *_limits(real, numbers),
         *model_variables(real, len(numbers.model.threshold)),
         *_variables(real),
-        *common_constants(real),
     )
+    return unit_of(name, real, words, rendered("block.st.j2", **shape(numbers.model)), own)
+
+
+def unit_of(
+    name: str, real: str, words: dict[str, str], body: str, own: tuple[Variable, ...], more: Sequence[str] = ()
+) -> Pou:
+    """Return the function block of a unit from its body and its own variables; `more` are names of further inputs."""
+    variables = (*interface(real, words, more), *own, *common_constants(real))
     return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
 
 

@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 from dehyst.export.element_numbers import ElementBlockNumbers
-from dehyst.export.plc.block import common_constants, interface, number, table
+from dehyst.export.plc.block import number, table, unit_of
 from dehyst.export.plc.ports import signal_names
 from dehyst.export.plc.pou import Pou, Variable
-from dehyst.export.plc.template import names, rendered, used
+from dehyst.export.plc.template import names, rendered
 
 HALVINGS = {"LREAL": 54, "REAL": 25}  # DEHYST_HALVINGS of core/dehyst.h
 ROUNDING = {"LREAL": 2.2e-16, "REAL": 1.2e-7}  # of core/element_inverse.c
 
 
 def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, words: dict[str, str]) -> Pou:
-    """Return the function block.
-
-    Parameters
-    ----------
-    name
-        Of its type.
-    real
-        LREAL or REAL.
-    numbers
-        Of the block.
-    words
-        ``input`` and ``output``: signals with units; ``about``: comment on top.
-    """
+    """Return the function block, as that of plays."""
     p, given = numbers.parameters, signal_names(numbers.given)
     before, after = numbers.map_points
     halvings, kinds = HALVINGS[real], set(p.kind)
@@ -35,13 +23,7 @@ def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, w
         sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
         holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
     )  # fmt: skip
-    variables = (
-        *interface(real, words, given),
-        *_tables(real, numbers),
-        *_work(real, numbers),
-        *common_constants(real),
-    )
-    return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
+    return unit_of(name, real, words, body, (*_tables(real, numbers), *_work(real, numbers)), given)
 
 
 def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
