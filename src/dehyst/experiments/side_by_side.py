@@ -166,7 +166,7 @@ def model_names() -> tuple[str, ...]:
     Examples
     --------
     >>> model_names()[:5]
-    ('pi', 'pi-cumulative', 'modified-pi', 'stop', 'generalised-pi')
+    ('pi', 'pi-cumulative', 'modified-pi', 'stop', 'elements')
     """
     return (*OF_IDENTIFY, *(name for name in names() if name not in OF_IDENTIFY))
 

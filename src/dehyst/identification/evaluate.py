@@ -115,6 +115,13 @@ class Evaluation:
         Why that one, in one sentence.
     findings
         About the log itself.
+
+    Examples
+    --------
+    >>> import dehyst
+    >>> log, line = dehyst.example_recording(), dehyst.PrandtlIshlinskii([0.0], [9.0])
+    >>> [entry.name for entry in evaluate({"line": line}, log).entries]
+    ['line']
     """
 
     entries: tuple[Scored, ...]

@@ -24,11 +24,11 @@ import numpy.typing as npt
 
 from dehyst.errors import ColumnError, LogError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.clocks import choose_clock, counting, in_seconds, refuse_clock, with_time_unit
-from dehyst.io.columns import find_column, labels_of, run_column, select_run
+from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit
+from dehyst.io.columns import labels_of, run_column, select_run
 from dehyst.io.formats import BINARY, PathLike, path_of, readable, require_file
 from dehyst.io.streams import Piece, Source, open_source
-from dehyst.io.table import Array, Table, finite, list_names
+from dehyst.io.table import Array, Table, finite
 from dehyst.io.tally import Tally
 from dehyst.units import parse_unit
 
@@ -90,16 +90,7 @@ def open_chunks(
     """
     source = _open(path)
     table = with_time_unit(source.head(), time_unit, time)
-    x_name = find_column(table, input, "input")
-    y_name = find_column(table, output, "output")
-    if x_name == y_name:
-        raise ColumnError(
-            f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
-            f"Its columns are: {list_names(table.columns)}.",
-            column=x_name,
-        )
-    refuse_clock(table, x_name, "input")
-    refuse_clock(table, y_name, "output")
+    x_name, y_name = two_columns(table, input, output)
     for name in (x_name, y_name):
         if name in table.refused:
             raise ColumnError(table.refused[name], column=name)

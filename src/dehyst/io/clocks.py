@@ -290,3 +290,18 @@ def unit_finding(table: Table, name: str, stamps: Array) -> list[Finding]:
             f"time_unit='ms'), or call the column {name}_ms; windows and rates depend on it.",
         )
     ]
+
+
+def two_columns(table: Table, input: str, output: str) -> tuple[str, str]:
+    """Return the columns of input and output; refuse one for both, and clocks."""
+    x_name = find_column(table, input, "input")
+    y_name = find_column(table, output, "output")
+    if x_name == y_name:
+        raise ColumnError(
+            f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
+            f"Its columns are: {list_names(table.columns)}.",
+            column=x_name,
+        )
+    refuse_clock(table, x_name, "input")
+    refuse_clock(table, y_name, "output")
+    return x_name, y_name

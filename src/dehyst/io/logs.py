@@ -6,15 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
-from dehyst.io.clocks import choose_clock, refuse_clock, with_time_unit
+from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_time_unit
 from dehyst.io.columns import count_runs, find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
-from dehyst.io.table import Array, Table, list_names
+from dehyst.io.table import Array, Table
 from dehyst.recording import Recording
 from dehyst.units import parse_unit
 
@@ -108,16 +107,7 @@ def read_log(
     """
     table = with_time_unit(read_table(path), time_unit, time)
     window = parse_window(start, stop)
-    x_name = find_column(table, input, "input")
-    y_name = find_column(table, output, "output")
-    if x_name == y_name:
-        raise ColumnError(
-            f"input and output are both column '{x_name}' of {table.name}; a loop needs two. "
-            f"Its columns are: {list_names(table.columns)}.",
-            column=x_name,
-        )
-    refuse_clock(table, x_name, "input")
-    refuse_clock(table, y_name, "output")
+    x_name, y_name = two_columns(table, input, output)
     findings = list(table.findings)
     samples, chosen, clock = read_pair(table, x_name, y_name, time, run, window, findings)
     (x_bare, x_unit), (y_bare, y_unit) = _label(table, x_name), _label(table, y_name)

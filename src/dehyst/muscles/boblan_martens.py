@@ -29,14 +29,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
-from dehyst.muscles.braid import Braid, contracting_angle
+from dehyst.muscles.base import Parameter
+from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Martens, Boblan 2017, found"
 
 
 @dataclass(frozen=True)
-class BoblanMartens(MuscleModel):
+class BoblanMartens(BraidedMuscle):
     """Boblan-Martens: geometry and a wall of rubber.
 
     Parameters
@@ -112,13 +112,6 @@ class BoblanMartens(MuscleModel):
     def __post_init__(self) -> None:
         self._check("diameter", "angle", "wall")
         contracting_angle(self.angle)
-        object.__setattr__(self, "_braid", Braid(self.length, self.diameter, self.angle))
-
-    @property
-    def braid(self) -> Braid:
-        """Geometry: fibre length, turns, volume."""
-        braid: Braid = self._braid  # type: ignore[attr-defined]
-        return braid
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from dehyst.errors import ParameterError
 from dehyst.muscles.arithmetic import Arithmetic
+from dehyst.muscles.base import MuscleModel
 
 NEUTRAL = math.acos(1 / math.sqrt(3))  # 54.7 degrees, where pressure neither pulls nor pushes
 _STEEP = math.radians(80.0)
@@ -70,6 +72,27 @@ class Braid:
         """Contractions with fibres between 5.7 and 80 degrees: beyond, walls and ends are what counts."""
         rest = math.cos(self.angle)
         return 1.0 - math.cos(_FLAT) / rest, 1.0 - math.cos(_STEEP) / rest
+
+
+class BraidedMuscle(MuscleModel):
+    """A muscle that is inextensible fibres around a cylinder."""
+
+    diameter: float
+    angle: float
+
+    @cached_property
+    def braid(self) -> Braid:
+        """Geometry: fibre length, turns, volume."""
+        return Braid(self.length, self.diameter, self.angle)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Fibres between 5.7 and 80 degrees."""
+        return self.braid.limits
+
+    def _refuse_thick(self, wall: float) -> None:
+        if not 2 * wall < self.diameter:
+            raise ParameterError(f"wall = {wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
 
 
 def contracting_angle(angle: float) -> None:

@@ -30,17 +30,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
-from dehyst.muscles.braid import NEUTRAL, Braid, contracting_angle
+from dehyst.muscles.base import Parameter
+from dehyst.muscles.braid import NEUTRAL, BraidedMuscle, contracting_angle
 
 _PAPER = "Chou, Hannaford 1996"
 
 
 @dataclass(frozen=True)
-class ChouHannaford(MuscleModel):
+class ChouHannaford(BraidedMuscle):
     """Chou-Hannaford: geometry and a Coulomb band.
 
     Parameters
@@ -102,20 +101,7 @@ class ChouHannaford(MuscleModel):
         self._check("diameter", "angle", "presliding")
         contracting_angle(self.angle)
         self._not_negative("wall", "band")
-        if not 2 * self.wall < self.diameter:
-            raise ParameterError(f"wall = {self.wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
-        object.__setattr__(self, "_braid", Braid(self.length, self.diameter, self.angle))
-
-    @property
-    def braid(self) -> Braid:
-        """Geometry: fibre length, turns, volume."""
-        braid: Braid = self._braid  # type: ignore[attr-defined]
-        return braid
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Fibres between 5.7 and 80 degrees."""
-        return self.braid.limits
+        self._refuse_thick(self.wall)
 
     @property
     def largest_contraction(self) -> float:

@@ -35,14 +35,14 @@ import numpy as np
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
-from dehyst.muscles.braid import Braid, contracting_angle
+from dehyst.muscles.base import Parameter
+from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Davis, Caldwell 2006"
 
 
 @dataclass(frozen=True)
-class DavisCaldwell(MuscleModel):
+class DavisCaldwell(BraidedMuscle):
     """Davis-Caldwell: strands that lock and rub.
 
     Parameters
@@ -128,7 +128,6 @@ class DavisCaldwell(MuscleModel):
         self._check("diameter", "angle", "strands", "strand", "contact", "reference_pressure", "presliding")
         contracting_angle(self.angle)
         self._not_negative("friction", "exponent")
-        object.__setattr__(self, "_braid", Braid(self.length, self.diameter, self.angle))
         if self._packing >= 1 or not self.locking_angle < self.angle < math.pi / 2 - self.locking_angle:
             raise ParameterError(
                 f"{self.strands:g} strands of {self.strand:g} m each way do not fit around {self.diameter:g} m at "
@@ -137,19 +136,13 @@ class DavisCaldwell(MuscleModel):
             )
 
     @property
-    def braid(self) -> Braid:
-        """Geometry: fibre length, turns, volume."""
-        braid: Braid = self._braid  # type: ignore[attr-defined]
-        return braid
-
-    @property
     def affine_in_pressure(self) -> bool:  # type: ignore[override]
         """Whether friction is in proportion to pressure."""
         return self.exponent == 0.0
 
     @property
     def _packing(self) -> float:
-        return 2.0 * self.strands * self.strand / (math.pi * Braid(self.length, self.diameter, self.angle).widest)
+        return 2.0 * self.strands * self.strand / (math.pi * self.braid.widest)
 
     @property
     def locking_angle(self) -> float:

@@ -30,16 +30,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from dehyst.errors import ParameterError
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
-from dehyst.muscles.braid import Braid, contracting_angle
+from dehyst.muscles.base import Parameter
+from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Klute, Czerniecki, Hannaford 2002"
 
 
 @dataclass(frozen=True)
-class Klute(MuscleModel):
+class Klute(BraidedMuscle):
     """Klute: braid, hyperelastic bladder, hydraulic damper, Hill's law.
 
     Parameters
@@ -111,25 +110,12 @@ class Klute(MuscleModel):
         self._check("diameter", "angle", "hill_ratio")
         contracting_angle(self.angle)
         self._not_negative("wall", "c10", "c01", "damper", "hill_speed")
-        if not 2 * self.wall < self.diameter:
-            raise ParameterError(f"wall = {self.wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
-        object.__setattr__(self, "_braid", Braid(self.length, self.diameter, self.angle))
-
-    @property
-    def braid(self) -> Braid:
-        """Geometry: fibre length, turns, volume."""
-        braid: Braid = self._braid  # type: ignore[attr-defined]
-        return braid
+        self._refuse_thick(self.wall)
 
     @property
     def affine_in_pressure(self) -> bool:  # type: ignore[override]
         """Whether Hill's term, which ends with the pull, is left out."""
         return self.hill_speed == 0.0
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Fibres between 5.7 and 80 degrees."""
-        return self.braid.limits
 
     @property
     def largest_speed(self) -> float:

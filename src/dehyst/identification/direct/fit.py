@@ -119,7 +119,7 @@ class DirectFit:
     >>> t = np.linspace(0.0, 60.0, 1200)
     >>> y = 10 * np.sin(0.8 * t) * np.linspace(1.0, 0.4, 1200)
     >>> truth = dehyst.DirectInverse(radii=[2.0], stop_weights=[0.3], polynomial=[1.0, 0.2])
-    >>> fit = dehyst.identify_direct(dehyst.Recording(input=truth.simulate(y, t).u, output=y, time=t))
+    >>> fit = dehyst.identify_direct(dehyst.Recording(input=truth.run(y, t).u, output=y, time=t))
     >>> bool(fit.test.rmse_percent < 0.5)
     True
     """

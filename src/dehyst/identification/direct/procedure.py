@@ -115,7 +115,7 @@ def identify_direct(
     >>> t = np.linspace(0.0, 60.0, 1200)
     >>> y = 10 * np.sin(0.8 * t) * np.linspace(1.0, 0.4, 1200)
     >>> truth = dehyst.DirectInverse(radii=[2.0], stop_weights=[0.3], polynomial=[1.0, 0.2])
-    >>> fit = identify_direct(dehyst.Recording(input=truth.simulate(y, t).u, output=y, time=t), creep=0)
+    >>> fit = identify_direct(dehyst.Recording(input=truth.run(y, t).u, output=y, time=t), creep=0)
     >>> fit.settings["groups"]
     ['stops']
     """
