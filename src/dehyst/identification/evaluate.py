@@ -119,9 +119,10 @@ class Evaluation:
     Examples
     --------
     >>> import dehyst
-    >>> log, line = dehyst.example_recording(), dehyst.PrandtlIshlinskii([0.0], [9.0])
-    >>> [entry.name for entry in evaluate({"line": line}, log).entries]
-    ['line']
+    >>> x = 2 * np.sin(np.linspace(0, 40, 800))
+    >>> line = dehyst.PrandtlIshlinskii([0.0], [1.2])
+    >>> evaluate({"line": line}, dehyst.Recording(input=x, output=1.2 * x)).run
+    'line'
     """
 
     entries: tuple[Scored, ...]
