@@ -26,7 +26,8 @@ int32_t dehyst_element_block_save(const dehyst_element_block *block, const dehys
     return DEHYST_IMAGE_GOOD;
 }
 
-/* All of it, number by number: nothing is changed until all is good. */
+/* All of it, number by number: nothing is changed until all is good. Inputs that are remembered are such as
+ * dehyst_element_block_check lets come: else what follows them could be saved, but not restored. */
 static int32_t checked(const dehyst_element_block *block, const uint32_t *image, int32_t words, dehyst_real *rest)
 {
     const int32_t n = block->sum.n;
@@ -42,16 +43,18 @@ static int32_t checked(const dehyst_element_block *block, const uint32_t *image,
     if (image[1] != (uint32_t)n || image[2] != block->fingerprint) {
         return DEHYST_IMAGE_FOREIGN;
     }
-    int good = dehyst_image_get(image + HEAD + DEHYST_REAL_WORDS * (n + block->delay), rest, 4) != 0 && rest[2] >= 0 &&
-               rest[2] <= 1 && rest[3] >= block->output_low && rest[3] <= block->output_high &&
-               (image[3] & ~FLAGS) == 0 && image[4] <= 1 && (image[4] == 1 || !(rest[2] > 0));
+    int good = dehyst_image_get(image + HEAD + DEHYST_REAL_WORDS * (n + block->delay), rest, 4) != 0 &&
+               dehyst_accept(2 * rest[0]) && rest[2] >= 0 && rest[2] <= 1 && rest[3] >= block->output_low &&
+               rest[3] <= block->output_high && (image[3] & ~FLAGS) == 0 && image[4] <= 1 &&
+               (image[4] == 1 || !(rest[2] > 0));
     for (int32_t k = 0; good && k < n + block->delay; ++k) {
         dehyst_elements one = block->sum;
         dehyst_real value;
         one.n = 1;
         one.element += k < n ? k : 0;
         good = dehyst_image_get(image + HEAD + DEHYST_REAL_WORDS * k, &value, 1) != 0 &&
-               (k >= n || dehyst_elements_memory_check(&one, &value, rest[0]) == DEHYST_IMAGE_GOOD);
+               (k < n ? dehyst_elements_memory_check(&one, &value, rest[0]) == DEHYST_IMAGE_GOOD
+                      : image[4] == 0 || dehyst_accept(2 * dehyst_map_value(&one.before, value)));
     }
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }

@@ -21,9 +21,11 @@ FUZZERS: dict[str, tuple[Block, int, int]] = {
     "joint": (inverse(4), 1_500_000, 150),
     "direct": (inverse(4), 1_500_000, 250),
     "elements": (inverse(1), 1_500_000, 300),
+    "element_block": (inverse(1), 1_500_000, 300),
 }
+MINUS, ZERO, HALF, ONE = 60, 124, 156, 188  # bytes of the reals -1, 0, 0.5 and 1
 DONE = re.compile(r"Done (\d+) runs")
-LET_IN = re.compile(r"let in (\d+) blocks of (\d+) operators")  # by the fuzzer of parameters, for each number
+LET_IN = re.compile(r"let in (\d+) (blocks .+)")  # by fuzzers of parameters, for each kind
 
 
 def built(folder: Path, name: str, block: Block) -> Path:
@@ -47,23 +49,37 @@ def built(folder: Path, name: str, block: Block) -> Path:
     return program
 
 
-def plain_block(operators: int) -> bytes:
-    """Return an input from which the fuzzer of parameters builds a block that is let in."""
-    zero, one = 124, 188  # bytes of these reals
-    thresholds, slopes = [zero, *[one] * operators], [one] * (operators + 1)
-    centre_and_offset, ranges, line = [zero] * 3, [60, one, one] * 3, [zero] * 3
-    head, fade, all_reals, steps = [7, operators - 1, 0, 0], 128, 1, [1, one, 1, zero]
+def plain_block(more: int) -> bytes:
+    """Return an input from which the fuzzer of parameters builds a block that is let in, of 1 + `more` operators."""
+    operators = 1 + more
+    thresholds, slopes = [ZERO, *[ONE] * operators], [ONE] * (operators + 1)
+    centre_and_offset, ranges, line = [ZERO] * 3, [MINUS, ONE, ONE] * 3, [ZERO] * 3
+    head, fade, all_reals, steps = [7, operators - 1, 0, 0], 128, 1, [1, ONE, 1, ZERO]
     return bytes([*head, *thresholds, *slopes, *centre_and_offset, *ranges, *line, fade, all_reals, *steps])
 
 
 def plain_sum(kind: int) -> bytes:
     """Return an input from which the fuzzer of elements builds the input beside one of a kind, and moves them."""
-    zero, half, one = 124, 156, 188  # bytes of these reals
-    maps, range_, schedules = [0, 0, zero], [60, one], [0, *[0, zero, one] * 3]
-    elements = [0, 0, zero, zero, one, 0, kind, 0, half, half, half, 0]
-    return bytes(
-        [2, *maps, *range_, *schedules, *elements, 1, zero, *[zero, zero, half, 1, zero, zero, 60, 0, one] * 4]
-    )
+    steps = [ZERO, ZERO, HALF, 1, ZERO, ZERO, MINUS, 0, ONE]
+    return bytes([*sum_of(kind), 1, ZERO, *steps * 4])
+
+
+def plain_element_block(kind: int) -> bytes:
+    """Return an input from which the fuzzer of their blocks builds such a sum with a memory, and moves it."""
+    solves, delay, start, free = kind % 2, 2 * (kind % 4), 8, 16 * (kind // 4)
+    memory, scales = [ZERO, ZERO], [ZERO, ZERO, ONE, ZERO, ONE]
+    ranges, line, fade = [MINUS, ONE] * 3, [HALF, ZERO], HALF
+    steps = [1, HALF, ZERO, ZERO, 240, ONE, ZERO, ZERO, 0, MINUS, ZERO, ZERO, 225, 1, 130, HALF, 1, ONE, ZERO, ZERO]
+    return bytes([solves + delay + start + free, *sum_of(kind), *memory, *scales, *ranges, *line, fade, *steps * 3])
+
+
+def sum_of(kind: int) -> list[int]:
+    """Return the bytes of a sum of the input and an element of a kind."""
+    maps, range_, schedules = [0, 0, ZERO], [MINUS, ONE], [0, *[0, ZERO, ONE] * 3]
+    return [2, *maps, *range_, *schedules, 0, 0, ZERO, ZERO, ONE, 0, kind, 0, HALF, HALF, HALF, 0]
+
+
+PLAIN = {"load": (plain_block, 6), "elements": (plain_sum, 8), "element_block": (plain_element_block, 8)}
 
 
 def fuzzed(name: str, runs: int, seed: int) -> int:
@@ -79,18 +95,17 @@ def fuzzed(name: str, runs: int, seed: int) -> int:
         program = built(Path(folder), name, block)
         begin = Path(folder, "begin")
         begin.mkdir()
-        for operators in range(1, 7) if name == "load" else ():
-            (begin / str(operators)).write_bytes(plain_block(operators))
-        for kind in range(8) if name == "elements" else ():
-            (begin / str(kind)).write_bytes(plain_sum(kind))
+        plain, count = PLAIN.get(name, (bytes, 0))
+        for index in range(count):
+            (begin / str(index)).write_bytes(plain(index))
         options = [f"-runs={runs}", f"-max_len={longest}", "-detect_leaks=0", f"-seed={seed}", "-print_final_stats=0"]
         done = subprocess.run([program, *options, begin], cwd=folder, capture_output=True, text=True, check=False)
     made = DONE.search(done.stderr)
     if done.returncode or not made:
         raise Failed(f"fuzzer {name} found something:\n{done.stderr[-1500:]}")
-    for blocks, operators in LET_IN.findall(done.stderr):
-        if not int(blocks):
-            raise Failed(f"fuzzer {name} let in no block of {operators} operators: it proves nothing about them")
+    for number, blocks in LET_IN.findall(done.stderr):
+        if not int(number):
+            raise Failed(f"fuzzer {name} let in no {blocks}: it proves nothing about them")
     return int(made[1])
 
 

@@ -11,6 +11,7 @@ from dehyst.families import STARTS
 from dehyst.families.element_block import ElementBlock
 from dehyst.families.elements import Element, ElementModel
 from element_samples import CARD, element_model, random_elements, scheduled_model
+from test_block_images import with_number
 
 LIMITED, REJECTED = BLOCK_FLAGS["limited"], BLOCK_FLAGS["rejected"]
 TIME = 0.02 * np.arange(700)
@@ -112,6 +113,26 @@ def test_an_image_goes_on_to_the_bit_and_what_is_none_is_refused(direction):
     with pytest.raises(ParameterError, match="another length"):
         other.restore(image[:-1])
     assert (other.save() == block.save()).all()
+
+
+@pytest.mark.parametrize("late", [True, False], ids=["in the dead time", "last"])
+def test_an_image_with_an_input_that_cannot_come_is_refused_since_what_follows_it_could_not_be_restored(late):
+    creeps = (Element("input", weight=0.5), Element("creep", time=0.1, weight=0.5))
+    model = ElementModel(creeps, dead_time=0.02, period=0.02, card=CARD, start="rest")
+    block, other = (ElementBlock(model, "forward", period=0.02) for _ in range(2))
+    block.run(INPUT[:50])
+    image = block.save()
+    other.restore(image)
+    place = 2 if late else 3  # behind both memories
+    for far, refused in ((4e99, False), (6e99, True)):
+        changed = with_number(image, place, far)
+        if refused:
+            with pytest.raises(ParameterError, match="cannot be here"):
+                other.restore(changed)
+        else:
+            other.restore(changed)
+            other.run(INPUT[:5])
+            block.restore(other.save())
 
 
 def test_what_cannot_be_a_block_says_why():

@@ -1,48 +1,14 @@
 /* Sums of elements out of bytes. Whatever they are: parameters that are let in lead to no undefined behaviour, a solution
  * lies within the range and ends in time, and memory stays one that an input leaves. */
-#include "common.h"
-
-enum { MOST = 6, POINTS = 4 };
-
-static int32_t take_map(bytes *from, dehyst_map *map, dehyst_real *u, dehyst_real *v)
-{
-    const int32_t n = take_byte(from) % (POINTS + 1);
-    for (int32_t i = 0; i < n; ++i) {
-        u[i] = take_real(from);
-        v[i] = take_real(from);
-    }
-    map->n = n;
-    map->u = u;
-    map->v = v;
-    return n;
-}
+#include "sum.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     bytes from = {data, size};
-    dehyst_element element[MOST];
-    dehyst_real u[MOST + 2][POINTS], v[MOST + 2][POINTS], z[2][MOST], column[MOST], ring[3] = {0};
-    dehyst_elements sum = {.n = take_byte(&from) % (MOST + 1), .element = element};
-    take_map(&from, &sum.before, u[MOST], v[MOST]);
-    take_map(&from, &sum.after, u[MOST + 1], v[MOST + 1]);
-    sum.offset = take_real(&from);
-    sum.low = take_real(&from);
-    sum.high = take_real(&from);
-    sum.schedules = take_byte(&from) % (DEHYST_SCHEDULES + 2);
-    for (int32_t i = 0; i < DEHYST_SCHEDULES; ++i) {
-        sum.source[i] = take_byte(&from) % 4 - 1;
-        sum.schedule_low[i] = take_real(&from);
-        sum.schedule_high[i] = take_real(&from);
-    }
-    for (int32_t k = 0; k < sum.n; ++k) {
-        dehyst_element *q = &element[k];
-        q->kind = take_byte(&from) % (DEHYST_KINDS + 1);
-        q->schedule = take_byte(&from) % (DEHYST_SHARES + 1);
-        q->radius = take_real(&from);
-        q->gain = take_real(&from);
-        q->weight = take_real(&from);
-        take_map(&from, &q->map, u[k], v[k]);
-    }
+    drawn made;
+    dehyst_real z[2][MOST], column[MOST], ring[3] = {0};
+    take_sum(&from, &made);
+    const dehyst_elements sum = made.sum;
     if (dehyst_elements_check(&sum) != DEHYST_IMAGE_GOOD) {
         return 0;
     }
