@@ -30,6 +30,7 @@ bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/reading.py
 	$(BIN)/python benchmarks/robot.py
 	$(BIN)/python benchmarks/step.py --instructions
+	$(BIN)/python benchmarks/elements.py --instructions
 	$(BIN)/python benchmarks/step.py
 	$(BIN)/python benchmarks/elements.py
 	$(BIN)/python benchmarks/instructions.py
@@ -40,6 +41,7 @@ bench: $(VENV)/installed-bench
 # What does not depend on the machine being quiet: counted instructions, and a quarter of each ratio.
 bench-quick: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/step.py --instructions
+	$(BIN)/python benchmarks/elements.py --instructions
 	$(BIN)/python benchmarks/instructions.py
 	$(BIN)/python benchmarks/speed.py --quick
 
