@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 import os
-from datetime import UTC, datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-import jinja2
-from markupsafe import Markup
-
-from dehyst import __version__
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
@@ -29,12 +23,10 @@ from dehyst.report.direct.words import (
 from dehyst.report.figures import Figure, all_figures
 from dehyst.report.judgement import Light, in_words, lights, overall
 from dehyst.report.next_steps import Lines, next_steps
-from dehyst.report.svg import panel_svg, write_figure
+from dehyst.report.rendering import pictures, rendered
+from dehyst.report.svg import write_figure
 from dehyst.report.tables import Table, key_figures, tables
-from dehyst.report.text import clean, short
-from dehyst.report.theme import FONT_STACK, variables
-
-TEMPLATES = ("page.html", "page.css")
+from dehyst.report.text import short
 
 
 def write_report(
@@ -142,20 +134,10 @@ def make_folder(figures: str | os.PathLike[str]) -> Path:
 
 
 def _render(fit: Fit | DirectFit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
-    room = files("dehyst.report") / "templates"
-    # finalize: whatever a log calls itself passes through clean() and then through escaping; only mark-up of this
-    # module is exempt.
-    environment = jinja2.Environment(
-        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
-        autoescape=True,
-        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     first = fit.recordings[0]
     content = _content(fit, model_file)
-    return environment.get_template("page.html").render(
+    return rendered(
+        "page.html",
         title=_title(fit),
         relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
         fit=fit,
@@ -163,17 +145,9 @@ def _render(fit: Fit | DirectFit, drawn: tuple[Figure, ...], model_file: str | o
         grade=content.grade,
         words=content.words,
         tiles=content.tiles,
-        figures=[
-            (figure, [(panel, Markup(panel_svg(panel, f"{figure.key}{k}"))) for k, panel in enumerate(figure.panels)])
-            for figure in drawn
-        ],
+        figures=pictures(drawn),
         tables=content.tables,
         steps=content.steps,
-        version=__version__,
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        light=Markup(variables(dark=False)),
-        dark=Markup(variables(dark=True)),
-        font=Markup(FONT_STACK),
     )
 
 

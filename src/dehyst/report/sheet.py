@@ -4,22 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.resources import files
 
-import jinja2
-from markupsafe import Markup
-
-from dehyst import __version__
 from dehyst.findings import Finding
 from dehyst.grades import Grade
 from dehyst.report.figures.panel import Figure
-from dehyst.report.svg import panel_svg
+from dehyst.report.rendering import pictures, rendered
 from dehyst.report.tables import Table
-from dehyst.report.text import clean
-from dehyst.report.theme import FONT_STACK, variables
-
-TEMPLATES = ("sheet.html", "page.css", "tables.html")
 
 
 @dataclass(frozen=True)
@@ -61,24 +51,4 @@ class Sheet:
 
 def sheet_page(sheet: Sheet) -> str:
     """Return the text of the page: one HTML file that needs nothing else and runs nothing."""
-    room = files("dehyst.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
-        autoescape=True,
-        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("sheet.html").render(
-        sheet=sheet,
-        figures=[
-            (figure, [(panel, Markup(panel_svg(panel, f"{figure.key}{k}"))) for k, panel in enumerate(figure.panels)])
-            for figure in sheet.figures
-        ],
-        version=__version__,
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        light=Markup(variables(dark=False)),
-        dark=Markup(variables(dark=True)),
-        font=Markup(FONT_STACK),
-    )
+    return rendered("sheet.html", sheet=sheet, figures=pictures(sheet.figures))

@@ -6,17 +6,14 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
 from markupsafe import Markup
 
-from dehyst import __version__
 from dehyst.experiments.results import PlantResult, Reproduction
 from dehyst.files import write_atomically
 from dehyst.report.page import make_folder
+from dehyst.report.rendering import rendered
 from dehyst.report.reproduction.about import Logs, about_tables, command, honesty
 from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import scene
@@ -38,10 +35,8 @@ from dehyst.report.reproduction.trials import joint_plate, tool_plate
 from dehyst.report.reproduction.trials import others_plate as other_trials
 from dehyst.report.reproduction.words import about_plant, headline_of, lead, shares, worse
 from dehyst.report.tables import Table
-from dehyst.report.text import clean, count, short
-from dehyst.report.theme import FONT_STACK, variables
+from dehyst.report.text import count, short
 
-TEMPLATES = ("reproduction.html", "reproduction.css", "page.css", "tables.html")
 # Numbers of the figures in the paper.
 IN_THE_PAPER = {"hysteresis": "3", "play": "4", "inverse": "5", "trials": "7", "tool": "8"}
 
@@ -172,17 +167,9 @@ def _render(
     parts: tuple[PlantPart, ...],
     logs: Logs | None,
 ) -> str:
-    room = files("dehyst.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.DictLoader({name: (room / name).read_text(encoding="utf-8") for name in TEMPLATES}),
-        autoescape=True,
-        finalize=lambda value: value if isinstance(value, Markup) else clean(value),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     moving, rest = scene(result), rest_study(result)
-    return environment.get_template("reproduction.html").render(
+    return rendered(
+        "reproduction.html",
         relation=_relation(result),
         lead=lead(result),
         shares=shares(result),
@@ -205,11 +192,6 @@ def _render(
         other_studies=other_studies(result),
         command=command(result),
         about_tables=about_tables(result, logs),
-        version=__version__,
-        date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        light=Markup(variables(dark=False)),
-        dark=Markup(variables(dark=True)),
-        font=Markup(FONT_STACK),
     )
 
 
