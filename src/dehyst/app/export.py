@@ -10,7 +10,7 @@ from typing import cast
 
 from rich.text import Text
 
-from dehyst.app.export_findings import coarse, cost, outside, stalled, units
+from dehyst.app.export_findings import coarse, cost, outside, stalled
 from dehyst.app.export_pair import pair_findings
 from dehyst.app.export_request import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
@@ -21,6 +21,7 @@ from dehyst.export import Written, export, joint_subject, subject_of
 from dehyst.export.excerpt import ALL, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
+from dehyst.export.joint_units import unit_findings
 from dehyst.export.names import check_name, identifier, why_prefixed
 from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice
 from dehyst.export.targets import target
@@ -133,7 +134,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     if request.what == "joint-controller":
         path = cast(Path, request.controller)
         subject = joint_subject(model, load_controller(path), load_adaptation(path), name=name, real=real)
-        return subject, list(units(model))
+        return subject, unit_findings(model)
     excerpt = None
     if request.log is not None and (model.needs or model.core == "direct"):
         raise ParameterError(

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import cast
 
 import numpy as np
 
 from dehyst.app.export_request import ExportRequest
-from dehyst.export.joint_units import unit_findings
 from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 from dehyst.findings import Finding
-from dehyst.models import HysteresisModel, Model
+from dehyst.models import Model
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
@@ -67,21 +65,6 @@ def coarse(subject: Subject) -> Iterator[Finding]:
                 f"{card.label} goes from {low:.6g} to {high:.6g}, where neighbouring floats lie {step:.2g} apart, "
                 f"{100 * step / (high - low):.2g} % of the range: answers within 1e-5 of the range cannot be expected. "
                 f"Export with --real double, or identify with a signal whose mean was taken off.",
-            )
-
-
-def units(model: Model) -> Iterator[Finding]:
-    """Say in which units a compensator of a joint was taken to be."""
-    if model.core == "plays":
-        yield from unit_findings(cast(HysteresisModel, model))
-        return
-    for card, meant in ((model.card.input, "Nm"), (model.card.output, "rad")):
-        if not card.unit:
-            yield Finding(
-                "unit-unknown",
-                f"the model does not say in which unit its {card.name or 'signal'} is: it was taken to be in {meant}. "
-                f"If it is not, the compensation is wrong by that factor; name the unit in the column and identify "
-                f"again.",
             )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.models import HysteresisModel, StackStepper, Stepper, subtracted_shear
+from dehyst.models import HysteresisModel, Model, StackStepper, Stepper, subtracted_shear
 from dehyst.models.arrays import parameter_number, signal_array
 
 Array = npt.NDArray[np.float64]
@@ -177,7 +177,7 @@ class RampedCompensator(InverseCompensator):
         return self.unit * 0.5 * abs(first - second)
 
 
-def refuse_second_shear(inverse: HysteresisModel, shear: float) -> None:
+def refuse_second_shear(inverse: Model, shear: float) -> None:
     """Refuse to subtract k q from a compensator that has done it.
 
     Raises

@@ -209,13 +209,13 @@ def _one_way(found: JointIdentification, name: str, title: str, seed: int, way: 
     if name in OF_IDENTIFY:
         fit = identify(record, family=name, train_fraction=1.0)
         model, parameters = fit.model, fit.certificate.nonzero_weights
-        relation: Model = model.inverse() if way == INVERTED else model
+        told: Model = model.inverse() if way == INVERTED else model
     else:
         loop = identify_family(record, name, train_fraction=1.0, seed=seed)
         parameters = loop.free_parameters
-        relation = loop.model.inverse() if way == INVERTED else loop.model
+        told = loop.model.inverse() if way == INVERTED else loop.model
     seconds = time.thread_time() - begun
-    compensator = LoopCompensator(relation, shear=BAR * found.shear, period=5e-4)
+    compensator = LoopCompensator(told, shear=BAR * found.shear, period=5e-4)
     seen, unseen = (unexplained(compensator, log) for log in (found.log, found.unseen))
     return seen, Learned(name, title, way, compensator, parameters, seconds, unseen)
 

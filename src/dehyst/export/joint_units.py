@@ -7,10 +7,11 @@ from dataclasses import replace
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.models import HysteresisModel
+from dehyst.models import HysteresisModel, Model
 from dehyst.units import TABLE, canonical, dimension
 
 _SAME = 1e-9  # of a unit
+MEANT = {"plays": ("the controller's compensator_unit", "rad"), "direct": ("Nm", "rad")}  # by what runs the model
 
 
 def in_radians(model: HysteresisModel, parameters: JointControllerParameters) -> HysteresisModel:
@@ -47,9 +48,9 @@ def in_radians(model: HysteresisModel, parameters: JointControllerParameters) ->
     return model if factor == 1.0 else _scaled(model, factor)
 
 
-def unit_findings(model: HysteresisModel) -> list[Finding]:
+def unit_findings(model: Model) -> list[Finding]:
     """Return a warning for each signal of the model of which nobody knows the unit."""
-    pairs = ((model.card.input, "the controller's compensator_unit"), (model.card.output, "rad"))
+    pairs = zip((model.card.input, model.card.output), MEANT[model.core], strict=True)
     return [
         Finding(
             "unit-unknown",

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from dehyst.control.compensator import refuse_second_shear
 from dehyst.errors import ParameterError
 from dehyst.families.work import work
-from dehyst.models import Model, subtracted_shear
+from dehyst.models import Model
 from dehyst.models.arrays import Array, parameter_number
 from dehyst.models.model import require_model
 
-LAGGING = 1e-3  # work of a loop over its size from which on a relation lags
+LAGGING = 1e-3  # work of a loop over its size from which on a model lags
 
 
 class LoopCompensator:
@@ -26,20 +27,20 @@ class LoopCompensator:
 
     Parameters
     ----------
-    relation
+    model
         Desired angle [rad] -> sheared pressure difference: ``fit.model.inverse()`` of a model from pressure to angle,
         or a model from angle to pressure. It begins in its model's start state.
     shear
         k that was added before the fit. [Pa/rad]
     unit
-        Size of one unit of the relation's output, 1e5 for bar. [Pa]
+        Size of one unit of the model's output, 1e5 for bar. [Pa]
     period
         Time between two calls of `step`, for models that depend on rate; `over` is told the time. [s]
 
     Raises
     ------
     ParameterError
-        If `relation` is no model, its loops lag the angle, a number is not finite, or k would be subtracted twice.
+        If `model` is no model, its loops lag the angle, a number is not finite, or k would be subtracted twice.
 
     Examples
     --------
@@ -51,20 +52,14 @@ class LoopCompensator:
     [0.0, 19900.0, 19900.0]
     """
 
-    def __init__(self, relation: Model, shear: float = 0.0, unit: float = 1e5, period: float | None = None) -> None:
-        self.relation = require_model(relation, "model.inverse() of a model from pressure to angle")
+    def __init__(self, model: Model, shear: float = 0.0, unit: float = 1e5, period: float | None = None) -> None:
+        self.model = require_model(model, "model.inverse() of a model from pressure to angle")
         self.shear = parameter_number(shear, "shear")
         self.unit = parameter_number(unit, "unit")
         self.period = None if period is None else parameter_number(period, "period")
-        _refuse_lag(self.relation)
-        k = subtracted_shear(self.relation)
-        if k and self.shear:
-            raise ParameterError(
-                f"k would be subtracted twice: this relation subtracts {k:g} itself, and shear = {shear:g} would do it "
-                f"again. Set shear = 0.",
-                shear=shear,
-            )
-        self._step = self.relation.stepper()
+        _refuse_lag(self.model)
+        refuse_second_shear(self.model, self.shear)
+        self._step = self.model.stepper()
         self._angle = 0.0
 
     def reset(self, angle: float) -> None:
@@ -75,10 +70,10 @@ class LoopCompensator:
 
     def step(self, angle: float, velocity: float) -> float:
         """Return the term for the next desired angle. [Pa]"""
-        if self.period is None and self.relation.rate_dependent:
+        if self.period is None and self.model.rate_dependent:
             raise ParameterError(
                 "this model depends on rate and does not know how far apart the calls of step() are. Say so: "
-                "LoopCompensator(relation, ..., period=0.0005), in seconds."
+                "LoopCompensator(model, ..., period=0.0005), in seconds."
             )
         if np.isfinite(angle):  # else the last term is held
             self._angle = angle
@@ -97,16 +92,15 @@ class LoopCompensator:
         angle, velocity, time
             (T,) each. [rad, rad/s, s]
         """
-        return np.asarray(self.unit * self.relation.simulate(angle, time) - self.shear * angle)
+        return np.asarray(self.unit * self.model.simulate(angle, time) - self.shear * angle)
 
 
-def _refuse_lag(relation: Model) -> None:
-    """A relation that lags is a model that was not inverted: it would double the hysteresis."""
-    ends = relation.ends
-    taken, size = work(relation, *ends)
+def _refuse_lag(model: Model) -> None:
+    """One that lags is a model that was not inverted: it would double the hysteresis."""
+    taken, size = work(model, *model.ends)
     if taken < -LAGGING * size:
         raise ParameterError(
-            f"this {type(relation).__name__} lags the angle (it gives back {-100 * taken / max(size, 1e-300):.1f} % "
+            f"this {type(model).__name__} lags the angle (it gives back {-100 * taken / max(size, 1e-300):.1f} % "
             f"of its box): as a compensator it would double the hysteresis. If it was identified from pressure to "
             f"angle, pass model.inverse(); else identify it from angle to pressure."
         )
