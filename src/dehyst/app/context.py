@@ -14,8 +14,9 @@ from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding
 from dehyst.io import Signal, read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
+from dehyst.models.converted import in_units_of
 from dehyst.recording import Recording
-from dehyst.units import MASS_FACTORS, canonical, convert, dimension, mass_unit
+from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
 if TYPE_CHECKING:
     from dehyst.app.play import PlayRequest
@@ -92,31 +93,12 @@ def given_of(request: PlayRequest, model: Model, signal: Signal) -> tuple[dict[s
             converted = schedule_values(option, name, given, read, card.unit)[0]
         else:
             refuse_unit(option, name, read)
-            converted, told = in_units_of(card, read)
+            converted, told = in_units_of(card, read.values, read.unit, f"'{read.name}'")
             findings += told
         at = at_samples(option, given, read, np.asarray(converted), signal, signal.values.size)
         findings += outside(at, card, name, "it is held at the end of its range")
         values[name] = at
     return values, findings
-
-
-def in_units_of(card: SignalCard, signal: Signal) -> tuple[Array, list[Finding]]:
-    """Convert the signal to the model's unit, or say that it cannot be checked."""
-    if signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None:
-        return signal.values, []
-    if not signal.unit or not card.unit:
-        return signal.values, [
-            Finding(
-                "unit-unknown",
-                f"column '{signal.name}' is in '{signal.unit or 'unknown'}', the model in '{card.unit or 'unknown'}': "
-                f"the values were taken as they are. Name the unit in the column, for example "
-                f"{card.name}_{card.unit or 'bar'}.",
-            )
-        ]
-    values = convert(signal.values, signal.unit, card.unit)
-    return values, [
-        Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to {card.unit}.")
-    ]
 
 
 def outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:

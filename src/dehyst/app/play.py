@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.context import given_of, in_units_of, outside
+from dehyst.app.context import given_of, outside
 from dehyst.app.start import MODEL, REST, UNKNOWN, middle_of, say, start_of
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
@@ -21,6 +21,7 @@ from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import Model, load
+from dehyst.models.converted import in_units_of
 
 Array = npt.NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class PlayRequest:
 def run_simulate(request: PlayRequest) -> None:
     """Write time, input and the model's output."""
     model, signal = _read(request, "input")
-    x, findings = in_units_of(model.card.input, signal)
+    x, findings = in_units_of(model.card.input, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     played = _played(request, model, signal, x, "model", MODEL)
     lost = model.lost(played.answer)
@@ -74,7 +75,7 @@ def run_compensate(request: PlayRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request, "output")
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
-    y, findings = in_units_of(model.card.output, signal)
+    y, findings = in_units_of(model.card.output, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     inverse = model.inverse()
     played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else MODEL)

@@ -122,6 +122,11 @@ class JointIdentification:
     modelled_bar: Array | None = None
 
     @property
+    def plays(self) -> Fit | None:
+        """The fit, unless it is that of a direct inverse."""
+        return self.fit if isinstance(self.fit, Fit) else None
+
+    @property
     def accepted(self) -> bool:
         """Whether the compensator may be switched on: `ACCEPTABLE` of the hysteresis, at most, is left unexplained.
 

@@ -13,7 +13,7 @@ from dehyst.export.subject import MOST_EXCERPT
 from dehyst.findings import Finding
 from dehyst.io import read_signal
 from dehyst.models import SignalCard
-from dehyst.units import canonical, convert
+from dehyst.models.converted import in_units_of
 
 LEAST_SHARE = 0.1  # of the range that an excerpt should use
 
@@ -63,23 +63,8 @@ def read_excerpt(log: Path, column: str, card: SignalCard, part: Part = ALL) -> 
         If the units cannot be converted.
     """
     signal = read_signal(log, column, time=part.time, run=part.run, start=part.start, stop=part.stop)
-    values, findings = signal.values, list(signal.findings)
-    same = signal.unit == card.unit or canonical(signal.unit) == canonical(card.unit) is not None
-    if not same and signal.unit and card.unit:
-        values = convert(values, signal.unit, card.unit)
-        findings.append(
-            Finding("unit-converted", f"column '{signal.name}' was converted from {signal.unit} to {card.unit}.")
-        )
-    elif not same:
-        findings.append(
-            Finding(
-                "unit-unknown",
-                f"column '{signal.name}' is in '{signal.unit or 'unknown'}', the model in '{card.unit or 'unknown'}': "
-                f"the values were taken as they are. Name the unit in the column, for example "
-                f"{card.name}_{card.unit or 'bar'}.",
-            )
-        )
-    return Excerpt(np.asarray(values)[:MOST_EXCERPT], f"{log.name}, {signal.name}", tuple(findings))
+    values, findings = in_units_of(card, signal.values, signal.unit, f"'{signal.name}'")
+    return Excerpt(np.asarray(values)[:MOST_EXCERPT], f"{log.name}, {signal.name}", (*signal.findings, *findings))
 
 
 def use_of(signal: Signal, card: SignalCard) -> tuple[int, float]:

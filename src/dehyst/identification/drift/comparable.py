@@ -11,9 +11,8 @@ import numpy.typing as npt
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
 from dehyst.identification.drift.cycles import Cycle
-from dehyst.models import SignalCard
+from dehyst.models import SignalCard, converted
 from dehyst.recording import Recording
-from dehyst.units import canonical, convert
 
 Array = npt.NDArray[np.float64]
 
@@ -30,31 +29,18 @@ def in_units_of(record: Recording, cards: tuple[SignalCard, SignalCard]) -> tupl
     findings: list[Finding] = []
     changed = record
     for role, card in zip(("input", "output"), cards, strict=True):
-        unit = getattr(record, f"{role}_unit")
-        if unit == card.unit or canonical(unit) == canonical(card.unit) is not None:
-            continue
-        name = getattr(record, f"{role}_name")
-        if not unit or not card.unit:
-            findings.append(
-                Finding(
-                    "unit-unknown",
-                    f"column '{name}' of {record.name} is in '{unit or 'unknown'}', the model in "
-                    f"'{card.unit or 'unknown'}': the values were taken as they are. Name the unit in the column, for "
-                    f"example {card.name}_{card.unit or 'bar'}.",
-                )
-            )
-            continue
+        given, unit, name = (getattr(record, entry) for entry in (role, f"{role}_unit", f"{role}_name"))
         try:
-            values = convert(getattr(record, role), unit, card.unit)
+            values, said = converted.in_units_of(card, given, unit, f"'{name}' of {record.name}")
         except UnitError:
             why = (
                 f"its {role} '{name}' is in {unit}, the model's '{card.name}' in {card.unit}: another column, or the "
                 f"two are swapped. Name the right ones with --input and --output"
             )
             return record, findings, why
-        changed = replace(changed, **{role: values, f"{role}_unit": card.unit})  # type: ignore[arg-type]
-        message = f"column '{name}' of {record.name} was converted from {unit} to {card.unit}."
-        findings.append(Finding("unit-converted", message))
+        findings += said
+        if values is not given:
+            changed = replace(changed, **{role: values, f"{role}_unit": card.unit})  # type: ignore[arg-type]
     return changed, findings, ""
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.experiments.results import JointIdentification, PlantResult
-from dehyst.identification import Fit
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.figures.play import play_figure
 from dehyst.report.reproduction.lines import Draw, Line, draw_loop, over_angle, over_time
@@ -79,7 +78,7 @@ def _around(joint: JointIdentification) -> Draw:
 
 def play_plate(joint: JointIdentification) -> Plate | None:
     """Return figure 4, or None for a model without memory."""
-    figure = play_figure(joint.fit) if isinstance(joint.fit, Fit) else None
+    figure = None if joint.plays is None else play_figure(joint.plays)
     if figure is None:
         return None
     over_input, *others = (from_panel(panel) for panel in figure.panels)
@@ -159,9 +158,9 @@ def _modelled(joint: JointIdentification) -> Array | None:
     q = joint.log["angle_rad"]
     if joint.modelled_bar is not None:
         return joint.modelled_bar
-    if not isinstance(joint.fit, Fit) or joint.fit.inverse_predictions[0].shape != q.shape:
+    if joint.plays is None or joint.plays.inverse_predictions[0].shape != q.shape:
         return None
-    return joint.fit.inverse_predictions[0] - joint.shear * q
+    return joint.plays.inverse_predictions[0] - joint.shear * q
 
 
 def _pair(measured: Array, modelled: Array | None) -> tuple[Line, ...]:

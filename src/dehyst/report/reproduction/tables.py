@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.experiments.results import PlantResult, Reproduction, TrialRun
-from dehyst.identification import Fit
 from dehyst.report.reproduction.acceptance import unexplained_of
 from dehyst.report.reproduction.numbers import (
     OFF,
@@ -75,8 +74,8 @@ def _identification(result: Reproduction, plant: PlantResult) -> Table | None:
             continue
         found = plant.identifications.get(joint)
         shear, gain = "–", "–"
-        if found is not None and isinstance(found.fit, Fit):
-            shear, gain = number(found.shear), number(found.fit.certificate.inverse_gain)
+        if found is not None and found.plays is not None:
+            shear, gain = number(found.shear), number(found.plays.certificate.inverse_gain)
         residual = identification_figure(plant, joint, "calibration_residual_Nm")
         unexplained = unexplained_of(plant, joint)
         rows.append((f"joint {joint}", counted(weights), cell(ratio), cell(unexplained), shear, gain, cell(residual)))
