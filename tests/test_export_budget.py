@@ -39,3 +39,19 @@ def test_the_14_play_inverse_in_float_on_a_cortex_m4f_takes_20_instructions_a_pl
     row = counted["cortex-m4f"]["float"]["steps"]["14"]
     assert np.max([row["typical"], row["none"], row["all"]]) <= 20 * 14
     assert row["free"] <= 22 * 14  # whatever number of operators moves
+
+
+@pytest.mark.parametrize(("what", "most"), [("forward", 120), ("inverse", 330)])
+def test_a_sum_of_40_elements_in_float_on_a_cortex_m4f_keeps_to_its_instructions_an_element(counted, what, most):
+    for machine in ("cortex-m4f", "cortex-m7"):
+        rows = counted[machine]["float"]["elements"][what]["steps"]
+        assert rows["40"]["typical"] <= 40 * most
+        assert rows["10"]["typical"] <= 0.35 * rows["40"]["typical"]  # what a step costs beside its elements is little
+        assert rows["40"]["first"] <= 60 * counted[machine]["float"]["elements"]["forward"]["steps"]["40"]["most"]
+
+
+@pytest.mark.parametrize("what", ["forward", "inverse"])
+def test_a_sum_of_10_elements_takes_6_kilobytes_of_a_cortex_m4f(counted, what):
+    for level in ("-O2", "-Os"):
+        size = counted["cortex-m4f"]["float"]["elements"][what]["bytes"][level]
+        assert size["flash"] <= 6000 and size["ram"] <= 128

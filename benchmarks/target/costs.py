@@ -13,9 +13,23 @@ from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
 from dehyst.export.numbers import BlockNumbers, block_in
 from dehyst.export.plays import block_numbers
+from dehyst.families.elements import Element, ElementModel
+from dehyst.models import ModelCard, SignalCard
 from target.jobs import Array, Case
 
 FAR = 1e4
+# Of 10 and of 40 elements, as benchmarks/elements.c: kind, how many, how many of them with a map, radius, time, weight.
+MIX = (
+    ("input", (1, 1), (1, 1), 0.0, 0.0, 0.5),
+    ("play", (3, 16), (1, 6), 0.8, 0.0, 0.5),
+    ("stop", (1, 8), (0, 2), 0.4, 0.0, 0.2),
+    ("creep", (1, 5), (1, 2), 0.1, 0.5, 0.2),
+    ("relax", (1, 4), (0, 2), 0.1, 0.5, 0.1),
+    ("past", (1, 2), (0, 0), 0.1, 0.5, 0.1),
+    ("path", (1, 2), (0, 0), 0.3, 0.0, 0.1),
+    ("wide", (1, 2), (0, 0), 0.3, 0.005, 0.1),
+)
+MIXED = (10, 40)
 
 
 def inverse(n: int, real: str) -> BlockNumbers:
@@ -105,3 +119,23 @@ def line(most: Mapping[int, float]) -> list[float]:
     found = linprog((rows / y[:, None]).sum(axis=0), A_ub=-rows, b_ub=-y, bounds=[(None, None)] * 2)
     slope = np.ceil(100.0 * found.x[1]) / 100.0
     return [float(np.ceil(np.max(y - slope * n))), float(slope)]
+
+
+def element_model(n: int) -> ElementModel:
+    """Return a sum of 10 or 40 elements of all kinds, at 100 Hz."""
+    size = MIXED.index(n)
+    u = np.linspace(-1.0, 1.0, 6)
+    bend = (tuple(u), tuple(u + 0.3 * np.sin(3.0 * u)))
+    elements = [
+        Element(kind, radius * (i + 1) / count[size], time * (i + 1), weight / count[size],
+                bend if i < mapped[size] else ((), ()))
+        for kind, count, mapped, radius, time, weight in MIX for i in range(count[size])
+    ]  # fmt: skip
+    card = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
+    return ElementModel(tuple(elements), period=0.01, card=card)
+
+
+def element_signals(samples: int, top: float) -> tuple[Array, Array]:
+    """Return a slow signal, and one that jumps anywhere."""
+    slow = np.sin(2.0 * np.pi * np.arange(samples) / 100.0)
+    return top * slow, np.random.default_rng(1).uniform(-top, top, samples)

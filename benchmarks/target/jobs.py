@@ -74,6 +74,13 @@ def joint_job(subject: Subject, periods: int) -> bytes:
     return word(rows.size) + rows.tobytes()
 
 
+def unit_job(x: Array, real: str) -> bytes:
+    """Return samples of an exported block, always on, as job.bin."""
+    rows = np.empty(x.size, [("x", TYPE[real]), ("on", "<u4")])
+    rows["x"], rows["on"] = x, 1
+    return word(rows.size) + rows.tobytes()
+
+
 def answers(content: bytes, cases: Sequence[Case], real: str) -> list[Answer]:
     """Read answer.bin."""
     found, at = [], 0

@@ -25,7 +25,7 @@ def page() -> str:
     found: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
     compilers = "; ".join(dict.fromkeys(f"{entry['compiler']}" for entry in found.values()))
     head = f"Instructions of a step of the inverse of 14 operators, -O2 ({compilers}; `{COMMAND}`):"
-    return "\n".join([head, "", *_steps(found), "", *_sizes(found)])
+    return "\n".join([head, "", *_steps(found), "", *_sizes(found), "", *_elements(found)])
 
 
 def _rows(found: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
@@ -54,5 +54,23 @@ def _sizes(found: dict[str, Any]) -> list[str]:
         cells = [joint["typical"], joint["most"]]
         cells += [own["-O2"]["flash"], own["-Os"]["flash"], own["-O2"]["ram"]]
         cells += [whole["-O2"]["flash"], whole["-Os"]["flash"], whole["-O2"]["ram"]]
+        lines.append(f"| {name} | " + " | ".join(f"{cell:.0f}" for cell in cells) + " |")
+    return lines
+
+
+def _elements(found: dict[str, Any]) -> list[str]:
+    lines = [
+        "A step of a sum of 40 elements of all kinds, a third of them with maps of six points: instructions in a slow "
+        "signal, at most in one that jumps anywhere, of the first sample of an inverse, which looks for where to "
+        "begin; bytes of a unit of 10 such elements:",
+        "",
+        "| | forward | at most | inverse | at most | first | forward, -O2 | -Os | RAM |",
+        "|---|" + "---:|" * 8,
+    ]
+    for name, entry in _rows(found):
+        there, back = (entry["elements"][what]["steps"]["40"] for what in ("forward", "inverse"))
+        own = entry["elements"]["forward"]["bytes"]
+        cells = [there["typical"], there["most"], back["typical"], back["most"], back["first"]]
+        cells += [own["-O2"]["flash"], own["-Os"]["flash"], own["-O2"]["ram"]]
         lines.append(f"| {name} | " + " | ".join(f"{cell:.0f}" for cell in cells) + " |")
     return lines

@@ -1,0 +1,34 @@
+/* Runs an exported block over samples: job.bin in, answer.bin out.
+ *
+ *   job:    number of samples, then for each: x as IEEE words, 1 on or 0 off
+ *   answer: for each sample: output as IEEE words
+ *
+ * steps() is the only caller of unit_step. */
+#include "io.h"
+#include "unit.h"
+
+static unit_state unit;
+
+typedef struct sample {
+    dehyst_real x;
+    uint32_t on;
+} __attribute__((packed)) sample;
+
+__attribute__((noinline)) static void steps(uint32_t samples)
+{
+    unit_reset(&unit);
+    for (uint32_t k = 0; k < samples; ++k) {
+        sample in;
+        io_read(&in, sizeof in);
+        const dehyst_real y = unit_step(&unit, in.x, (int)in.on);
+        io_write(&y, sizeof y);
+    }
+}
+
+int main(void)
+{
+    uint32_t samples = 0;
+    io_read(&samples, sizeof samples);
+    steps(samples);
+    return 0;
+}
