@@ -1,21 +1,21 @@
 r"""Which sum of elements a log calls for: rows, map and regularisation by blocks held out within the training.
 
-The training is cut into five consecutive blocks. A candidate's score is the geometric mean of three errors of its
-output: of each block left out in turn (c), of the last two blocks predicted from those before them alone (f), and of
-the fit (t)::
+The training is cut into five consecutive blocks. A candidate's score is a mean of errors of its output on blocks that
+it did not see: m, the median of the rms of each block left out in turn, and f_4 and f_5, of the last two blocks, each
+predicted from those before it alone::
 
-    score = (c f t)^(1/3),    c and f geometric means of the rms of their blocks
+    score = (m f_4 f_5 f_5)^(1/4)
 
-c alone takes candidates that need to have seen what comes after; f alone takes what two blocks happen to need; both
-count fits from less than there is, and so charge large rows too much: t stands against that. Errors of a sum in the
-inverse direction are those of its solution. The best two of all rows, with and without a map, are tried with every
-regularisation.
+m is a median since one block may hold what no other does, the largest loop as a rule, and would decide alone. Errors of
+the fit itself are no part of it: they are smallest for the sums with the most weights, and say nothing about a motion
+that was not logged (docs/decisions/0047). Errors of a sum in the inverse direction are those of its solution. The best
+two of all rows, with and without a map, are tried with every regularisation.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,10 +37,12 @@ from dehyst.families.program import (
 )
 from dehyst.families.table import Sum
 from dehyst.families.training import Training
+from dehyst.identification.families import HIGH_GAIN
 from dehyst.models.arrays import Array
 from dehyst.ties import rank
 
 EVERY = tuple(range(BLOCKS))
+MOST_SAMPLES = 20_000  # of a training that elements see; longer ones are thinned, their turning points kept
 MOST_ROWS = 4000  # of the choice, spread over the training; elements see every sample
 MOST_FITTED = 20000  # of the last fit
 FEWEST = 4 * BLOCKS
@@ -48,13 +50,15 @@ RAMPS = {"forward": 8, "inverse": 16}
 FIRST = Regularisation(0.003, 0.001)
 OTHERS = (Regularisation(0.0005, 0.0003), Regularisation(0.02, 0.003), Regularisation(0.1, 0.01))
 FINALISTS = 2
+AFFORDABLE = 1.03  # times the error of the fit, for an inverse whose gain is not high
+FIRMER, FIRMEST = 1.001, 4.0  # a gain without bound is met in steps
+TRIES = 10
 STARTS = {  # the origin is that of the log's input
     "forward": ("zero", "rest", "rising", "falling", "origin"),
     "inverse": ("zero", "rest", "rising", "falling"),
 }
 BETTER_START = 0.98
 STARTED = 50000  # samples after which a start is forgotten
-CHAINED = (BLOCKS - 2,)  # besides the last one, which is left out from those before it anyway
 FARTHEST = 1.6  # scaled outputs beyond it are not predicted: 0.3 of the range beyond what was seen
 CHUNK = 4096
 SMALLEST = 1e-9
@@ -63,16 +67,40 @@ USUAL = 0.95  # of the samples move less than what a rate is scaled with
 
 @dataclass(frozen=True)
 class Candidate:
-    """A sum with or without a map, one regularisation, and its score."""
+    """A sum with or without a map, one regularisation, its score, and its error on blocks left out (rms, scaled)."""
 
     sum: Sum
     mapped: bool
     regularisation: Regularisation
     score: float
+    left_out: float
 
 
-def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
-    """Return the model of the best of some sums, fitted to the whole training.
+@dataclass(frozen=True)
+class Chosen:
+    """The model of the best of some sums, and what proves it.
+
+    Attributes
+    ----------
+    model
+        Fitted to the whole training.
+    candidates
+        All that were compared, the best first.
+    kkt
+        Violation of the optimality conditions of its weights, relative.
+    carrying, columns
+        Number of weights that are not 0, and of those that were offered.
+    """
+
+    model: ElementModel
+    candidates: tuple[Candidate, ...]
+    kkt: float
+    carrying: int
+    columns: int
+
+
+def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen:
+    """Return the best of some sums; `firm` ones have an inverse whose gain is not high, where that costs little.
 
     Raises
     ------
@@ -84,6 +112,7 @@ def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
             f"{training.y.size} samples are fitted, and sums of elements are chosen on {BLOCKS} blocks of them: give "
             f"{FEWEST} or more, or take a smaller family, such as pi."
         )
+    training = training.thinned(MOST_SAMPLES)
     workshops: dict[str, Workshop] = {}
     for direction in dict.fromkeys(one.direction for one in sums):
         groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
@@ -95,10 +124,25 @@ def best_model(training: Training, sums: Sequence[Sum]) -> ElementModel:
         for one in first[:FINALISTS]
         for regularisation in OTHERS
     ]
-    chosen = min((*first[:FINALISTS], *more), key=lambda candidate: rank(candidate.score))
-    if not np.isfinite(chosen.score):
+    ordered = sorted((*first, *more), key=lambda candidate: rank(candidate.score))
+    if not np.isfinite(ordered[0].score):
         raise IdentificationError("no sum of elements could be fitted; take a smaller family, such as pi.")
-    return workshops[chosen.sum.direction].model(chosen)
+    best, model, weights = _fitted(ordered, workshops, firm)
+    ordered.sort(key=lambda candidate: candidate is not best)
+    return Chosen(model, tuple(ordered), weights.kkt, int(np.count_nonzero(weights.weight)), weights.weight.size)
+
+
+def _fitted(
+    ordered: Sequence[Candidate], workshops: dict[str, Workshop], firm: bool
+) -> tuple[Candidate, ElementModel, Weights]:
+    """The first candidate, fitted to everything; of firm ones the first that has an inverse, if any has."""
+    found: dict[tuple[Sum, bool], tuple[Candidate, ElementModel, Weights]] = {}
+    for one in ordered:
+        if np.isfinite(one.score) and (one.sum, one.mapped) not in found:
+            found[one.sum, one.mapped] = tried = one, *workshops[one.sum.direction].model(one, firm)
+            if not (firm and tried[1].no_inverse):
+                return tried
+    return next(iter(found.values()))
 
 
 def _workshop(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
@@ -163,25 +207,43 @@ class Workshop:
                 return self._rms(columns, found, self.bank.part(block))
 
             left = [error(tuple(b for b in EVERY if b != block), block) for block in EVERY]
-            chained = [error(EVERY[:block], block) for block in CHAINED] + left[-1:]
-            fitted = [self._rms(columns, whole, slice(None))]
+            before_last = error(EVERY[: BLOCKS - 2], BLOCKS - 2)
         except DehystError:
-            return Candidate(one, mapped, regularisation, float("inf"))
-        means = [np.mean(np.log(np.maximum(errors, SMALLEST))) for errors in (left, chained, fitted)]
-        return Candidate(one, mapped, regularisation, float(np.exp(np.mean(means))))
+            return Candidate(one, mapped, regularisation, float("inf"), float("inf"))
+        errors = np.array([np.median(left), before_last, left[-1], left[-1]])
+        score, left_out = np.exp(np.mean(np.log(np.maximum(errors, SMALLEST)))), np.sqrt(np.mean(np.square(left)))
+        return Candidate(one, mapped, regularisation, float(score), float(left_out))
 
-    def model(self, chosen: Candidate) -> ElementModel:
+    def model(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
         """Fit a candidate to all rows."""
         columns = columns_of(chosen.sum.groups, RAMPS[self.direction], self.pace)
-        sums = self._sums(columns, self._bank(columns, self.start, MOST_FITTED), PIECES)
-        found = Program(sums, np.arange(columns.cell.size), chosen.mapped).solve(EVERY, chosen.regularisation)
+        bank = self._bank(columns, self.start, MOST_FITTED)
+        sums, own = self._sums(columns, bank, PIECES), np.arange(columns.cell.size)
+        found = Program(sums, own, chosen.mapped).solve(EVERY, chosen.regularisation)
+        model = self._record(columns, found, chosen.sum.name)
+        if not firm or self.direction == "inverse":
+            return model, found
+        held, bound, allowed = model, LEAST, AFFORDABLE**2 * _squares(found, bank)
+        for _ in range(TRIES):  # a firmer slope after a reversal changes the map, too
+            steep = held.inverse_gain * abs(held.scaling.amplitude / held.scaling.half_range) / HIGH_GAIN
+            if steep <= 1.0:
+                return held, found
+            bound *= min(FIRMER * steep, FIRMEST)
+            firmer = replace(sums, least=np.where(sums.least > 0.0, bound, 0.0))
+            weights = Program(firmer, own, chosen.mapped).solve(EVERY, chosen.regularisation)
+            if _squares(weights, bank) > allowed:
+                break
+            held, found = self._record(columns, weights, chosen.sum.name), weights
+        return held, found
+
+    def _record(self, columns: Columns, found: Weights, row: str) -> ElementModel:
         return ElementModel(
             columns.elements(found.weight),
             found.offset,
             after_map=(tuple(found.inner.tolist()), tuple(found.outer.tolist())),
             direction=self.direction,
             period=0.0 if self.pace is None else self.pace.period,
-            row=chosen.sum.name,
+            row=row,
             scaling=self.training.scaling,
             start=self.start,
         )
@@ -243,6 +305,10 @@ class Workshop:
     def _seen_scaling(self) -> Scaling:
         scaling = self.training.scaling
         return scaling if self.direction == "forward" else scaling.swapped()
+
+
+def _squares(found: Weights, bank: Bank) -> float:
+    return float(np.sum((found.outputs(bank.values @ found.weight) - bank.output) ** 2))
 
 
 def _rows(columns: Columns, template: ElementModel, seen: Array, dt: Array | None, rows: Numbers) -> Array:

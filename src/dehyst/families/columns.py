@@ -24,12 +24,15 @@ from dehyst.models.arrays import Array
 Numbers = npt.NDArray[np.int64]
 
 RADII = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.47, 0.55, 0.65, 0.75, 0.85, 0.95)
-FINE = (-0.6, -0.25, 0.1, 0.45, 0.75)  # between ramps of plays: six
-COARSE = (-0.4, 0.2)  # between ramps of lags: three
+# of plays and stops without ramps: of a loop with few of them each lies within 2 % of the range of one of these
+THRESHOLDS = tuple(np.concatenate([np.geomspace(0.004, 0.09, 12), np.linspace(0.11, 0.98, 28)]).tolist())
+FINE = (-0.8, -0.5, -0.2, 0.2, 0.5, 0.8)  # between ramps of plays: seven
+COARSE = (-0.4, 0.4)  # between ramps of lags: three
 CREEP_RADII = (0.0, 0.1, 0.3)
-CREEP_TIMES, VISCOUS_TIMES, LAG_TIMES, WAYS = 14, 6, 6, 9
+CREEP_TIMES, VISCOUS_TIMES, LAG_TIMES = 14, 6, 6
+WAYS = tuple(np.geomspace(0.02, 1.5, 16).tolist())
 RATE_LAGS = (1.0, 3.0, 10.0)  # samples
-SATURATIONS = (0.1, 0.3, 1.0, 3.0)  # of the rate that 95 % of the samples keep below
+SATURATIONS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 3.0)  # of the rate that 95 % of the samples keep below
 EVERYWHERE = (-np.inf, np.inf)
 NOWHERE = (0.0, 0.0)
 
@@ -163,15 +166,15 @@ def _plain(cells: list[Element]) -> Group:
 
 
 def _plays(pace: Pace | None) -> Group:
-    return _plain([Element("play", r) for r in RADII])
+    return _plain([Element("play", r) for r in THRESHOLDS])
 
 
 def _stops(pace: Pace | None) -> Group:
-    return _plain([Element("stop", r) for r in RADII])
+    return _plain([Element("stop", r) for r in THRESHOLDS])
 
 
 def _paths(pace: Pace | None) -> Group:
-    return _plain([Element("path", r) for r in np.geomspace(0.02, 1.0, WAYS).tolist()])
+    return _plain([Element("path", r) for r in WAYS])
 
 
 def _lagging(pace: Pace | None) -> Group:

@@ -44,7 +44,7 @@ from dehyst import _native
 from dehyst.errors import ParameterError
 from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling
 from dehyst.families.inversion import FARTHEST, first_input
-from dehyst.families.rising import least_slope
+from dehyst.families.rising import least_slope, most_slope
 from dehyst.models import ModelCard, SignalCard
 from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
@@ -58,6 +58,9 @@ AHEAD = 2  # numbers of the memory in front of the elements: the input of the sa
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]
 NO_MAP: Pairs = ((), ())
+# What elements become where their lags have caught up, and where nothing is remembered at all; "": they add nothing.
+CAUGHT_UP = {"creep": "play", "wide": "play", "past": "input", "relax": ""}
+MEMORYLESS = {"creep": "input", "wide": "input", "past": "input", "relax": "", "play": "input", "stop": "", "path": ""}
 
 
 @dataclass(frozen=True)
@@ -228,10 +231,43 @@ class ElementModel(LoopModel):
         if self.direction == "inverse" and self._fall:
             raise ParameterError(f"the inverse model does not tell its output: {self._fall}")
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of its elements, each once, and "map" if there is one before or behind the sum."""
+        own = dict.fromkeys(q.kind for q in self.elements)
+        return (*own, "map") if self.before_map[0] or self.after_map[0] else tuple(own)
+
+    @property
+    def without_lags(self) -> ElementModel:
+        """The same sum where every lag has caught up with its input: plays, stops and curve, no creep."""
+        return self._become(CAUGHT_UP)
+
+    @property
+    def without_memory(self) -> ElementModel:
+        """The same sum where every play follows its input: the curve of large, slow motions."""
+        return self._become(MEMORYLESS)
+
+    def _become(self, kinds: Mapping[str, str]) -> ElementModel:
+        changed = [(q, kinds.get(q.kind, q.kind)) for q in self.elements]
+        kept = tuple(replace(q, kind=kind, radius=q.radius * (kind != "input")) for q, kind in changed if kind)
+        still = sum(q.weight * float(np.interp(0.0, *q.map)) for q, kind in changed if not kind and q.map[0])
+        return replace(self, elements=kept, offset=self.offset + still)
+
     @cached_property
     def least_slope(self) -> float:
         """Lower bound of the slope of the sum, over all inputs and memories; scaled."""
         return least_slope(self.elements, len(self.schedules), self.period)
+
+    @property
+    def inverse_gain(self) -> float:
+        """Upper bound of the slope |dx/dy| of the inverse, over all memories. [input/output]"""
+        scale = abs(self.scaling.half_range / self.scaling.amplitude)
+        if self.direction == "inverse":
+            return scale * most_slope(self.elements)
+        flattest = self.least_slope
+        for u, v in (self.before_map, self.after_map):
+            flattest *= float(np.min(np.diff(v) / np.diff(u))) if u else 1.0
+        return scale / flattest if flattest > 0.0 else float("inf")
 
     @property
     def _fall(self) -> str:

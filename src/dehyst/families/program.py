@@ -100,6 +100,11 @@ class Sums:
         return self.knots.size - 1
 
     @cached_property
+    def of_blocks(self) -> tuple[Array, Array]:
+        """Sums over the pieces, (blocks, N, N) and (blocks, N)."""
+        return self.gram.sum(1), self.rhs.sum(1)
+
+    @cached_property
     def penalty(self) -> tuple[Array, Array]:
         """Of differences between neighbours, (p, p), and of the slopes of the map, (pieces, pieces)."""
         pairs = np.stack([np.arange(self.pieces - 1), np.arange(1, self.pieces)], axis=1)
@@ -136,9 +141,10 @@ class Program:
         own = np.concatenate([[0], 1 + columns, np.arange(first, first + sums.pieces) if mapped else []]).astype(
             np.int64
         )
-        self._gram = np.ascontiguousarray(sums.gram[..., own[:, None], own])
-        self._rhs = np.ascontiguousarray(sums.rhs[..., own])
-        self._of_blocks = self._gram.sum(1), self._rhs.sum(1)
+        self._of_blocks = sums.of_blocks[0][:, own[:, None], own], sums.of_blocks[1][:, own]
+        if mapped:
+            self._gram = np.ascontiguousarray(sums.gram[..., own[:, None], own])
+            self._rhs = np.ascontiguousarray(sums.rhs[..., own])
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         slopes = [LEAST_OF_MAP - 1.0] * (sums.pieces if mapped else 0)  # counted from 1 on
         self._lower = np.concatenate([[0.0], sums.least[columns], slopes])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,21 @@ def least_slope(elements: Sequence[Element], schedules: int = 0, period: float =
     return min(_at_shares(elements, (1.0, *(s for xi in end for s in (1.0 - xi, xi))), period) for end in ends)
 
 
+def most_slope(elements: Sequence[Element]) -> float:
+    """Return an upper bound of the slope of the sum with the input, over all inputs, memories and speeds.
+
+    Every element counts with the most that it can add; paths and plays that widen with twice the slope of their map.
+
+    Examples
+    --------
+    >>> from dehyst.families.elements import Element
+    >>> most_slope([Element("input", weight=0.5), Element("path", 0.2, weight=0.25)])
+    1.0
+    """
+    steep = {"past": 0.0, "path": 2.0, "wide": 2.0}
+    return sum(steep.get(q.kind, 1.0) * max(0.0, float(pieces(q)[1].max())) for q in elements)
+
+
 def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: float) -> float:
     used = [q for q in elements if share[q.schedule] > 0.0]
     lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
@@ -51,6 +67,7 @@ def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: fl
     )
 
 
+@lru_cache(maxsize=1024)  # asked for every speed and direction
 def pieces(element: Element) -> tuple[Array, Array]:
     """Inner breakpoints of w f (p,) and the slopes between and beyond them (p + 1,)."""
     u, v = (np.asarray(values) for values in element.map)

@@ -26,7 +26,7 @@ from functools import partial
 import numpy as np
 
 from dehyst.errors import IdentificationError
-from dehyst.families.choice import best_model
+from dehyst.families.choice import Chosen, choose
 from dehyst.families.columns import Pace, columns_of
 from dehyst.families.elements import ElementModel
 from dehyst.families.registry import BEST, Family
@@ -47,12 +47,20 @@ def candidates(training: Training) -> tuple[Sum, ...]:
     groups follow the one loop that was seen, and err on the next. Where it never turned, no loop was seen: bends of
     the curve are then taken for those of the map, as `identify` does.
     """
-    turns = sum(turning_points(stretch.x, SWING).size - 2 for stretch in training.stretches)  # without its ends
-    depth = "many" if turns >= ENOUGH_TURNS else "few"
-    able = [(row, one) for row in ROWS for one in row.sums if training.timed or not one.timed]
+    turns = turns_of(training)
     if turns < 1:
-        return (replace(able[0][1], maps=(True,)),)
-    return tuple(one for row, one in able if row.chosen in ("always", depth))
+        return (replace(ROWS[0].sums[0], maps=(True,)),)
+    depth = "many" if turns >= ENOUGH_TURNS else "few"
+    able = [one for row in ROWS if row.chosen in ("always", depth) for one in row.sums]
+    if training.timed:
+        return tuple(able)
+    left = {(one.timeless.groups, one.direction): one.timeless for one in reversed(able) if one.timeless.groups}
+    return tuple(reversed(left.values()))  # of the same groups the earlier row
+
+
+def turns_of(training: Training) -> int:
+    """How often the input turns within a training, its ends not counted."""
+    return sum(turning_points(stretch.x, SWING).size - 2 for stretch in training.stretches)
 
 
 def sample(row: Row) -> ElementModel:
@@ -74,11 +82,16 @@ def _fit_row(training: Training, row: Row) -> ElementModel:
             f"{row.name} has elements that take time, but the recording has no time stamps. Name their column "
             f"(--time), or take a row without time, such as generalised-pi."
         )
-    return best_model(training, sums)
+    return choose(training, sums).model
 
 
 def _fit_best(training: Training) -> ElementModel:
-    return best_model(training, candidates(training))
+    return best_row(training).model
+
+
+def best_row(training: Training, firm: bool = True) -> Chosen:
+    """Return the best row for a training, and all that were compared."""
+    return choose(training, candidates(training), firm)
 
 
 def family_of(row: Row) -> Family:

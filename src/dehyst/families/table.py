@@ -5,7 +5,7 @@ Plain data, and the one place where a row is named: the registry, the fit, the p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # Groups of columns (dehyst.families.columns) -> the terms they add to a sum; z, q and p are memories.
 TERMS = {
@@ -38,6 +38,11 @@ class Sum:
     def timed(self) -> bool:
         """Whether it has elements that take time."""
         return not TIMED.isdisjoint(self.groups)
+
+    @property
+    def timeless(self) -> Sum:
+        """What is left of it for a log without time stamps."""
+        return replace(self, groups=tuple(group for group in self.groups if group not in TIMED))
 
 
 @dataclass(frozen=True)
@@ -87,12 +92,16 @@ ROWS = (
         f"{CLOCKWISE}; rate and creep; loops whose shape depends on the place by more than a map explains.",
     ),
     _row(
+        "stop-sum", "sum of stops", "stop", "always", "Prandtl 1928; Iwan 1966",
+        "Loops that run counter-clockwise; rate and creep; branches that differ other than by a map.",
+    ),
+    _row(
         "generalised-pi", "generalised Prandtl-Ishlinskii", "lag", "always",
         "Brokate and Sprekels 1996; Al Janaideh, Rakheja and Su 2011",
         f"{CLOCKWISE}; rate and creep.",
     ),
     _row(
-        "creep-pi", "Prandtl-Ishlinskii with creep", "play creep", "few", "Krejci and Kuhnen 2001",
+        "creep-pi", "Prandtl-Ishlinskii with creep", "play creep", "always", "Krejci and Kuhnen 2001",
         f"{CLOCKWISE}; creep whose size depends on the place; drift without cause.",
     ),
     _row(
@@ -126,7 +135,11 @@ ROWS = (
         "Outputs that stand still while the input moves; noise of the output acts as motion and as rate.", "inverse",
     ),
     _row(
-        "inverse-path", "inverse: lags along the way", "path relax", "never", "Dahl 1968; docs/decisions/0043",
+        "inverse-path", "inverse: lags along the way", "path relax", "many", "Dahl 1968; docs/decisions/0043",
         "Outputs with noise: its lags add noise up as way.", "inverse",
+    ),
+    _row(
+        "inverse-stop-path", "inverse: stops, lags along the way", "stop path relax", "many", OWN,
+        "Outputs with noise, or that stand still while the input moves.", "inverse",
     ),
 )  # fmt: skip
