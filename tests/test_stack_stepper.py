@@ -226,7 +226,7 @@ def test_a_call_takes_what_is_one_number_and_nothing_else(kind):
     for sample in ("1.0", [1.0], 1j, {}, np.zeros(2)):
         with pytest.raises(TypeError, match=f"a sample must be one number .* not a {type(sample).__name__}"):
             step(sample)
-    for arguments, names in (((), {}), ((1.0, 2.0), {}), ((), {"y": 1.0}), ((1.0,), {"x": 1.0})):
+    for arguments, names in (((), {}), ((1.0, 2.0, 3.0), {}), ((), {"y": 1.0}), ((1.0,), {"x": 1.0})):
         with pytest.raises(TypeError, match="__call__"):
             step(*arguments, **names)
     with pytest.raises(TypeError):
