@@ -211,7 +211,7 @@ def test_an_empty_file_may_be_written_over(run, folder, tmp_path):
     arguments = (folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--save", tmp_path / "empty.json")
     assert run("identify", *arguments)[0] == 0
     assert run("example", "--out", tmp_path / "empty.csv")[0] == 0
-    assert dehyst.load_model(tmp_path / "empty.json").family
+    assert dehyst.load(tmp_path / "empty.json").family
 
 
 def test_compensate_repeats_a_verdict_with_reserve_and_no_other(run, folder, tmp_path):
@@ -427,7 +427,9 @@ def failing(folder, tmp_path):
         ("ColumnError", ("identify", log, "--input", "nope", "--output", ANGLE)),
         ("ColumnError", ("identify", log, "--input", ANGLE, "--output", ANGLE)),
         ("ExcitationError", ("identify", tmp_path / "flat.csv", "--input", "p_bar", "--output", "q_deg")),
-        ("ParameterError", ("identify", log, *pair, "--family", "bouc-wen")),
+        ("ParameterError", ("identify", log, *pair, "--family", "bouc")),
+        ("ParameterError", ("identify", log, *pair, "--family", "bouc-wen", "--n", "7")),
+        ("ParameterError", ("identify", log, *pair, "--for", "fun")),
         ("ParameterError", ("identify", log, *pair, "--n", "0")),
         ("ParameterError", ("identify", log, *pair, "--eps", "-1")),
         ("ParameterError", ("identify", log, *pair, "--eps", "nan")),

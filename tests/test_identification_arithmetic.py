@@ -504,7 +504,14 @@ def test_scores_are_their_definitions():
     flat = [scores.score_of(scores.Moments(1.0, 0.0, s, 0.0), 0.0, 1.0).nrmse for s in (1.0, 0.0)]
     assert flat == [np.inf, 0.0]
     demands = [rec.input + 0.5 for rec in records]
-    assert scores.inverse_miss(records, demands, part) == pytest.approx(0.5 / np.ptp([records[0].input, x + 1]))
+    asked = scores.input_error(records, demands, part)
+    inputs = np.concatenate([records[0].input[3:30], records[1].input[:10]])
+    off = np.minimum(inputs + 0.5, np.max(x + 1.0)) - inputs  # an actuator goes no further than was applied
+    span = np.ptp([records[0].input, x + 1])
+    assert asked.rms_percent == pytest.approx(100 * np.sqrt(np.mean(off**2)) / span)
+    assert asked.bias_percent == pytest.approx(100 * np.mean(off) / span)
+    assert asked.without_bias_percent == pytest.approx(100 * np.std(off) / span)
+    assert scores.input_error(records, demands, scores.Part(((), ()), (None, None))) is None
 
 
 def test_a_round_trip_finds_the_larger_miss_of_both_ways():

@@ -238,6 +238,6 @@ def test_too_many_operators_are_refused_with_the_memory_they_would_take():
 
 
 def test_the_example_takes_normal_equations():
-    certificate = dehyst.identify(example_recording()).certificate
+    certificate = dehyst.identify(example_recording(), "modified-pi").certificate
     assert certificate.route == "normal equations"
     assert certificate.condition < families.LARGEST_CONDITION

@@ -76,7 +76,7 @@ def test_the_default_is_never_off_by_more_than_it_says_whatever_the_past(run, fi
 
 def test_on_the_example_log_the_default_halves_the_worst_error_at_the_first_sample():
     recording = example_recording()
-    model = dehyst.identify(recording).model
+    model = dehyst.identify(recording, "modified-pi").model
     inverse, card, x = model.inverse(), model.card.output, recording.input
     worst = {"unknown": 0.0, "model": 0.0}
     for k in range(1000, x.size - 10, 60):

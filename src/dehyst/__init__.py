@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from dehyst.families import FamilyFit as FamilyFit
     from dehyst.families import LoopModel as LoopModel
     from dehyst.families import compare as compare
+    from dehyst.families import identify as identify
     from dehyst.families import identify_family as identify_family
     from dehyst.findings import Finding as Finding
     from dehyst.identification import CrossValidation as CrossValidation
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from dehyst.identification import Refit as Refit
     from dehyst.identification import choose_shear as choose_shear
     from dehyst.identification import cross_validate as cross_validate
-    from dehyst.identification import identify as identify
     from dehyst.identification import identify_direct as identify_direct
     from dehyst.identification import identify_paper as identify_paper
     from dehyst.identification.drift import Drift as Drift
@@ -149,7 +149,7 @@ _HOME = {
     "drift": "dehyst.identification.drift",
     "evaluate": "dehyst.identification.evaluate",
     "equip": "dehyst.experiments.compensators",
-    "identify": "dehyst.identification",
+    "identify": "dehyst.families",
     "identify_family": "dehyst.families",
     "identify_direct": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",

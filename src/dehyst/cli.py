@@ -82,9 +82,18 @@ def identify(
         str,
         typer.Option(
             "--family",
-            help="auto, pi (the paper), pi-cumulative, modified-pi, stop, or direct-inverse, the compensator itself.",
+            help="auto: the best there is for this log; or pi (the paper), pi-cumulative, modified-pi, stop, static, "
+            "direct-inverse, or any family of `dehyst compare`.",
         ),
     ] = "auto",
+    purpose: Annotated[
+        str,
+        typer.Option(
+            "--for",
+            metavar="compensate|simulate",
+            help="What the model is for: compensate keeps the gain of the inverse low, simulate only the error.",
+        ),
+    ] = "compensate",
     n: Annotated[str, typer.Option("--n", help="Number of operators, or auto: by held-out error.")] = "100",
     eps: Annotated[
         str | None,
@@ -150,7 +159,7 @@ def identify(
     request = IdentifyRequest(
         logs=tuple(log), input=input or "", output=output or "", time=time, time_unit=time_unit,
         runs=tuple(run or ()), start=start, stop=stop,
-        family=family, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
+        family=family, purpose=purpose, n=n, eps=eps, thresholds=thresholds, initial_state=initial_state,
         train_fraction=train_fraction, save=save, report=report, figures=figures, overwrite=overwrite, json=json,
         stream=stream, spool_dir=spool_dir, shear=shear, max_inverse_gain=max_inverse_gain,
         creep=creep, creep_times=creep_times, load=load, mean_pressure=mean_pressure,

@@ -7,7 +7,7 @@ import math
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dehyst.app.columns import named_columns
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
@@ -15,12 +15,17 @@ from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.targets import MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
+from dehyst.families.best import PURPOSES, identify
 from dehyst.grades import Grade, grade_of
-from dehyst.identification import DirectFit, Fit, Score, identify
+from dehyst.identification import DirectFit, Fit, Score
+from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import identify_stream
 from dehyst.io import read_log
 from dehyst.recording import Recording
 from dehyst.shell import quoted
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,7 @@ class IdentifyRequest:
     start: float | None
     stop: float | None
     family: str
+    purpose: str
     n: str
     eps: str | None
     thresholds: str | None
@@ -59,6 +65,8 @@ class IdentifyRequest:
 
 def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
+    if request.purpose not in PURPOSES:
+        raise ParameterError(f"--for {request.purpose!r:.40} is none; write --for {' or --for '.join(PURPOSES)}.")
     _refuse_clashes(request)
     refuse_options(request)
     input, output = named_columns(
@@ -86,14 +94,14 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
         with ask_progress("reading", request.json):
             records = _read(request)
         return identify_from(request, records)
-    settings: dict[str, Any] = {
-        "family": request.family,
-        "n": _operators(request.n),
-        "eps": _eps(request),
-        "thresholds": _thresholds(request.thresholds),
-        "initial_state": request.initial_state,
-        "train_fraction": request.train_fraction,
+    typed = {
+        "n": (_operators(request.n), PAPER_OPERATORS),
+        "eps": (_eps(request), None),
+        "thresholds": (_thresholds(request.thresholds), None),
+        "initial_state": (request.initial_state, "auto"),
     }
+    settings: dict[str, Any] = {name: value for name, (value, usual) in typed.items() if value != usual}
+    settings |= {"family": request.family, "train_fraction": request.train_fraction}
     if request.shear is not None or request.max_inverse_gain is not None:
         shear = _number("--shear", request.shear, "k of the sheared loop, input + k output")
         settings |= {"shear": shear, "max_inverse_gain": request.max_inverse_gain}
@@ -105,8 +113,7 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
     with ask_progress("reading", request.json):
         records = _read(request)
     with ask_progress("identifying", request.json):
-        fit: Fit = identify(records, **settings)
-        return fit
+        return identify(records, purpose=request.purpose, **settings)
 
 
 def _read(request: IdentifyRequest) -> list[Recording]:
@@ -243,6 +250,9 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
                 Text(label), f"{score.rmse:.4g}", f"{score.rmse_percent:.2f}", f"{score.nrmse:.3f}", f"{score.max:.4g}"
             )
     out.print(table)
+    if fit.table:
+        out.print()
+        out.print(_compared(fit))
     memory = (
         f"{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
         f"'{certificate.initial_state}'"
@@ -252,8 +262,15 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     out.print(
         Text(
             f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
-            f"optimality {certificate.kkt_residual:.0e}, inverse round trip {certificate.round_trip_error:.0e}, "
-            f"inverse gain at most {certificate.inverse_gain:.4g}"
+            + ", ".join(
+                f"{what} {value:{digits}}"
+                for what, value, digits in (
+                    ("optimality", certificate.kkt_residual, ".0e"),
+                    ("inverse round trip", certificate.round_trip_error, ".0e"),
+                    ("inverse gain at most", certificate.inverse_gain, ".4g"),
+                )
+                if math.isfinite(value)
+            )
         )
     )
     print_findings(fit.warnings)
@@ -262,6 +279,22 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
         if path is not None:
             out.print(Text(f"{what}: {path}"))
     out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
+
+
+def _compared(fit: Fit) -> Table:
+    """From what the model was chosen: errors of the output, and of the input that the inverse asks for."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("% of range, rms", "direction", "output", "input", "tracking", ""):
+        table.add_column(Text(name), justify="right" if name in ("output", "input", "tracking") else "left")
+    for row in fit.table:
+        table.add_row(
+            Text(row.family), row.direction, f"{row.test_percent:.2f}", f"{row.input_percent:.2f}",
+            "" if row.tracking_percent is None else f"{row.tracking_percent:.2f}", "chosen" if row.chosen else "",
+        )  # fmt: skip
+    return table
 
 
 def _next(fit: Fit, saved: Path | None) -> str:

@@ -225,7 +225,7 @@ def _identified(
         if direct is not None:
             run = direct.run(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
             return np.asarray(run.u / (BAR * characteristic.slope(q)))
-        return fit.model.inverse().simulate(q) - shear * q
+        return np.asarray(fit.model.inverse().simulate(q) - shear * q)
 
     unseen = log.unseen
     measured, said = _hysteresis(unseen), says(unseen)

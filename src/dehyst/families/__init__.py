@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from dehyst.families.base import LoopModel as LoopModel
     from dehyst.families.base import LoopStepper as LoopStepper
     from dehyst.families.base import Scaling as Scaling
+    from dehyst.families.best import identify as identify
     from dehyst.families.comparison import Comparison as Comparison
     from dehyst.families.comparison import all_names as all_names
     from dehyst.families.comparison import compare as compare
@@ -51,6 +52,7 @@ _HOME = {
     "compare": "dehyst.families.comparison",
     "example": "dehyst.families.registry",
     "family": "dehyst.families.registry",
+    "identify": "dehyst.families.best",
     "identify_family": "dehyst.families.fitting",
     "names": "dehyst.families.registry",
 }

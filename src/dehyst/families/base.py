@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from dehyst.recording import Recording
 
 if TYPE_CHECKING:
     from dehyst.families.fitting import FamilyFit
+    from dehyst.identification import Fit
 
 STARTS = ("zero", "rest", "rising", "falling", "origin")
 PRELUDE = 64  # samples of a stroke before the first sample
@@ -149,6 +150,11 @@ class LoopModel(Model):
         """Number of identified values."""
         return self.free_parameters
 
+    @property
+    def inverse_gain(self) -> float:
+        """Largest slope of the inverse; not a number where no formula tells. [input/output]"""
+        return float("nan")
+
     @classmethod
     def example(cls) -> Self:
         """Return a small model of this family, for tests and pictures."""
@@ -227,6 +233,12 @@ class LoopModel(Model):
     def _stroke(self, memory: Array, at: float, turn: float) -> Array:
         way = np.linspace(at, turn, PRELUDE + 1)[1:]
         return self.run(way, np.zeros(PRELUDE) if self.rate_dependent else None, memory)[1]
+
+    def identified_again(self, records: Sequence[Recording], train_fraction: float) -> Fit:
+        """Return the fit of the same family to other recordings."""
+        from dehyst.families.best import identify  # knows all families
+
+        return cast("Fit", identify(records, self.family, train_fraction=train_fraction))
 
     def with_start(self, start: str) -> Self:
         """Return the same model that begins in another state, one of `STARTS`."""

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import DehystError, ParameterError
+from dehyst.families.best import best_fit
 from dehyst.families.entry import Entry
 from dehyst.families.existing import TITLES, entry_of, existing, static_of
 from dehyst.families.fitting import fit_one, orientation_of
 from dehyst.families.registry import family, names
 from dehyst.families.table import ROWS
 from dehyst.families.training import Training, training_of
-from dehyst.identification import Fit, identify
+from dehyst.identification import Fit
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.scores import Part, parts
 from dehyst.identification.settings import check_recordings
@@ -211,7 +212,7 @@ def compare(
             f"no family '{unknown[0] if unknown else ''}'. There are: {', '.join(all_names())}.", names=unknown
         )
     begun = time.thread_time()
-    auto = identify(records, train_fraction=train_fraction)
+    auto = best_fit(records, train_fraction)
     spent = time.thread_time() - begun
     with single_blas():
         data = prepare(records, split_recordings(records, train_fraction))

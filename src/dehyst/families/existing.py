@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from dehyst.families.entry import Entry
+from dehyst.families.registry import family
 from dehyst.identification import Fit, identify, identify_direct
 from dehyst.identification.scores import Part, score
 from dehyst.recording import Recording
@@ -45,7 +46,7 @@ def entry_of(fit: Fit, part: tuple[Part, Part], output_range: float, seconds: fl
     curve = sum(each.v.size for each in fit.model.maps if each is not None) or 1
     return Entry(
         family=fit.family,
-        title=TITLES[fit.family],
+        title=TITLES.get(fit.family) or family(fit.family).title,
         model=fit.model,
         predictions=fit.predictions,
         train=score(fit.recordings, fit.predictions, part[0], output_range),

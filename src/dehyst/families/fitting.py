@@ -23,7 +23,7 @@ from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.data import DataSet, Piece, prepare, range_over
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
-from dehyst.identification.scores import Part, inverse_miss, parts, score
+from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
@@ -181,7 +181,7 @@ def fit_one(
     train = score(records, outputs, part[0], data.output_range)
     assert train is not None
     test = score(records, outputs, part[1], data.output_range)
-    seen = part[1] if part[1] else part[0]
+    error = None if demands is None else input_error(records, demands, part[1] if part[1] else part[0])
     return FamilyFit(
         family=name,
         model=model.with_card(_card(model, records, train, test)),
@@ -190,7 +190,7 @@ def fit_one(
         demands=demands,
         train=train,
         test=test,
-        inverse_percent=None if demands is None else 100.0 * inverse_miss(records, demands, seen),
+        inverse_percent=None if error is None else error.rms_percent,
         seconds=seconds,
         seed=None if found.convex else training.seed,
     )

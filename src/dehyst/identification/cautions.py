@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,12 +27,34 @@ USELESS_GAIN = 2e3
 # ... nor is a model of an actuator that became another one.
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
+ROW_GAIN = (
+    "Smooth the reference, or take plays with a bound of your own: --max-inverse-gain G, in units of input over output."
+)
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
 # Recordings fitted together whose mean residuals differ by more than this share of the output's range.
 LEVELS_APART = 0.05
 # Held-out samples whose input covers less than this share of the fitted range hold no loops.
 SMALL_TEST = 0.1
+
+
+@dataclass(frozen=True)
+class Knows:
+    """What a family can show beside plain hysteresis.
+
+    Attributes
+    ----------
+    leads
+        Loops whose output leads the input.
+    crosses
+        Loops that lead in one part of the input and lag in another.
+    time
+        Rate and creep.
+    """
+
+    leads: bool = False
+    crosses: bool = False
+    time: bool = False
 
 
 def of_range(percent: float) -> str:
@@ -53,11 +76,11 @@ def about_data(
     loop: LoopFacts,
     change: float,
     doubt: float,
-    family: str,
+    knows: Knows,
 ) -> Iterator[Finding]:
     """Yield what in the data limits any model: orientation, rate, drift, too few loops, gaps."""
     if loop.orientation == "clockwise":
-        cure = "" if family in ("stop", "pi-cumulative") else " Identify with --family stop or auto."
+        cure = "" if knows.leads else " Identify with --family stop or auto."
         yield Finding(
             "clockwise",
             f"the loop runs clockwise ({loop.width_percent:.0f} % of the output's range wide): the output leads the "
@@ -65,21 +88,20 @@ def about_data(
             f"cannot show it; the stop form can. If this is an actuator's response, check that input and output are "
             f"not swapped.{cure}",
         )
-    if loop.orientation == "mixed":
+    if loop.orientation == "mixed" and not knows.crosses:
         yield Finding(
             "mixed-loop",
             "the loop runs clockwise over one part of the input and counter-clockwise over another. No "
             "Prandtl-Ishlinskii model does that; look at the loop in the report, and for a second moving part, a "
             "lagging sensor, or swapped columns.",
         )
-    if (loop.rate_dependence_percent or 0.0) >= 100.0 * RATE_SIZE:
+    if (loop.rate_dependence_percent or 0.0) >= 100.0 * RATE_SIZE and not knows.time:
         lacking = loop.lacking(data.center - data.half_range, data.center + data.half_range)
-        lags = "" if loop.orientation == "clockwise" else "; --family direct-inverse for loops that lag"
         yield Finding(
             "rate-dependent",
             f"{' and '.join(loop.depends)}, on blocks held out: damping, creep, or a lagging sensor, which no "
-            f"rate-independent model can follow. Identify at the speed of use, look for a family that knows them "
-            f"(`dehyst compare`{lags}), or align the delay of a sensor."
+            f"rate-independent model can follow. Take a family that knows them (--family auto looks for one), identify "
+            f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
@@ -137,6 +159,7 @@ def about_fit(
     certificate: Certificate,
     paper: bool,
     asked_test: bool,
+    knows: Knows,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
     first = records[0]
@@ -193,7 +216,7 @@ def about_fit(
             "high-inverse-gain",
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
             f"ratio of the ranges): noise on its input becomes steps of its output. {_of_units(slope) if paper else ''}"
-            f"{_cure_of_gain(certificate)}",
+            f"{ROW_GAIN if knows.crosses else _cure_of_gain(certificate)}",
         )
     if gain > USELESS_GAIN and not misses:
         yield Finding(

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import datetime as _datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from dehyst import __version__
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
-from dehyst.identification.cautions import no_hysteresis
+from dehyst.identification.cautions import Knows, no_hysteresis
 from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import STATIC, Estimate
 from dehyst.identification.fit import Candidate, Certificate, Fit, Score
 from dehyst.identification.folds import output_knots
 from dehyst.identification.levels import settled
-from dehyst.identification.measures import Measure
+from dehyst.identification.measures import Measure, Measured
 from dehyst.identification.refit import Refitter
 from dehyst.identification.regressors import Bank
 from dehyst.identification.selection import Choice, Firmness
@@ -33,9 +33,7 @@ def certify(
     estimate: Estimate,
     firm: Firmness,
     candidates: tuple[Candidate, ...],
-    loop: facts.Orientation,
-    counts: tuple[int, int],
-    motion: facts.Motion,
+    seen: Seen,
     settings: dict[str, Any],
     measure: Measure,
     refitter: Refitter | None,
@@ -44,10 +42,8 @@ def certify(
 
     Parameters
     ----------
-    counts
-        Loops and turning points of the fitted part.
-    motion
-        What the input did there.
+    seen
+        What the fitted part shows.
     measure
         Compares model and curve with all samples.
     refitter
@@ -58,13 +54,12 @@ def certify(
     model = (
         curve_of(estimate, data) if choice.family == STATIC else build_model(estimate, data, bank, knots, ModelCard())
     )
-    measured = measure(data, settled(data, bank, model), model, static, counts[1])
-    train, test = measured.train, measured.test
+    measured = measure(data, settled(data, bank, model), model, static, seen.counts[1])
     certificate = Certificate(
         kkt_residual=estimate.kkt_residual,
         round_trip_error=measured.round_trip,
         inverse_gain=model.inverse_gain,
-        inverse_miss_percent=100.0 * measured.inverse_miss,
+        inverse_miss_percent=measured.input_error.rms_percent,
         affordable_eps=firm.affordable,
         enough_eps=firm.enough,
         enough_eps_cost=firm.cost,
@@ -76,24 +71,64 @@ def certify(
         route=estimate.route,
         condition=estimate.condition,
     )
+    knows = Knows(leads=choice.family in ("stop", "pi-cumulative"))
+    name = f"{choice.family}, {certificate.nonzero_weights} of {certificate.operators} operators"
+    return fit_of(
+        model, choice.family, name if operators else STATIC, knows, data, seen, static, measured,
+        certificate, settings, candidates, refitter,
+    )  # fmt: skip
+
+
+class Seen(NamedTuple):
+    """What the fitted part shows: orientation, loops and turning points, motion of the input."""
+
+    loop: facts.Orientation
+    counts: tuple[int, int]
+    motion: facts.Motion
+
+
+def seen_in(found: tuple[facts.Branches, ...]) -> Seen:
+    """Say what the branches of the fitted part show."""
+    return Seen(facts.orientation(found), facts.count_loops(found), facts.motion(found))
+
+
+def fit_of(
+    model: Any,
+    family: str,
+    name: str,
+    knows: Knows,
+    data: DataSet,
+    seen: Seen,
+    static: StaticCurve,
+    measured: Measured,
+    certificate: Certificate,
+    settings: dict[str, Any],
+    candidates: tuple[Candidate, ...],
+    refitter: Refitter | None = None,
+    no_inverse: str = "",
+) -> Fit:
+    """Return the fit of a model of any family: findings, verdict, provenance.
+
+    Parameters
+    ----------
+    name
+        Family and size, as the verdict says them.
+    knows
+        What the family can show.
+    no_inverse
+        Why there is no inverse, "" if there is one.
+    """
     loop_facts, findings = judge.examine(
-        measured.recordings, data, loop, counts, motion, measured, certificate, choice.family,
+        measured.recordings, data, *seen, measured, certificate, knows,
         paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
     )  # fmt: skip
-    if choice.family == STATIC and candidates:
+    if family == STATIC and candidates:
         findings = (*findings, no_hysteresis(candidates))
-    verdict = judge.verdict(
-        choice.family,
-        train,
-        test,
-        measured.static_test or measured.static_train,
-        certificate,
-        findings,
-        tested_on(settings),
-    )
-    card = _card(measured.recordings, settings, choice, train, test, verdict)
+    verdict = judge.verdict(name, measured, findings, tested_on(settings), no_inverse)
+    train, test = measured.train, measured.test
+    card = _card(measured.recordings, settings, family, certificate.initial_state, train, test, verdict)
     return Fit(
-        family=choice.family,
+        family=family,
         model=model.with_card(card),
         recordings=measured.recordings,
         predictions=measured.outputs,
@@ -102,6 +137,9 @@ def certify(
         test_masks=measured.test_masks,
         train=train,
         test=test,
+        input_train=measured.input_train,
+        input_test=measured.input_test,
+        curve_input=measured.curve_input,
         static=StaticCurve(static.curve, card),
         static_train=measured.static_train,
         static_test=measured.static_test,
@@ -123,7 +161,8 @@ def _is_papers(settings: dict[str, Any]) -> bool:
 def _card(
     records: tuple[Recording, ...],
     settings: dict[str, Any],
-    choice: Choice,
+    family: str,
+    start: str,
     train: Score,
     test: Score | None,
     verdict: str,
@@ -136,8 +175,8 @@ def _card(
         "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
         "dehyst": __version__,
         "settings": dict(settings),
-        "identified_family": choice.family,
-        "initial_state": choice.initial_state,
+        "identified_family": family,
+        "initial_state": start,
         "train": train.as_dict(),
         "test": None if test is None else test.as_dict(),
         "verdict": verdict,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
+from dehyst.grades import Grade, grade_of
 from dehyst.identification.evidence import LEAST, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
@@ -81,6 +82,9 @@ class InputError:
     def as_dict(self) -> dict[str, float]:
         """Return both figures as printed by ``--json``."""
         return {"rms_percent": self.rms_percent, "bias_percent": self.bias_percent}
+
+
+UNKNOWN = InputError(float("nan"), float("nan"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +171,39 @@ class Candidate:
     error_percent: float
     uncertainty_percent: float
     chosen: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One row of the table from which a model was chosen.
+
+    Attributes
+    ----------
+    family, direction
+        Of the model.
+    test_percent
+        RMS error of the output on held-out samples, fitted ones if none were held out; percent of range.
+    input_percent
+        The same of the input that the inverse asks for.
+    tracking_percent
+        Predicted error of open-loop tracking, percent of the output's range; None where it was not asked for.
+    exportable
+        Whether it runs on a target.
+    chosen
+        Whether this is the model.
+    """
+
+    family: str
+    direction: str
+    test_percent: float
+    input_percent: float
+    tracking_percent: float | None
+    exportable: bool
+    chosen: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the row as printed by ``--json``."""
+        return asdict(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,6 +349,10 @@ class Fit:
         unknown belong to neither.
     train, test
         Scores on fitted and on held-out samples; test is None when nothing was held out.
+    input_train, input_test
+        Error of the input that the inverse asks for, on the same samples.
+    curve_input
+        The same of the curve's inverse, on those held out if there are any.
     static
         The best curve without hysteresis.
     static_train, static_test
@@ -334,6 +375,8 @@ class Fit:
         How k of the sheared loop was chosen; None if it was given, or the loop is not sheared. With a shear,
         `recordings`, `predictions` and the scores are those of the sheared loop, whose input is u + k y; `model`, the
         inverse's gain and its miss are those of the log's own input u.
+    table
+        From what "auto" chose.
 
     Examples
     --------
@@ -346,7 +389,7 @@ class Fit:
     """
 
     family: str
-    model: HysteresisModel
+    model: Any
     recordings: tuple[Recording, ...]
     predictions: tuple[Array, ...]
     inverse_predictions: tuple[Array, ...]
@@ -365,6 +408,25 @@ class Fit:
     verdict: str = ""
     refitter: _Refitting | None = field(default=None, repr=False, compare=False)
     shear_choice: ShearChoice | None = None
+    input_train: InputError = UNKNOWN
+    input_test: InputError | None = None
+    curve_input: InputError = UNKNOWN
+    table: tuple[Option, ...] = ()
+
+    @property
+    def grade(self) -> Grade | None:
+        """How far the model can be trusted as a compensator, as the verdict says."""
+        return grade_of(self.verdict)
+
+    @property
+    def direction(self) -> str:
+        """ "forward", or "inverse" where the input was identified as a function of the output."""
+        return str(getattr(self.model, "direction", "forward"))
+
+    @property
+    def input_error(self) -> InputError:
+        """Error of the input that the inverse asks for, over held-out samples if there are any."""
+        return self.input_test or self.input_train
 
     def refit(
         self,
@@ -423,7 +485,7 @@ class Fit:
 
     def _card_of(self, found: Refit) -> ModelCard:
         """Card of this fit with the settings and scores of another one."""
-        card = self.model.card
+        card: ModelCard = self.model.card
         given = dict(card.provenance)
         settings = {**dict(given.get("settings", {})), "family": found.family, "n": found.n, "eps": found.eps}
         given |= {
@@ -472,6 +534,17 @@ class Fit:
             "round_trip_error": self.certificate.round_trip_error,
             "inverse_gain": self.certificate.inverse_gain,
             "inverse_miss_percent": self.certificate.inverse_miss_percent,
+            "purpose": str(self.settings.get("purpose", "compensate")),
+            "direction": self.direction,
+            "elements": list(elements_of(self.model)),
+            "dead_time_s": float(getattr(self.model, "dead_time", 0.0)),
+            "input_error": {
+                "train": self.input_train.as_dict(),
+                "test": None if self.input_test is None else self.input_test.as_dict(),
+            },
+            "tracking_percent": next((row.tracking_percent for row in self.table if row.chosen), None),
+            "table": [row.as_dict() for row in self.table],
+            "grade": None if self.grade is None else ("good", "care", "no")[self.grade],
             "initial_state": self.certificate.initial_state,
             "route": self.certificate.route,
             "condition": self.certificate.condition,
@@ -481,6 +554,16 @@ class Fit:
             "evidence": [found.as_dict() for found in self.facts.evidence],
             "warnings": [finding.as_dict() for finding in self.warnings],
         }
+
+
+BUILT_OF = {
+    "pi": ("play",), "pi-cumulative": ("play",), "modified-pi": ("play", "map"), "stop": ("stop",), "static": ("map",),
+}  # fmt: skip
+
+
+def elements_of(model: Any) -> tuple[str, ...]:
+    """Kinds of elements that a model is made of; the name of its family where it is no sum of elements."""
+    return tuple(getattr(model, "kinds", ())) or BUILT_OF.get(model.family, (model.family,))
 
 
 def _sheared(found: Refit, k: float) -> Refit:

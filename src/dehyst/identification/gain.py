@@ -15,7 +15,7 @@ from dehyst.identification.cautions import POOR_PERCENT, of_range
 from dehyst.identification.data import DataSet, prepare, range_over
 from dehyst.identification.fit import Fit
 from dehyst.identification.judge import GOOD_PERCENT
-from dehyst.identification.measures import Measure, Measured, measure_in_memory
+from dehyst.identification.measures import InMemory, Measure, Measured
 from dehyst.identification.procedure import Call, solve_in_memory
 from dehyst.identification.regressors import Bank
 from dehyst.identification.shear import LARGEST_EPS, ShearChoice, check_family, choose_shear, eps_of_gain, sheared
@@ -143,11 +143,13 @@ def _eps(
 def _against(records: tuple[Recording, ...], turned: tuple[Recording, ...]) -> Measure:
     """Measure of the sheared loop, with the inverse's miss as a share of the range of the log's own input."""
     ratio = robust_range([record.input for record in turned]) / robust_range([record.input for record in records])
-    whole = measure_in_memory(turned)
+    whole = InMemory(turned)
 
     def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
         found = whole(data, bank, model, static, turns)
-        return replace(found, inverse_miss=found.inverse_miss * ratio)
+        test = found.input_test and found.input_test.times(ratio)
+        train, curve = found.input_train.times(ratio), found.curve_input.times(ratio)
+        return replace(found, input_train=train, input_test=test, curve_input=curve)
 
     return measure
 
@@ -157,10 +159,9 @@ def _card(fit: Fit, records: tuple[Recording, ...]) -> ModelCard:
     first = records[0]
     low, high = range_over([record.input for record in records])
     inverse = {"rmse_percent": fit.certificate.inverse_miss_percent}
-    provenance = {**fit.model.card.provenance, "inverse": inverse}
-    return replace(
-        fit.model.card, provenance=provenance, input=SignalCard(first.input_name, first.input_unit, low, high)
-    )
+    card: ModelCard = fit.model.card
+    provenance = {**card.provenance, "inverse": inverse}
+    return replace(card, provenance=provenance, input=SignalCard(first.input_name, first.input_unit, low, high))
 
 
 def _named(fit: Fit, k: float, record: Recording, chosen: bool) -> Fit:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import about_data, about_fit, of_range
+from dehyst.identification.cautions import Knows, about_data, about_fit, of_range
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
 from dehyst.recording import Recording
+from dehyst.ties import rank
 
 GOOD_PERCENT = 3.0
 # Findings that keep a small error from being called good.
@@ -28,6 +29,8 @@ SERIOUS = {
 FEW_LOOPS = {"few-loops", "never-turns"}
 # And those that forbid compensation.
 UNUSABLE = {"poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless", "two-actuators"}
+# Of these: whatever the inverse misses of this log, on the next motion it does harm.
+HARMFUL = {"never-turns", "inverse-useless", "two-actuators"}
 
 
 def examine(
@@ -38,7 +41,7 @@ def examine(
     motion: facts.Motion,
     measured: Measured,
     certificate: Certificate,
-    family: str,
+    knows: Knows,
     *,
     paper: bool,
     held_out: bool,
@@ -58,8 +61,8 @@ def examine(
         motion=motion,
         evidence=measured.evidence,
     )
-    judged = [*about_data(data, loop_facts, abs(change), doubt, family)]
-    judged += about_fit(records, data, measured, certificate, paper, held_out)
+    judged = [*about_data(data, loop_facts, abs(change), doubt, knows)]
+    judged += about_fit(records, data, measured, certificate, paper, held_out, knows)
     # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
     said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
     read = [finding for record in records for finding in record.findings if finding.code not in said]
@@ -69,38 +72,48 @@ def examine(
 
 
 def verdict(
-    family: str,
-    train: Score,
-    test: Score | None,
-    static: Score,
-    certificate: Certificate,
+    name: str,
+    measured: Measured,
     findings: tuple[Finding, ...],
     tested: str,
+    no_inverse: str = "",
 ) -> str:
-    """The judgement in one line; `tested` says what was held out, if anything was."""
-    judged = test if test is not None else train
+    """The judgement in one line; `name` is the family and its size, `tested` says what was held out, if anything was.
+
+    A compensator is good if its input error is: within 3 % of the input's range, and no worse than that of the curve's
+    inverse. Within that bound only what does harm on the next motion forbids it.
+    """
+    test, codes = measured.test, {finding.code for finding in findings}
+    judged, static = test or measured.train, measured.static_test or measured.static_train
     where = f"on {tested}" if test is not None else "on the fitted samples (none held out)"
-    codes = {finding.code for finding in findings}
-    serious = sorted(codes & SERIOUS)
-    if codes & UNUSABLE:
+    inverse, curve = measured.input_error.rms_percent, measured.curve_input.rms_percent
+    against = sorted(codes & (SERIOUS | UNUSABLE))
+    if inverse > GOOD_PERCENT:
+        against.append(f"its inverse misses more than {GOOD_PERCENT:g} %")
+    elif rank(inverse) > rank(curve):
+        against.append(f"the inverse of a curve without hysteresis misses less, {of_range(curve)} range")
+    if codes & HARMFUL or (codes & UNUSABLE and inverse > GOOD_PERCENT):
         grade = "do not compensate with it"
-    elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not serious:
+    elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not against:
         grade = "good for compensation"
     else:
-        grade = "usable with care" + (
-            f" ({reasons})" if (reasons := reasons_of(judged, test is not None, serious)) else ""
-        )
-    if family == STATIC:
+        reasons = reasons_of(judged, test is not None, against)
+        grade = "usable with care" + (f" ({reasons})" if reasons else "")
+    if no_inverse:
         return (
-            f"static, a curve without memory: {judged.rmse_percent:.2f} % of range rms {where}; its inverse gives the "
-            f"applied input back to {of_range(certificate.inverse_miss_percent)} its range"
+            f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the "
+            f"best curve without hysteresis; it has no inverse, {no_inverse.rstrip('.')}: do not compensate with it."
+        )
+    gives = f"gives the applied input back to {of_range(inverse)} its range"
+    if name == STATIC:
+        return (
+            f"static, a curve without memory: {judged.rmse_percent:.2f} % of range rms {where}; its inverse {gives}"
             + ("; hysteresis was not found, or does not repeat" if "no-hysteresis" in codes else "")
             + f": {grade}."
         )
     return (
-        f"{family}, {certificate.nonzero_weights} of {certificate.operators} operators: {judged.rmse_percent:.2f} % of "
-        f"range rms {where}, against {static.rmse_percent:.2f} % for the best curve without hysteresis; the inverse "
-        f"gives the applied input back to {of_range(certificate.inverse_miss_percent)} its range: {grade}."
+        f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the best "
+        f"curve without hysteresis; the inverse {gives}: {grade}."
     )
 
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from dehyst.identification import facts
 from dehyst.identification.data import DataSet
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
-from dehyst.identification.fit import Score
+from dehyst.identification.fit import InputError, Score
 from dehyst.identification.regressors import Bank
-from dehyst.identification.scores import Part, inverse_miss, parts, predictions, round_trip, score
+from dehyst.identification.scores import Part, input_error, parts, predictions, round_trip, score
 from dehyst.models import HysteresisModel, StaticCurve
 from dehyst.recording import Recording
 
@@ -36,8 +36,10 @@ class Measured:
         Scores of the model and of the curve.
     round_trip
         Of model and inverse, relative to the ranges.
-    inverse_miss
-        RMS of the input asked for less the input applied, share of the input's range.
+    input_train, input_test
+        Error of the input asked for; None where nothing was held out.
+    curve_input
+        The same of the curve's inverse, over held-out samples if there are any.
     beyond
         How far the held-out input leaves what was fitted, share of the range.
     levels_apart
@@ -58,11 +60,18 @@ class Measured:
     static_train: Score
     static_test: Score | None
     round_trip: float
-    inverse_miss: float
+    input_train: InputError
+    input_test: InputError | None
+    curve_input: InputError
     beyond: float
     levels_apart: float
     evidence: tuple[Evidence, ...]
     drift: tuple[float, float]
+
+    @property
+    def input_error(self) -> InputError:
+        """Over held-out samples, over fitted ones if none were held out."""
+        return self.input_test or self.input_train
 
 
 @dataclass(frozen=True)
@@ -90,20 +99,47 @@ class Measure(Protocol):
         ...
 
 
-def measure_in_memory(records: tuple[Recording, ...], loads: Sequence[Sequence[Array]] = ()) -> Measure:
-    """Compare with recordings in memory; the test of rate and creep is made once for all models that are compared.
+class InMemory:
+    """Compares models with recordings in memory; the test of rate and creep is made once for all of them.
 
-    `loads`: shares (T,), 0 at the least and 1 at the most, of signals that change the loop, for each recording.
+    Parameters
+    ----------
+    records
+        The data.
+    loads
+        Shares (T,), 0 at the least and 1 at the most, of signals that change the loop, for each recording.
     """
-    tested: list[tuple[Evidence, ...]] = []
 
-    def measure(data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
-        fitted, held_out = parts(records, data, bank.initial_state)
-        outputs, demands = predictions(records, data, bank, model)
+    def __init__(self, records: tuple[Recording, ...], loads: Sequence[Sequence[Array]] = ()) -> None:
+        self._records, self._loads = records, loads
+        self._tested: tuple[Evidence, ...] | None = None
+
+    def __call__(self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        """Compare a model whose memory before each piece a bank tells."""
+        outputs, demands = predictions(self._records, data, bank, model)
+        trip = round_trip(model, self._records[0].input)
+        return self.compared(data, bank.initial_state, outputs, demands, trip, static, turns)
+
+    def compared(
+        self,
+        data: DataSet,
+        start: str,
+        outputs: tuple[Array, ...],
+        demands: tuple[Array, ...],
+        trip: float,
+        static: StaticCurve,
+        turns: int,
+    ) -> Measured:
+        """Compare what a model answers, and what its inverse asks for, whatever model it is."""
+        records = self._records
+        fitted, held_out = parts(records, data, start)
         curves = tuple(Answers(static, record.input) for record in records)
         train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
         static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
-        if train is None or static_train is None:
+        input_train, input_test = (input_error(records, demands, part) for part in (fitted, held_out))
+        asked = tuple(static.inverse().simulate(record.output) for record in records)
+        curve_input = input_error(records, asked, fitted if test is None else held_out)
+        if train is None or static_train is None or input_train is None or curve_input is None:
             raise AssertionError("no training samples")  # the caller has checked
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
         better = outputs if train.rmse <= static_train.rmse else tuple(curve.whole for curve in curves)
@@ -112,8 +148,8 @@ def measure_in_memory(records: tuple[Recording, ...], loads: Sequence[Sequence[A
         if np.count_nonzero(seen) > 8:
             signals = (records[0].input, better[0], records[0].output)
             change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
-        if not tested:
-            tested.append(_evidence(records, data, turns, loads))
+        if self._tested is None:
+            self._tested = _evidence(records, data, turns, self._loads)
         return Measured(
             recordings=records,
             outputs=outputs,
@@ -124,15 +160,15 @@ def measure_in_memory(records: tuple[Recording, ...], loads: Sequence[Sequence[A
             test=test,
             static_train=static_train,
             static_test=static_test,
-            round_trip=round_trip(model, records[0].input),
-            inverse_miss=inverse_miss(records, demands, fitted if test is None else held_out),
+            round_trip=trip,
+            input_train=input_train,
+            input_test=input_test,
+            curve_input=curve_input,
             beyond=_beyond_training(records, held_out, data),
             levels_apart=_levels_apart(records, outputs, fitted, held_out),
-            evidence=tested[0],
+            evidence=self._tested,
             drift=change,
         )
-
-    return measure
 
 
 def _evidence(

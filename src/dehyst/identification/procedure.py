@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
-from dehyst.identification.certify import certify
+from dehyst.identification.certify import certify, seen_in
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import STATIC, Estimate, fit_family
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.identification.folds import output_knots
-from dehyst.identification.measures import Measure, measure_in_memory
+from dehyst.identification.measures import InMemory, Measure
 from dehyst.identification.polish import polish
 from dehyst.identification.refine import refine
 from dehyst.identification.refit import Refitter
@@ -226,7 +226,7 @@ def solve_in_memory(
     """Fit recordings that are in memory, with settings that were checked."""
     with single_blas():
         data = prepare(records, call.split, weights)
-        return solve(call, records[0], data, facts.branches(data), measure or measure_in_memory(records), records)
+        return solve(call, records[0], data, facts.branches(data), measure or InMemory(records), records)
 
 
 def _identify_direct(
@@ -324,8 +324,8 @@ def solve(
     scaled = call.eps if call.choose_eps or call.family != "pi" else paper_eps(call.eps, first, data)
     problem = _Problem(data, call.operators, scaled, call.given, entering)
     entering("choosing")
-    loop = facts.orientation(found)
-    families = BY_ORIENTATION[loop.name] if call.family == "auto" else (call.family,)
+    seen = seen_in(found)
+    families = BY_ORIENTATION[seen.loop.name] if call.family == "auto" else (call.family,)
     starts = STARTS if call.initial_state == "auto" else (call.initial_state,)
     if call.family == "pi" and call.initial_state == "auto":
         starts = (start_of_paper(data, problem.operators, scaled, call.given),)
@@ -351,7 +351,6 @@ def solve(
     if choice.regularisation is not None:
         settings["smoothing"] = choice.regularisation.smoothing
         settings["ridge"] = choice.regularisation.ridge
-    counts, motion = facts.count_loops(found), facts.motion(found)
     entering("comparing")
     return certify(
         data,
@@ -361,9 +360,7 @@ def solve(
         estimate,
         firm.times(slope),
         candidates,
-        loop,
-        counts,
-        motion,
+        seen,
         settings,
         measure,
         refitter,

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.identification.data import DataSet, Piece, chunks
-from dehyst.identification.fit import Score
+from dehyst.identification.data import DataSet, Piece, chunks, range_over
+from dehyst.identification.fit import InputError, Score
 from dehyst.identification.levels import started
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel
@@ -186,7 +186,16 @@ def round_trip(model: HysteresisModel, x: Array) -> float:
     return float(np.max(misses / np.maximum(ranges[:, 1] - ranges[:, 0], 1e-300)))
 
 
-def inverse_miss(records: tuple[Recording, ...], demands: Sequence[Array], part: Part) -> float:
-    """RMS of the input asked for less the input applied, over the chosen samples, share of the input's range."""
+def input_error(records: tuple[Recording, ...], demands: Sequence[Array], part: Part) -> InputError | None:
+    """Error of the input asked for, kept within the range that was applied; None if no samples are chosen."""
     inputs = [record.input for record in records]
-    return part.moments(demands, inputs).rms / robust_range(inputs)
+    low, high = range_over(inputs)
+    held = [np.clip(demand, low, high) for demand in demands]
+    return input_error_of(part.moments(held, inputs), robust_range(inputs))
+
+
+def input_error_of(moments: Moments, span: float) -> InputError | None:
+    """Error from the moments of the input asked for less the input applied."""
+    if not moments.count:
+        return None
+    return InputError(100.0 * moments.rms / span, 100.0 * moments.mean / span)

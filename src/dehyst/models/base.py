@@ -18,7 +18,6 @@ from dehyst.models.unknown import Past, Plays, check_past, half_width, held, sta
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
-    from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 __all__ = ["HysteresisModel", "RejectedSamplesWarning", "StackStepper", "StepMethod", "Stepper"]
 
@@ -89,21 +88,6 @@ class HysteresisModel(Model):
     @abstractmethod
     def inverse_gain(self) -> float:
         """Largest slope |dx/dy| of the inverse: how much it amplifies noise. [input/output]"""
-
-    @property
-    def play_core(self) -> PrandtlIshlinskii | None:
-        """The sum of plays inside, maps and a shear left out; None for a curve without memory."""
-        return None
-
-    @property
-    def operators(self) -> tuple[str, Array, float | None]:
-        """Kind of its operators, "play" or "stop", a weight for each of `play_core`, and the slope beside stops."""
-        return "play", _NO_MAP, None
-
-    @property
-    def maps(self) -> tuple[MonotoneMap | None, MonotoneMap | None]:
-        """Maps before and after the operators."""
-        return None, None
 
     @property
     def parts(self) -> tuple[int, str]:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,10 @@ import numpy.typing as npt
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.models.arrays import Array
 from dehyst.models.card import ModelCard, SignalCard
+
+if TYPE_CHECKING:
+    from dehyst.models.monotone import MonotoneMap
+    from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 M = TypeVar("M", bound="Model")
 
@@ -117,14 +121,29 @@ class Model(ABC):
             return ""
         return (
             f"a {self.family} model has no form in the core that targets run. Use it with `dehyst simulate` and "
-            f"`dehyst compensate`, or identify a family that has one from the same log, such as a sum of elements: "
-            f"`dehyst identify LOG --family elements`."
+            f"`dehyst compensate`, or identify one that has from the same log: "
+            f"`dehyst identify LOG` chooses among sums of elements, which run everywhere."
         )
 
     @property
     @abstractmethod
     def nonzero_weights(self) -> int:
         """Number of terms that carry weight."""
+
+    @property
+    def play_core(self) -> PrandtlIshlinskii | None:
+        """The sum of plays inside, maps and a shear left out; None for a model that is no such sum."""
+        return None
+
+    @property
+    def operators(self) -> tuple[str, Array, float | None]:
+        """Kind of its operators, "play" or "stop", a weight for each of `play_core`, and the slope beside stops."""
+        return "play", np.zeros(0), None
+
+    @property
+    def maps(self) -> tuple[MonotoneMap | None, MonotoneMap | None]:
+        """Maps before and after the operators."""
+        return None, None
 
     @property
     def parts(self) -> tuple[int, str]:

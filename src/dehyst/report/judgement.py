@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_rang
 from dehyst.identification.fit import Fit, LoopFacts, Score
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
+from dehyst.models import SignalCard
 from dehyst.ranges import robust_range
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
@@ -53,9 +54,11 @@ UNDETERMINED_SHARE = (0.1, 0.5)
 def lights(fit: Fit) -> tuple[Light, ...]:
     """Return the judgement of a fit, one light for each aspect."""
     found = [_accuracy(fit), _against_curve(fit), _unseen(fit), _inverse(fit), _determined(fit), _data(fit)]
-    if not fit.certificate.kkt_residual <= KKT:
+    if fit.certificate.kkt_residual > KKT:
         reason = f"KKT residual {number(fit.certificate.kkt_residual)}; below {KKT:g} expected"
         found.append(Light("Optimality", Grade.CARE, reason))
+    if overall(fit) is not Grade.BAD:  # what the verdict does not forbid no light forbids
+        found = [replace(light, grade=min(light.grade, Grade.CARE)) for light in found]
     return tuple(found)
 
 
@@ -150,7 +153,7 @@ def relative_gain(fit: Fit) -> float:
 
 def _input_range(fit: Fit) -> float:
     """Range of the log's own input, which a sheared fit shows as u + k y."""
-    card = fit.model.card.input
+    card: SignalCard = fit.model.card.input
     if fit.model.shear is not None and card.low is not None and card.high is not None:
         return max(card.high - card.low, 5e-324)
     return _span([rec.input for rec in fit.recordings])
@@ -262,7 +265,7 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
     if overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
         says.append("Its inverse should not drive a machine as it is; the lights below say why.")
     else:
-        says.append("Its inverse is in closed form and can drive the actuator, within the range of this log:")
+        says.append("Its inverse is exact and can drive the actuator, within the range of this log:")
         says[-1] += f" {_range(fit, 'input')}, {_range(fit, 'output')}."
     weak = [f"“{light.aspect}”" for light in found if light.grade is not Grade.GOOD]
     if weak:

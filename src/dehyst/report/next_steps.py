@@ -30,6 +30,7 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
     simulate = Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}")
     head = f"import dehyst\n\nmodel = dehyst.load_model({name!r})\n# input in {x_unit}, output in {y_unit}\n"
+    at, period = (", time", ", period") if fit.model.rate_dependent else ("", "")
     if overall(fit) is Grade.BAD:
         steps = [
             Lines(
@@ -37,7 +38,7 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
                 "again. Until then it is for simulation only. " + simulate.purpose,
                 simulate.code,
             ),
-            Lines("The same in Python", head + "y = model.simulate(x)"),
+            Lines("The same in Python", head + f"y = model.simulate(x{at})"),
         ]
     else:
         steps = [
@@ -48,12 +49,12 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
             simulate,
             Lines(
                 "The same in Python, for whole signals and sample by sample in real time",
-                head + "y = model.simulate(x)\n"
+                head + f"y = model.simulate(x{at})\n"
                 "inverse = model.inverse()\n"
-                "x = inverse.simulate(reference)\n\n"
+                f"x = inverse.simulate(reference{at})\n\n"
                 "# one sample at a time; the state lives in the stepper\n"
                 "step = inverse.stepper()\n"
-                "x_k = step(reference_k)",
+                f"x_k = step(reference_k{period})",
             ),
         ]
     if model_file is None:

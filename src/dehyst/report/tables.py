@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dehyst.identification.fit import Fit, Score
 from dehyst.models import MonotoneMap
 from dehyst.report.text import count, number, plain, with_unit
@@ -72,6 +74,7 @@ def tables(fit: Fit) -> tuple[Table, ...]:
     """Return the tables of the page, in order."""
     return (
         _scores(fit),
+        *_compared(fit),
         _certificate(fit),
         _facts(fit),
         _settings(fit),
@@ -98,6 +101,24 @@ def _scores(fit: Fit) -> Table:
     )
 
 
+def _compared(fit: Fit) -> tuple[Table, ...]:
+    """The chosen model beside what it was chosen from."""
+    rows = tuple(
+        (
+            f"{row.family}, chosen" if row.chosen else row.family, row.direction, number(row.test_percent),
+            number(row.input_percent), "-" if row.tracking_percent is None else number(row.tracking_percent),
+            "yes" if row.exportable else "no",
+        )
+        for row in fit.table
+    )  # fmt: skip
+    head = ("", "direction", "output, % of range", "input, % of range", "tracking, % of range", "runs on targets")
+    note = (
+        "RMS on the held-out part. Input: what the inverse asks for, less what was applied. Tracking: how far the "
+        "output would be off with this inverse, predicted by the other models, an offset left out."
+    )
+    return (Table("Compared", head, rows, note),) if rows else ()
+
+
 def _score_row(name: str, score: Score | None) -> tuple[str, ...]:
     if score is None:
         return ()
@@ -114,7 +135,7 @@ def _certificate(fit: Fit) -> Table:
         (),
         (
             ("KKT residual of the optimisation", number(c.kkt_residual, 2)),
-            ("Solved by", f"{c.route}, condition {number(c.condition, 2)}"),
+            ("Solved by", c.route + (f", condition {number(c.condition, 2)}" if np.isfinite(c.condition) else "")),
             ("Round trip error, of the range", number(c.round_trip_error, 2)),
             ("Largest slope of the inverse", with_unit(c.inverse_gain, gain_unit)),
             ("Operators with weight", f"{c.nonzero_weights} of {c.operators}"),

@@ -14,7 +14,7 @@ from dehyst.identification.direct.cautions import findings_of_data
 from dehyst.identification.direct.fit import Rival
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Fit, LoopFacts
-from dehyst.identification.measures import measure_in_memory
+from dehyst.identification.measures import InMemory
 from dehyst.identification.procedure import call_of, solve_in_memory
 from dehyst.identification.settings import PAPER_OPERATORS, eps_of_call
 from dehyst.identification.split import Split
@@ -39,7 +39,7 @@ def compare_forward(records: tuple[Recording, ...], split: Split, loads: Sequenc
     """
     fits: list[Fit] = []
     fault: DehystError | None = None
-    measure = measure_in_memory(records, loads)  # which tests rate and creep once for all of them
+    measure = InMemory(records, loads)  # which tests rate and creep once for all of them
     for family in FAMILIES:
         call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.drift.cycles import groups_of, samples_of
 from dehyst.identification.drift.design import Scale
 from dehyst.identification.drift.opening import Log
-from dehyst.identification.drift.parts import DIRECT, Parted, Subject, predict
+from dehyst.identification.drift.parts import DIRECT, ELEMENTS, Parted, Subject, predict
 from dehyst.identification.drift.result import Acceptance
 from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
@@ -81,6 +81,9 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit | Direc
         signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in known_signals}
         times = settings.get("creep_times") or None
         return identify_direct(records, creep_times=times, train_fraction=share, **signals)
+    if model.core == ELEMENTS:
+        fit: Fit = cast(Any, model).identified_again(records, share)
+        return fit
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,15 @@ import numpy.typing as npt
 from dehyst.identification.memory import state_before
 from dehyst.models import GROUPS, DirectInverse, HysteresisModel, PrandtlIshlinskii, SignalCard
 from dehyst.models.follow import follow
+from dehyst.models.model import Model
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
-Parted: TypeAlias = HysteresisModel | DirectInverse  # what can be taken apart
+Parted: TypeAlias = Model  # what can be taken apart: its core is one of `CORES`
 Given: TypeAlias = Mapping[str, Array]
 
-DIRECT = "direct"  # form of the models that say what part of their answer is creep
+DIRECT, ELEMENTS = "direct", "elements"  # cores of the models that say what part of their answer is creep
+CORES = ("plays", DIRECT, ELEMENTS)
 CREEPING, VISCOUS = GROUPS.index("creep"), GROUPS.index("viscous")
 
 
@@ -70,7 +72,7 @@ class Subject:
     def of(cls, model: Parted) -> Subject:
         """Take a model of any family."""
         runs = model.compensator() if model.judged_backward else model
-        return cls(model, cast(Parted, runs), model.judged_backward)
+        return cls(model, runs, model.judged_backward)
 
     @property
     def drive(self) -> SignalCard:
@@ -109,6 +111,8 @@ def predict(subject: Subject, record: Recording, given: Given | None = None) -> 
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
     if subject.runs.core == DIRECT:
         return _direct(cast(DirectInverse, subject.runs), record, given or {})
+    if subject.runs.core == ELEMENTS:
+        return _elements(subject.runs, record, given or {})
     plays = cast(HysteresisModel, subject.runs)
     joined = [np.concatenate(part) for part in zip(*_pieces(subject, plays, record), strict=True)]
     drive = None if subject.backward else joined[2]
@@ -124,6 +128,21 @@ def _direct(model: DirectInverse, record: Recording, given: Given) -> Prediction
     loop = np.sum(np.delete(ran.parts, (CREEPING, VISCOUS), axis=1), axis=1)
     drive = None if model.card.output.low is None else _followed(model, record, time, given)
     return Prediction(ran.u, loop, drive, ran.parts[:, CREEPING].copy(), ran.parts[:, VISCOUS].copy())
+
+
+def _elements(model: Any, record: Recording, given: Given) -> Prediction:
+    """Run a sum of elements, the same without lags, and without memory: what differs is creep, and the loop."""
+    model = model.with_start("rising")
+    parts = []
+    for piece in record.pieces:
+        time = None if record.time is None else record.time[piece]
+        signals = {name: values[piece] for name, values in given.items()}
+        sums = (model, model.without_lags, model.without_memory)
+        y, quick, still = (each.simulate(record.input[piece], time, **signals) for each in sums)
+        asked = y if model.no_inverse else model.inverse().simulate(record.output[piece], time, **signals)
+        parts.append((y, quick - still, asked, y - quick))
+    response, loop, drive, creep = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return Prediction(response, loop, None if model.no_inverse else drive, creep if model.rate_dependent else None)
 
 
 def _followed(model: DirectInverse, record: Recording, time: Array, given: Given) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ from dehyst.identification.drift.opening import (
     scale_of,
     with_model,
 )
-from dehyst.identification.drift.parts import Parted, Subject
+from dehyst.identification.drift.parts import CORES, Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
 from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
 from dehyst.identification.mending import mended
@@ -112,10 +112,10 @@ def drift(
     >>> dehyst.drift(model, later).verdict[:32]
     'drifted (against the model): off'
     """
-    if getattr(model, "core", "") not in ("plays", "direct"):
+    if getattr(model, "core", "") not in CORES:
         raise ParameterError(
-            f"model is a {type(model).__name__}. drift() takes a model of dehyst.identify, identify_direct or "
-            f"load_model; those of other families cannot be taken apart into loop, curve and creep."
+            f"model is a {type(model).__name__}, which cannot be taken apart into loop, curve and creep. drift() takes "
+            f"plays, sums of elements and direct inverses: identify one from the same log, dehyst.identify(log)."
         )
     records = tuple(map(mended, require_recordings(recordings)))
     rate = parameter_number(false_alarm, "false_alarm")
@@ -134,7 +134,7 @@ def drift(
             f"Write ignore=['offset'], or --ignore offset."
         )
     findings: list[Finding] = []
-    subject = Subject.of(cast(Parted, model))
+    subject = Subject.of(model)
     reference = None if reference is None else mended(reference)
     given = _given([*records, *([] if reference is None else [reference])], load=load, mean_pressure=mean_pressure)
     known = reference_log(subject, reference, given[-1], findings)

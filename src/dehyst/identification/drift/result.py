@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.identification.drift.parts import Subject
-from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models import Model
 from dehyst.recording import Recording
 
 Array = npt.NDArray[np.float64]
@@ -215,7 +215,7 @@ class Acceptance:
 
     accepted: bool
     reason: str
-    model: HysteresisModel | DirectInverse | None = None
+    model: Model | None = None
     old_percent: float | None = None
     new_percent: float | None = None
     p_value: float | None = None
@@ -275,7 +275,7 @@ class Drift:
 
     status: str
     verdict: str
-    model: HysteresisModel | DirectInverse
+    model: Model
     logs: tuple[LogDrift, ...]
     identified_percent: float | None
     reference: str | None

@@ -15,7 +15,7 @@ from dehyst.identification.fit import Score
 from dehyst.identification.levels import started
 from dehyst.identification.measures import Measure, Measured
 from dehyst.identification.regressors import Bank
-from dehyst.identification.scores import Moments, score_of
+from dehyst.identification.scores import Moments, input_error_of, score_of
 from dehyst.identification.stream.column import INPUT, OUTPUT, TIME
 from dehyst.identification.stream.cycles import Cycles
 from dehyst.identification.stream.log import Log
@@ -75,6 +75,7 @@ class Errors:
     model: Sum = field(default_factory=Sum)
     curve: Sum = field(default_factory=Sum)
     asked: Sum = field(default_factory=Sum)  # input asked for less the input applied
+    asked_by_curve: Sum = field(default_factory=Sum)
     output: Sum = field(default_factory=Sum)  # less its mid-range
     excursion: Sum = field(default_factory=Sum)  # input less its centre
 
@@ -159,6 +160,9 @@ class _Comparison:
         self.trip = RoundTrip(model.stepper("dense"), model.inverse().stepper("dense"), model.stepper("dense"))
         self.cycles = Cycles(TURN_FRACTION * (high - low), 2)
         self.first_range = high - low
+        ends = [log.reader.extremes(0, log.samples, INPUT) for log in logs]
+        self.applied = min(end[0] for end in ends), max(end[1] for end in ends)
+        self.static_inverse = static.inverse()
 
     def run(self) -> Measured:
         for index, log in enumerate(self.logs):
@@ -176,6 +180,7 @@ class _Comparison:
             x, y = log.reader.read(begin, end, INPUT), log.reader.read(begin, end, OUTPUT)
             output, asked, curve = simulate.simulate(x)[0], ask.simulate(y)[0], self.static.simulate(x)
             self._add(self.parts[kind], x, y, output, asked, curve)
+            self.parts[kind].asked_by_curve.add(np.clip(self.static_inverse.simulate(y), *self.applied) - x)
             if kind in (FITTED, HELD_OUT):
                 self.levels[piece.recording][kind == HELD_OUT].add(y - output)
             self.kept[piece.recording].put(begin, end, (output, asked))
@@ -188,7 +193,7 @@ class _Comparison:
     def _add(self, errors: Errors, x: Array, y: Array, output: Array, asked: Array, curve: Array) -> None:
         errors.model.add(output - y)
         errors.curve.add(curve - y)
-        errors.asked.add(asked - x)
+        errors.asked.add(np.clip(asked, *self.applied) - x)
         errors.output.add(y - self.data.level)
         errors.excursion.add(x - self.data.center)
 
@@ -200,7 +205,9 @@ class _Comparison:
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
         better = 0 if train[0].rmse <= train[1].rmse else 1
         span = robust_range([log.recording.input for log in self.logs])
-        scored = held_out if test else fitted
+        input_train, input_test = (input_error_of(each.asked.moments, span) for each in (fitted, held_out))
+        curve_input = input_error_of((held_out if test else fitted).asked_by_curve.moments, span)
+        assert input_train is not None and curve_input is not None
         levels = [next(p.moments.mean for p in each if p.count) for each in self.levels if any(p.count for p in each)]
         beyond = held_out.excursion.largest / data.half_range - 1.0
         train_masks, test_masks = (tuple(self._masks(kind)) for kind in (FITTED, HELD_OUT))
@@ -215,7 +222,9 @@ class _Comparison:
             static_train=train[1],
             static_test=test[1] if test else None,
             round_trip=self.trip.result(self.first_range),
-            inverse_miss=scored.asked.moments.rms / span,
+            input_train=input_train,
+            input_test=input_test,
+            curve_input=curve_input,
             beyond=0.5 * max(0.0, beyond),
             levels_apart=max(levels) - min(levels) if len(levels) > 1 else 0.0,
             evidence=self._evidence(),

@@ -154,7 +154,8 @@ def _noted(log: Log) -> Log:
         "streamed",
         f"{log.recording.name} was read in chunks, {log.samples} samples: false values within the range of the others "
         f"stay in, angles are not unwrapped, rows are not sorted, single jumps of the clock are breaks. Figures show "
-        f"{log.places.size} samples, the extreme ones among them; scores are of all. Nothing to do if the log is "
+        f"{log.places.size} samples, the extreme ones among them; scores are of all. Families are plays and the "
+        f"curve: sums of elements, with creep and rate, need the log in memory. Nothing to do if the log is "
         f"clean; otherwise clean it, or identify a part that fits into memory.",
     )
     return replace(log, recording=log.recording.with_findings(note))

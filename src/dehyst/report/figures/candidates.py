@@ -44,10 +44,11 @@ def candidates_figure(fit: Fit) -> Figure | None:
 
 
 def _shown(fit: Fit) -> list[Candidate]:
-    """The best of each family, the chosen one, the curve without hysteresis, then the best of the rest."""
+    """The chosen one, the best of each family, the curve without hysteresis, then the best of the rest."""
     ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: rank(c.error_percent))
     leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]
-    must = leaders + [c for c in ranked if c.chosen and c not in leaders]
+    chosen = [c for c in ranked if c.chosen]
+    must = chosen + [c for c in leaders if c not in chosen][: MAXIMUM_BARS - 2]
     named = {_name(c): c for c in reversed(ranked)}  # of variants with the same name, the best
     rest = [c for c in named.values() if _name(c) not in {_name(m) for m in must}]
     rest = sorted(rest, key=lambda c: rank(c.error_percent))[: max(0, MAXIMUM_BARS - 1 - len(must))]

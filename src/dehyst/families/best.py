@@ -1,0 +1,255 @@
+"""identify(): one answer to "which model?" for a log, from all rows of elements, plays and the curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import DehystError, IdentificationError, ParameterError
+from dehyst.families.base import LoopModel
+from dehyst.families.choice import Candidate as SumCandidate
+from dehyst.families.choice import Chosen
+from dehyst.families.fitting import demanded, predicted
+from dehyst.families.registry import MODULES, ROWS
+from dehyst.families.registry import family as family_of
+from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
+from dehyst.families.tracking import tracking_errors
+from dehyst.families.training import training_of
+from dehyst.identification import facts
+from dehyst.identification import identify as identify_plays
+from dehyst.identification.cautions import Knows
+from dehyst.identification.certify import Seen, fit_of, seen_in
+from dehyst.identification.data import DataSet, prepare
+from dehyst.identification.families import FAMILIES, STATIC
+from dehyst.identification.fit import Candidate, Certificate, Fit, Option
+from dehyst.identification.measures import InMemory, Measured
+from dehyst.identification.procedure import DIRECT, call_of, solve
+from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
+from dehyst.identification.split import split_recordings
+from dehyst.identification.static_curve import curve_of, fit_static
+from dehyst.identification.threads import single_blas
+from dehyst.models import StaticCurve
+from dehyst.recording import Recording, require_recordings, takes_recordings
+
+if TYPE_CHECKING:
+    from dehyst.identification import DirectFit
+
+Array = npt.NDArray[np.float64]
+
+PURPOSES = ("compensate", "simulate")
+WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
+PERCENT = 50.0  # of the range, for an error scaled to -1..1
+PROGRAM = "normal equations of the columns"
+TRIED = 20_000  # samples of the round trip
+
+
+@takes_recordings
+def identify(
+    recordings: Recording | Sequence[Recording],
+    family: str = "auto",
+    *,
+    purpose: str = "compensate",
+    train_fraction: float | None = None,
+    seed: int = 0,
+    **settings: Any,
+) -> Fit | DirectFit:
+    """Identify a model from one recording or several: by default the best there is for this log.
+
+    Parameters
+    ----------
+    recordings
+        One recording or a list of them; all are fitted together.
+    family
+        "auto": the best of the curve, plays (pi, pi-cumulative, modified-pi, stop) and rows of elements, with creep,
+        rate and maps, forward or inverse, by their errors within the fitted part. Or a family by its name: one of
+        these, "direct-inverse", or any of `dehyst.families.names()`.
+    purpose
+        "compensate": the inverse shall not amplify noise where that costs next to nothing. "simulate": the smallest
+        error of the output alone.
+    train_fraction
+        Share of each recording that is fitted; the rest is the test. None: see `dehyst.identification.identify`.
+    seed
+        Of the search, for families whose fit is not convex.
+    **settings
+        n, eps, thresholds, initial_state, weights, shear, max_inverse_gain: those of plays, as
+        `dehyst.identification.identify` takes them. "auto" with any of them chooses among plays.
+
+    Returns
+    -------
+    fit : Fit
+        Model, scores, certificate and findings; a `DirectFit` for "direct-inverse".
+
+    Raises
+    ------
+    ParameterError
+        If a setting lies outside what its formula allows, or a family has no such setting.
+    ExcitationError
+        If the input or output does not move, or memory is unknown throughout the training part.
+    IdentificationError
+        If the program is not solved, or the family cannot fit such data; the message says why.
+
+    Examples
+    --------
+    >>> import dehyst
+    >>> from dehyst.experiments import example_recording
+    >>> fit = dehyst.identify(example_recording())
+    >>> fit.family, round(fit.test.rmse_percent, 1), round(fit.input_test.rms_percent, 1)
+    ('full-sum', 0.1, 0.1)
+    """
+    recordings = require_recordings(recordings)  # before the family: identify(u, y) makes an array of it
+    if purpose not in PURPOSES:
+        raise ParameterError(f"purpose = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.", purpose=purpose)
+    if isinstance(family, str) and (family in MODULES or family in ROWS):
+        if settings:
+            raise ParameterError(
+                f"{', '.join(settings)}: settings of plays, which say nothing to the family '{family}'. Leave them "
+                f"out, or take {', '.join(FAMILIES)} or auto.",
+                settings=sorted(settings),
+            )
+        return _named(check_recordings(recordings), family, train_fraction, seed, purpose)
+    known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))
+    if family not in known:
+        raise ParameterError(f"no family {family!r:.60}. There are: {', '.join(known)}.", family=family)
+    if family != "auto" or settings:
+        return identify_plays(recordings, family, train_fraction=train_fraction, **settings)
+    return best_fit(check_recordings(recordings), train_fraction, purpose)
+
+
+def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpose: str = PURPOSES[0]) -> Fit:
+    """Return the best of plays, the curve, and the rows of elements."""
+    split = split_recordings(records, train_fraction)
+    call = call_of("auto", PAPER_OPERATORS, eps_of_call("auto", None), None, "auto", split)
+    with single_blas():
+        data = prepare(records, split)
+        found, measure = facts.branches(data), InMemory(records)
+        plays = solve(call, records[0], data, found, measure, records)
+        job = _Job(records, data, seen_in(found), measure, dict(call.settings) | {"purpose": purpose}, plays.static)
+        try:
+            training = training_of(records, data, job.seen.loop.name, seed=0)
+            chosen = best_row(training, purpose != "simulate")
+            rows = job.fit(chosen.model, chosen.kkt, (chosen.carrying, chosen.columns), _shown(plays, chosen))
+        except DehystError:  # too few samples, or no program that could be solved: plays are what there is
+            return _with_table(plays, plays)
+    untold = turns_of(training) < ENOUGH_TURNS or any(len(record.pieces) > 1 for record in records)
+    return _with_table(plays if _plays_do(plays, chosen, untold) else rows, plays, rows)
+
+
+def _named(records: tuple[Recording, ...], name: str, train_fraction: float | None, seed: int, purpose: str) -> Fit:
+    """Return the fit of a family of the registry."""
+    split = split_recordings(records, train_fraction)
+    settings = call_of(name, 0, (0.0, False), None, "auto", split).settings | {"purpose": purpose}
+    with single_blas():
+        data = prepare(records, split)
+        seen = seen_in(facts.branches(data))
+        static = curve_of(fit_static(data, "zero")[0], data)
+        found = family_of(name)
+        model = found.fit(training_of(records, data, seen.loop.name, seed))
+        settings |= {} if found.convex else {"seed": seed}
+        job = _Job(records, data, seen, InMemory(records), settings, static)
+        return job.fit(model, float("nan"), (model.free_parameters, model.free_parameters), ())
+
+
+def _plays_do(plays: Fit, chosen: Chosen, untold: bool) -> bool:
+    """Whether what plays, or a curve, miss on blocks left out is no more than what the best sum of elements does.
+
+    Sums have to beat a curve by 5 %. Plays count only where the log does not tell sums apart (`untold`), as the input
+    turned too seldom, or where it breaks off, as only plays leave out what nobody knows of their memory; elsewhere sums
+    of plays are among what was compared (docs/decisions/0047).
+    """
+    own = next((each.error_percent for each in plays.candidates if each.chosen), np.inf)
+    left_out = PERCENT * chosen.candidates[0].left_out
+    return own * WORTH <= left_out if plays.family == STATIC else untold and own <= left_out
+
+
+def _shown(plays: Fit, chosen: Chosen) -> tuple[Candidate, ...]:
+    """All that were compared: plays by their blocks left out, sums by their score, percent of range."""
+
+    def shown(each: SumCandidate) -> Candidate:
+        lam = each.regularisation.lam
+        return Candidate(
+            each.sum.name, chosen.model.start, lam, PERCENT * each.score, float("nan"), each is chosen.candidates[0]
+        )
+
+    return (*map(shown, chosen.candidates), *(replace(each, chosen=False) for each in plays.candidates))
+
+
+def _with_table(fit: Fit, *fits: Fit) -> Fit:
+    """Fit with the table of what it was compared with, the curve among them."""
+    models = [each.model for each in fits]
+    options = [option_of(each, each is fit) for each in fits]
+    if all(each.family != STATIC for each in fits):
+        curve = fit.static_test or fit.static_train
+        models.append(fit.static)
+        options.append(Option(STATIC, "forward", curve.rmse_percent, fit.curve_input.rms_percent, None, True, False))
+    remembers = [option.family != STATIC for option in options]
+    tracked = tracking_errors(models, remembers, fit.recordings, fit.test_masks if fit.test else fit.train_masks)
+    shown = (None if np.isnan(error) else error for error in tracked)
+    return replace(fit, table=tuple(replace(each, tracking_percent=e) for each, e in zip(options, shown, strict=True)))
+
+
+def option_of(fit: Fit, chosen: bool) -> Option:
+    """Return a row of the table of a fit."""
+    score, asked = fit.test or fit.train, fit.input_error
+    exportable = not getattr(fit.model, "no_export", "")
+    return Option(fit.family, fit.direction, score.rmse_percent, asked.rms_percent, None, exportable, chosen)
+
+
+class _Job:
+    """Everything that judging a model of this log takes."""
+
+    def __init__(
+        self,
+        records: tuple[Recording, ...],
+        data: DataSet,
+        seen: Seen,
+        measure: InMemory,
+        settings: dict[str, Any],
+        static: StaticCurve,
+    ) -> None:
+        self.records, self.data, self.seen, self.measure = records, data, seen, measure
+        self.settings, self.static = settings, static
+
+    def fit(self, model: LoopModel, kkt: float, terms: tuple[int, int], candidates: tuple[Candidate, ...]) -> Fit:
+        """Return the judged fit of a model; `terms`: how many carry weight, and of how many."""
+        measured = self._measured(model)
+        certificate = Certificate(
+            kkt_residual=kkt,
+            round_trip_error=measured.round_trip,
+            inverse_gain=model.inverse_gain,
+            inverse_miss_percent=measured.input_error.rms_percent,
+            affordable_eps=None,
+            nonzero_weights=terms[0],
+            operators=terms[1],
+            undetermined=(),
+            initial_state=model.start,
+            route=PROGRAM if np.isfinite(kkt) else "its own search",
+        )
+        knows = Knows(leads=True, crosses=True, time=model.rate_dependent)
+        name = f"{model.family}, {terms[0]} of {terms[1]} terms"
+        return fit_of(
+            model, model.family, name, knows, self.data, self.seen, self.static, measured, certificate, self.settings,
+            candidates, no_inverse=model.no_inverse,
+        )  # fmt: skip
+
+    def _measured(self, model: LoopModel) -> Measured:
+        records, data = self.records, self.data
+        outputs = predicted(model, records, data)
+        if not all(np.all(np.isfinite(y)) for y in outputs):
+            raise IdentificationError(f"the fitted {model.family} model diverges on the held-out part.")
+        nothing = tuple(np.full(len(record), np.nan) for record in records)
+        demands = nothing if model.no_inverse else demanded(model, records, data)
+        trip = float("nan") if model.no_inverse else _round_trip(model, records[0])
+        return self.measure.compared(data, model.start, outputs, demands, trip, self.static, self.seen.counts[1])
+
+
+def _round_trip(model: LoopModel, record: Recording) -> float:
+    """Largest difference after model and inverse, either way round, relative to the ranges."""
+    x, time = record.input[:TRIED], None if record.time is None else record.time[:TRIED]
+    y = model.simulate(x, time)
+    back = model.inverse().simulate(y, time)
+    again = model.simulate(back, time)
+    return max(float(np.max(np.abs(a - b)) / max(np.ptp(b), 1e-300)) for a, b in ((back, x), (again, y)))

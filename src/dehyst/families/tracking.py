@@ -1,0 +1,74 @@
+"""How far a compensator would track, told from the log: its demands played on the forward models of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.errors import DehystError
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
+
+
+def tracking_errors(
+    models: Sequence[Any], rivals: Sequence[bool], records: Sequence[Recording], masks: Sequence[Mask]
+) -> tuple[float, ...]:
+    r"""Predict the error of open-loop tracking with the inverse of each model, percent of the output's range.
+
+    .. math::
+
+        e_i^2 = \operatorname{mean}_{j \ne i} \operatorname{var}_k \big(F_j[u_i]_k - F_j[x]_k\big),
+        \qquad u_i = F_i^{-1}[y]
+
+    with x and y as logged, over the samples k of a mask. An error of the input counts as far as it moves the output:
+    where a backlash lets the output stand still, it does not. What a forward model F_j gets wrong itself drops out of
+    the difference, and an offset, which any integrator removes, is left out.
+
+    Parameters
+    ----------
+    models
+        Forward models with ``inverse()`` and ``simulate(x, time)``.
+    rivals
+        Which of them others are played on: those with a memory.
+    records
+        The log; demands are clipped to the range of its input.
+    masks
+        Samples that count, (T,), of each recording: those held out.
+
+    Returns
+    -------
+    errors : tuple of float
+        One of each model, percent of the output's range; NaN without an inverse, or without a rival.
+    """
+    squares: list[list[float]] = [[] for _ in models]
+    for record, mask in zip(records, masks, strict=True):
+        part = slice(None, None, max(1, -(-len(record) // MOST_SAMPLES)))
+        x, y, time = record.input[part], record.output[part], None if record.time is None else record.time[part]
+        kept = mask[part]
+        if not kept.any():
+            continue
+        demands = [_demand(model, x, y, time) for model in models]
+        for j, plant in enumerate(models):
+            if not rivals[j]:
+                continue
+            applied = plant.simulate(x, time)
+            for i, demand in enumerate(demands):
+                if i != j:
+                    moved = np.nan if demand is None else np.var((plant.simulate(demand, time) - applied)[kept])
+                    squares[i].append(float(moved))
+    span = np.ptp(np.concatenate([record.output for record in records]))
+    return tuple(float(100.0 * np.sqrt(np.mean(own)) / span) if own else float("nan") for own in squares)
+
+
+def _demand(model: Any, x: Array, y: Array, time: Array | None) -> Array | None:
+    try:
+        return np.asarray(np.clip(model.inverse().simulate(y, time), x.min(), x.max()))
+    except DehystError:  # no inverse
+        return None
