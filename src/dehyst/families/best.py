@@ -158,7 +158,7 @@ def _plays_do(plays: Fit, chosen: Chosen, untold: bool) -> bool:
 
     Sums have to beat a curve by 5 %. Plays count only where the log does not tell sums apart (`untold`), as the input
     turned too seldom, or where it breaks off, as only plays leave out what nobody knows of their memory; elsewhere sums
-    of plays are among what was compared (docs/decisions/0047).
+    of plays are among what was compared (docs/decisions/0048).
     """
     own = next((each.error_percent for each in plays.candidates if each.chosen), np.inf)
     left_out = PERCENT * chosen.candidates[0].left_out
