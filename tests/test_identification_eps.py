@@ -7,6 +7,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import ParameterError
+from dehyst.identification import identify as identify_plays
 from dehyst.identification.stream import identify_stream
 
 SIZES = (1.9, -1.7, 1.4, -2.0, 1.0, -0.4, 1.5, -1.0, 2.0, -1.2, 0.3, -0.7, 0.9, -1.6)
@@ -43,8 +44,8 @@ def gain(fit):
 @pytest.mark.parametrize("family", ["auto", "modified-pi"])
 def test_an_eps_that_costs_little_is_taken_by_itself(family):
     rec = recording(SLACK, noise=0.05)
-    loose = dehyst.identify(rec, family, eps=0.001)
-    fit = dehyst.identify(rec, family)
+    loose = identify_plays(rec, family, eps=0.001)
+    fit = identify_plays(rec, family)
     assert gain(loose) > 20.0 and "high-inverse-gain" in codes(loose)
     assert gain(fit) <= 20.0 and "high-inverse-gain" not in codes(fit)
     assert fit.train.rmse <= 1.055 * loose.train.rmse
@@ -56,27 +57,27 @@ def test_an_eps_that_costs_little_is_taken_by_itself(family):
 @pytest.mark.parametrize("family", ["auto", "modified-pi", "stop"])
 def test_where_the_gain_is_not_high_nothing_is_changed(family):
     rec = recording(STIFF)
-    chosen, given = dehyst.identify(rec, family), dehyst.identify(rec, family, eps=0.001)
+    chosen, given = identify_plays(rec, family), identify_plays(rec, family, eps=0.001)
     assert np.array_equal(chosen.predictions[0], given.predictions[0])
     assert chosen.settings["eps"] == 0.001
 
 
 def test_where_no_eps_is_cheap_the_warning_names_what_one_costs_and_it_costs_that():
     rec = recording(BACKLASH, noise=0.002)
-    fit = dehyst.identify(rec)
+    fit = identify_plays(rec)
     message = next(finding.message for finding in fit.warnings if finding.code == "high-inverse-gain")
     eps, cost = (float(found) for found in re.search(r"--eps (\S+) would .* fit by (\d+) %", message).groups())
-    firm = dehyst.identify(rec, fit.family, eps=eps)
+    firm = identify_plays(rec, fit.family, eps=eps)
     assert gain(firm) <= 20.0 and "high-inverse-gain" not in codes(firm)
-    loose = dehyst.identify(rec, fit.family, eps=0.001)
+    loose = identify_plays(rec, fit.family, eps=0.001)
     assert 100.0 * (firm.train.rmse / loose.train.rmse - 1.0) == pytest.approx(cost, rel=0.1, abs=1.0)
     assert cost > 5.0
 
 
 def test_the_papers_family_keeps_the_papers_bound_to_the_bit():
     for rec in (recording(STIFF), recording(BACKLASH)):
-        asked = dehyst.identify(rec, "pi", eps=0.001)
-        for fit in (dehyst.identify(rec, "pi"), dehyst.identify_paper(rec)):
+        asked = identify_plays(rec, "pi", eps=0.001)
+        for fit in (identify_plays(rec, "pi"), dehyst.identify_paper(rec)):
             assert np.array_equal(fit.model.weights, asked.model.weights)
             assert fit.settings == asked.settings
 
@@ -84,8 +85,8 @@ def test_the_papers_family_keeps_the_papers_bound_to_the_bit():
 @pytest.mark.parametrize("scale", [1e-6, 4e-4, 1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("weights", [STIFF, SLACK])
 def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, scale):
-    one = dehyst.identify(recording(weights, noise=0.05), "pi", eps="auto")
-    other = dehyst.identify(recording(weights, noise=0.05, gain=scale), "pi", eps="auto")
+    one = identify_plays(recording(weights, noise=0.05), "pi", eps="auto")
+    other = identify_plays(recording(weights, noise=0.05, gain=scale), "pi", eps="auto")
     assert other.test.rmse_percent == pytest.approx(one.test.rmse_percent, rel=1e-6)
     assert other.settings["eps"] == pytest.approx(scale * one.settings["eps"], rel=1e-9)
     assert codes(other) == codes(one) == []
@@ -95,11 +96,11 @@ def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, sc
 def test_where_the_papers_bound_spoils_the_fit_the_unit_is_named_and_no_actuator_blamed(scale):
     rec = recording(STIFF, gain=scale)
     fit = dehyst.identify_paper(rec)
-    assert fit.test.rmse_percent > 1.5 * dehyst.identify(rec, "pi", eps="auto").test.rmse_percent
+    assert fit.test.rmse_percent > 1.5 * identify_plays(rec, "pi", eps="auto").test.rmse_percent
     assert codes(fit) == ["paper-bound"]
     assert "good" not in fit.verdict.rpartition(":")[2] and "paper-bound" in fit.verdict
     named = float(re.search(r"with --eps (\d\S+)\.$", fit.warnings[0].message).group(1))
-    assert codes(dehyst.identify(rec, "pi", eps=named)) == []
+    assert codes(identify_plays(rec, "pi", eps=named)) == []
 
 
 def test_where_the_papers_bound_is_nothing_in_these_units_the_gain_is_said_with_the_cause():
@@ -118,21 +119,21 @@ def test_a_streamed_identification_chooses_alike(weights):
             for k in range(0, len(rec), 500):
                 yield rec.time[k : k + 500], rec.input[k : k + 500], rec.output[k : k + 500]
 
-    whole, streamed = dehyst.identify(rec), identify_stream(Chunks())
+    whole, streamed = identify_plays(rec), identify_stream(Chunks())
     assert streamed.settings["eps"] == whole.settings["eps"]
     assert [code for code in codes(streamed) if code != "streamed"] == codes(whole)
 
 
 def test_a_refit_keeps_the_bound_that_was_chosen():
     for rec in (recording(SLACK, noise=0.05, thresholds=(0.0, 0.3, 0.8)), recording(STIFF, gain=1e-4)):
-        fit = dehyst.identify(rec)
+        fit = identify_plays(rec)
         again = fit.refit()
         assert again.train.rmse == pytest.approx(fit.train.rmse, rel=1e-9)
         assert again.inverse_gain == pytest.approx(fit.certificate.inverse_gain, rel=1e-9)
 
 
 def test_what_the_caller_left_out_on_purpose_is_no_warning():
-    fit = dehyst.identify(recording(STIFF), train_fraction=1)
+    fit = identify_plays(recording(STIFF), train_fraction=1)
     assert codes(fit) == [] and "(nothing held out)" in fit.verdict
 
 
@@ -146,4 +147,4 @@ def test_what_the_caller_left_out_on_purpose_is_no_warning():
 )
 def test_an_eps_that_makes_no_sense_is_refused(settings, cure):
     with pytest.raises(ParameterError, match=cure):
-        dehyst.identify(recording(STIFF), **settings)
+        identify_plays(recording(STIFF), **settings)

@@ -29,7 +29,7 @@ def error(x_offset, x_scale, y_offset, y_scale, family):
     """True error of the model that was identified, in percent of the range."""
     x, y = x_offset + x_scale * X, y_offset + y_scale * Y
     model = identify(Recording(x, y, T), family=family).model
-    return 100 * float(np.std((model.simulate(x) - y) / y_scale) / np.ptp(Y))
+    return 100 * float(np.std((model.simulate(x, T) - y) / y_scale) / np.ptp(Y))
 
 
 @pytest.mark.parametrize("family", ["pi-cumulative", "modified-pi", "auto"])

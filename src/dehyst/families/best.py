@@ -103,7 +103,10 @@ def identify(
     recordings = require_recordings(recordings)  # before the family: identify(u, y) makes an array of it
     if purpose not in PURPOSES:
         raise ParameterError(f"purpose = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.", purpose=purpose)
-    if isinstance(family, str) and (family in MODULES or family in ROWS):
+    known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))
+    if not isinstance(family, str) or family not in known:
+        raise ParameterError(f"family = {family!r:.60} is not one of {', '.join(known)}.", family=repr(family)[:60])
+    if family in MODULES or family in ROWS:
         if settings:
             raise ParameterError(
                 f"{', '.join(settings)}: settings of plays, which say nothing to the family '{family}'. Leave them "
@@ -111,9 +114,6 @@ def identify(
                 settings=sorted(settings),
             )
         return _named(check_recordings(recordings), family, train_fraction, seed, purpose)
-    known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))
-    if family not in known:
-        raise ParameterError(f"no family {family!r:.60}. There are: {', '.join(known)}.", family=family)
     if family != "auto" or settings:
         return identify_plays(recordings, family, train_fraction=train_fraction, **settings)
     return best_fit(check_recordings(recordings), train_fraction, purpose)
