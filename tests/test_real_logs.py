@@ -27,13 +27,13 @@ DAMPER = ("mr_damper", "displacement_mm", "force_N")
 
 # log, arguments, largest test (or train) error in percent of range
 ACCEPTANCE = [
-    (TENDON, ("--run", "config_000"), 1.2),
+    (TENDON, ("--run", "config_000"), 1.4),
     (TENDON, ("--run", "config_180"), 2.5),
-    (PIEZO, ("--run", "model", "--from", "2"), 0.65),
-    (ARM, ("--run", "oct28_exp5", "--from", "12"), 3.6),
-    (CAVATAPPI, ("--run", "200g_s3_t1"), 6.7),
+    (PIEZO, ("--run", "model", "--from", "2"), 0.4),
+    (ARM, ("--run", "oct28_exp5", "--from", "12"), 1.7),
+    (CAVATAPPI, ("--run", "200g_s3_t1"), 5.2),
     (WRIST, ("--train-fraction", "1"), 2.0),
-    (DAMPER, ("--run", "ensaio1.2"), 10.0),
+    (DAMPER, ("--run", "ensaio1.2"), 2.4),
 ]
 KEYS = {"family", "n", "nonzero_weights", "train", "test", "static_test", "kkt_residual", "round_trip_error"}
 
@@ -80,7 +80,7 @@ def test_accuracy_on_a_measured_log(identify, case):
     assert score["rmse"] < 0.6 * static["rmse"]
     assert result["kkt_residual"] < 1e-12
     assert result["round_trip_error"] < 1e-11
-    assert 0 < result["nonzero_weights"] <= result["n"] == 100
+    assert 0 < result["nonzero_weights"] <= result["n"]
     assert all(set(warning) == {"code", "message"} and len(warning["message"]) > 40 for warning in result["warnings"])
 
 

@@ -380,11 +380,14 @@ class LoopStepper(Steps):
 
     def reset(self) -> None:  # noqa: D102 - see the base class
         self._memory = None
+        self.rejected = self.rejected_ever = False
 
     def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""
-        if not isfinite(value):
-            return self.output  # a rejected sample holds the last output
+        self.rejected = not isfinite(value)
+        if self.rejected:
+            self.rejected_ever = True
+            return self.output  # held
         scaled = (value - self._from) / self._unit
         if self._memory is None:
             self._memory, period = self._model.before(self._first(scaled)), 0.0

@@ -357,9 +357,13 @@ class Steps(ABC):
     ----------
     output
         Of the last sample.
+    rejected, rejected_ever
+        Whether the last sample, or any since the last reset, was no finite number: the output was held.
     """
 
     output: float
+    rejected: bool = False
+    rejected_ever: bool = False
 
     def __init__(self, model: Model) -> None:
         self._needs = model.needs
