@@ -43,7 +43,8 @@ def bank(columns: Columns, x, step=0.01, start="rest"):
 def training(x, y, step=0.01, orientation="counter-clockwise"):
     """A training of one stretch that is scaled already."""
     dt = None if step is None else np.concatenate([[0.0], np.full(x.size - 1, step)])
-    return Training((Stretch(x, y, dt, np.ones(x.size, dtype=bool)),), families.Scaling(), orientation)
+    stretch = Stretch(x, y, dt, np.ones(x.size, dtype=bool))
+    return Training((stretch,), families.Scaling(), orientation, period=step or 0.0)
 
 
 def record(model, samples=4000, noise=0.002, seed=4, step=0.01):
@@ -144,6 +145,15 @@ def test_rows_are_thinned_but_elements_see_every_sample(monkeypatch):
     thin = choice.Workshop(training(x, y), "forward", SOME)
     assert len(thin.bank.values) == 1000
     np.testing.assert_array_equal(thin.bank.values, whole.bank.values[::3])
+
+
+def test_a_model_of_a_thinned_log_runs_at_the_period_of_the_log():
+    """An exported block takes this period unless told another."""
+    x, step = wander(60_000, 3), 0.001
+    y = ElementModel((Element("play", 0.2), Element("creep", 0.0, 0.5))).simulate(x, step * np.arange(x.size))
+    fit = dehyst.identify(Recording(input=x, output=y, time=step * np.arange(x.size)), "creep-pi")
+    assert fit.model.period == pytest.approx(step)
+    assert fit.test.rmse_percent < 0.5
 
 
 def test_few_turns_mean_few_groups_and_no_stamps_no_time():

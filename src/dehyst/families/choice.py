@@ -44,7 +44,6 @@ from dehyst.ties import rank
 EVERY = tuple(range(BLOCKS))
 MOST_SAMPLES = 20_000  # of a training that elements see; longer ones are thinned, their turning points kept
 MOST_ROWS = 4000  # of the choice, spread over the training; elements see every sample
-MOST_FITTED = 20000  # of the last fit
 FEWEST = 4 * BLOCKS
 RAMPS = {"forward": 8, "inverse": 16}
 FIRST = Regularisation(0.003, 0.001)
@@ -58,7 +57,6 @@ STARTS = {  # the origin is that of the log's input
     "inverse": ("zero", "rest", "rising", "falling"),
 }
 BETTER_START = 0.98
-STARTED = 50000  # samples after which a start is forgotten
 FARTHEST = 1.6  # scaled outputs beyond it are not predicted: 0.3 of the range beyond what was seen
 CHUNK = 4096
 SMALLEST = 1e-9
@@ -112,7 +110,6 @@ def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen
             f"{training.y.size} samples are fitted, and sums of elements are chosen on {BLOCKS} blocks of them: give "
             f"{FEWEST} or more, or take a smaller family, such as pi."
         )
-    training = training.thinned(MOST_SAMPLES)
     workshops: dict[str, Workshop] = {}
     for direction in dict.fromkeys(one.direction for one in sums):
         groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
@@ -135,14 +132,15 @@ def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen
 def _fitted(
     ordered: Sequence[Candidate], workshops: dict[str, Workshop], firm: bool
 ) -> tuple[Candidate, ElementModel, Weights]:
-    """The first candidate, fitted to everything; of firm ones the first that has an inverse, if any has."""
-    found: dict[tuple[Sum, bool], tuple[Candidate, ElementModel, Weights]] = {}
-    for one in ordered:
-        if np.isfinite(one.score) and (one.sum, one.mapped) not in found:
-            found[one.sum, one.mapped] = tried = one, *workshops[one.sum.direction].model(one, firm)
-            if not (firm and tried[1].no_inverse):
-                return tried
-    return next(iter(found.values()))
+    """The best candidate, fitted to everything; of firm ones the best that has an inverse, if any has."""
+    best = None
+    for one in (each for each in ordered if np.isfinite(each.score)):
+        model, weights = workshops[one.sum.direction].model(one, firm)
+        best = best or (one, model, weights)
+        if not (firm and model.no_inverse):
+            return one, model, weights
+    assert best is not None  # the first score is finite
+    return best
 
 
 def _workshop(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
@@ -150,7 +148,7 @@ def _workshop(training: Training, direction: str, groups: tuple[str, ...]) -> Wo
     made = (shop for shop in training.shared if shop.direction == direction and shop.groups.issuperset(groups))
     shop = next(made, None)
     if shop is None:
-        shop = Workshop(training, direction, groups)
+        shop = Workshop(training.thinned(MOST_SAMPLES), direction, groups)
         training.shared.append(shop)
     return shop
 
@@ -190,7 +188,7 @@ class Workshop:
         self.pace = pace_of(training, direction)
         self.start = self._best_start()
         self.columns = columns_of(groups, RAMPS[direction], self.pace)
-        self.bank = self._bank(self.columns, self.start, MOST_ROWS)
+        self.bank = self._bank(self.columns, self.start)
         self.sums = self._sums(self.columns, self.bank, PIECES)
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
 
@@ -217,7 +215,7 @@ class Workshop:
     def model(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
         """Fit a candidate to all rows."""
         columns = columns_of(chosen.sum.groups, RAMPS[self.direction], self.pace)
-        bank = self._bank(columns, self.start, MOST_FITTED)
+        bank = self._bank(columns, self.start, every=1)
         sums, own = self._sums(columns, bank, PIECES), np.arange(columns.cell.size)
         found = Program(sums, own, chosen.mapped).solve(EVERY, chosen.regularisation)
         model = self._record(columns, found, chosen.sum.name)
@@ -242,7 +240,7 @@ class Workshop:
             found.offset,
             after_map=(tuple(found.inner.tolist()), tuple(found.outer.tolist())),
             direction=self.direction,
-            period=0.0 if self.pace is None else self.pace.period,
+            period=self.training.period,
             row=row,
             scaling=self.training.scaling,
             start=self.start,
@@ -275,7 +273,7 @@ class Workshop:
         """The start state from which plays and stops err least; the first one, unless another is better by 2 %."""
         columns, least, best = columns_of(("play", "stop"), RAMPS[self.direction], None), np.inf, ""
         for start in STARTS[self.direction]:
-            bank = self._bank(columns, start, MOST_ROWS, STARTED)
+            bank = self._bank(columns, start)
             found = Program(self._sums(columns, bank, 1), np.arange(columns.cell.size), False).solve(EVERY, FIRST)
             error = float(np.sqrt(np.mean((found.outputs(bank.values @ found.weight) - bank.target) ** 2)))
             if rank(error) < BETTER_START * least:
@@ -286,9 +284,10 @@ class Workshop:
         least = np.where(columns.group == "x", LEAST, 0.0)
         return sums_of(bank.values, bank.target, bank.block, least, columns.neighbours, pieces)
 
-    def _bank(self, columns: Columns, start: str, most: int, until: int | None = None) -> Bank:
-        compared = [np.flatnonzero(stretch.counts[:until]) for stretch in self.training.stretches]
-        every = -(-sum(at.size for at in compared) // most)
+    def _bank(self, columns: Columns, start: str, every: int | None = None) -> Bank:
+        """Rows of columns; `every` which sample has one, None for as many as a choice takes."""
+        compared = [np.flatnonzero(stretch.counts) for stretch in self.training.stretches]
+        every = every or -(-sum(at.size for at in compared) // MOST_ROWS)
         template = ElementModel(columns.cells, start=start, scaling=self._seen_scaling())
         values, target, output, places = [], [], [], []
         for number, (stretch, at) in enumerate(zip(self.training.stretches, compared, strict=True)):

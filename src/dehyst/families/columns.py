@@ -24,7 +24,7 @@ from dehyst.models.arrays import Array
 Numbers = npt.NDArray[np.int64]
 
 RADII = (0.01, 0.02, 0.035, 0.05, 0.075, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.47, 0.55, 0.65, 0.75, 0.85, 0.95)
-# of plays and stops without ramps: of a loop with few of them each lies within 2 % of the range of one of these
+# of plays and stops without ramps: of a loop with few of them each lies within 2 % of the half range of one of these
 THRESHOLDS = tuple(np.concatenate([np.geomspace(0.004, 0.09, 12), np.linspace(0.11, 0.98, 28)]).tolist())
 FINE = (-0.8, -0.5, -0.2, 0.2, 0.5, 0.8)  # between ramps of plays: seven
 COARSE = (-0.4, 0.4)  # between ramps of lags: three

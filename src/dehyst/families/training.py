@@ -61,6 +61,8 @@ class Training:
         it leads, as a force over a displacement, "mixed" or "none".
     seed
         Of everything random in a fit.
+    period
+        Median time between samples of the log; 0 without time stamps. [s]
     shared
         What one fit made and others can use: rows of elements their columns.
     """
@@ -69,6 +71,7 @@ class Training:
     scaling: Scaling
     orientation: str
     seed: int = 0
+    period: float = 0.0
     shared: list[Any] = field(default_factory=list)
 
     @property
@@ -162,7 +165,9 @@ def training_of(records: tuple[Recording, ...], data: DataSet, orientation: str,
         if piece.weight is not None:
             counts &= piece.weight[part] > 0.0
         stretches.append(Stretch(x, y, steps_of(records[piece.recording], piece.start, x.size), counts))
-    return Training(tuple(stretches), scaling_of(data), orientation, seed)
+    steps = [s.dt[1:] for s in stretches if s.dt is not None and s.dt.size > 1]
+    period = float(np.median(np.concatenate(steps))) if steps else 0.0
+    return Training(tuple(stretches), scaling_of(data), orientation, seed, period)
 
 
 def scaling_of(data: DataSet) -> Scaling:
