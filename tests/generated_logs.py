@@ -138,7 +138,7 @@ def generated(seed: int, start: str | None = None, recordings: int = 1) -> Log:
     gain_x, zero_x, gain_y, zero_y = rng.uniform(1, 8), rng.uniform(-3, 3), rng.uniform(5, 50), rng.uniform(-20, 20)
     other, rig = _way(rng, 900), rng.integers(1 << 30)
     truth = _RUN[mechanism](other, np.random.default_rng(rig))
-    noise = 0.002 * float(np.ptp(truth))
+    noise = 0.01 * NOISE_PERCENT * float(np.ptp(truth))
     parts = []
     for _ in range(recordings):
         past, way = _past(start), _way(rng, samples // recordings if recordings > 1 else samples)
@@ -215,6 +215,7 @@ class Relation:
 
 
 ALLOWED = 1.15
+NOISE_PERCENT = 0.2  # of the range, on the output of every generated log
 ROUNDING = 1.0 + 1e-4
 # True errors below this, percent of range, are a twentieth of the noise: no ratio of them says anything.
 NOTHING = 0.01

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import ExcitationError, LogError, OutputError, ParameterError, RecordingError, TimeError
+from dehyst.identification import identify as identify_plays
 from dehyst.identification.data import prepare as prepare_in_memory
 from dehyst.identification.facts import branches as branches_in_memory
 from dehyst.identification.short_signal import shorten
@@ -90,7 +91,7 @@ def same(first, second, tolerance=1e-12):
 @pytest.mark.parametrize("family", ["auto", "pi", "pi-cumulative", "modified-pi", "stop"])
 def test_the_result_is_that_of_the_same_samples_in_memory(family):
     time, x, y = record()
-    expected = dehyst.identify(recording(time, x, y), family)
+    expected = identify_plays(recording(time, x, y), family)
     same(expected, dehyst.identify_stream(Chunks(x, y, time), family))
 
 
@@ -161,7 +162,7 @@ def test_a_falling_curve_and_a_wide_loop_are_told_apart_as_in_memory():
     time, x, y = record(60_000)
     wide = dehyst.PrandtlIshlinskii([0.0, 1.6], [0.01, 1.0]).simulate(x - 3.0)
     for output in (-y, wide, -wide):
-        expected = dehyst.identify(recording(time, x, output), n=8)
+        expected = identify_plays(recording(time, x, output), n=8)
         same(expected, dehyst.identify_stream(Chunks(x, output, time), n=8), 1e-11)
 
 
