@@ -10,7 +10,18 @@ import pytest
 
 import dehyst
 from dehyst.identification import identify as identify_plays
-from generated_logs import ALLOWED, MECHANISMS, NOISE_PERCENT, RELATIONS, STARTS, UNITS, broken, by_name, found_in, generated
+from generated_logs import (
+    ALLOWED,
+    MECHANISMS,
+    NOISE_PERCENT,
+    RELATIONS,
+    STARTS,
+    UNITS,
+    broken,
+    by_name,
+    found_in,
+    generated,
+)
 
 LOGS = range(6)  # one of each mechanism
 IDENTIFY = (dehyst.identify, identify_plays)
