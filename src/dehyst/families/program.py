@@ -169,6 +169,7 @@ class Program:
         gain = 1.0 / np.maximum(1.0 + found[0][size:], 2.0 * LEAST_OF_MAP) ** 2
         each = np.outer(seen, gain).ravel()
         gram, rhs = (each @ part.reshape(each.size, -1) for part in (self._gram, self._rhs))
+        norm = float(np.sqrt(each @ sums.square.ravel()))
         u, passive, kkt = _solved(gram.reshape(n_own, n_own) + extra, rhs, self._lower, norm, found[1])
         inner = sums.knots[0] + np.concatenate([[0.0], np.cumsum((1.0 + u[size:]) * np.diff(sums.knots))])
         return Weights(float(u[0]), u[1:size], inner, sums.knots, passive, kkt)
