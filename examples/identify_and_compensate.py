@@ -41,7 +41,7 @@ def main(log: Path, input: str, output: str) -> None:
     print(f"the inverse asks for the applied input within {100 * share:.2f} % of its range (rms)")
 
     model_file = fit.model.save(Path(tempfile.mkdtemp()) / "model.json")
-    again = dehyst.load_model(model_file)
+    again = dehyst.load(model_file)
     print(f"saved and read back, same output: {np.array_equal(again.simulate(needed), fit.model.simulate(needed))}")
 
 

@@ -96,6 +96,50 @@ def test_a_step_is_called_alike_and_gives_what_a_signal_gives(name):
 
 
 @pytest.mark.parametrize("name", MODELS)
+def test_a_stepper_is_told_its_period_once_or_says_that_it_needs_one(name):
+    model = MODELS[name].inverse() if name == "direct-inverse" else MODELS[name]
+    held = {name: float(values[0]) for name, values in context(model).items()}
+    told, each, untold = model.stepper(0.05), model.stepper(), model.stepper()
+    for k, value in enumerate(X[:40].tolist()):
+        assert told(value, **held) == each(value, 0.05 if k else 0.0, **held)
+    untold(0.0, **held)  # nothing has passed before the first sample
+    if model.rate_dependent and not model.period:
+        with pytest.raises(ParameterError, match="depends on time"):
+            untold(0.1, **held)
+    else:
+        assert np.isfinite(untold(0.1, **held))
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), "fast"])
+def test_a_period_that_is_none_is_refused(seconds):
+    with pytest.raises(ParameterError, match=r"period|number"):
+        example("creep-pi").stepper(seconds)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_one_call_makes_the_block_of_every_model_that_a_target_can_run(name):
+    model = MODELS[name].with_card(CARD)
+    if not model.core or (model.no_inverse and name != "direct-inverse"):
+        with pytest.raises(DehystError):
+            dehyst.block(model)
+        return
+    made = dehyst.block(model, period=0.05, range=(-2.0, 2.0), ramp=20)
+    held = {"given": dict.fromkeys(made.given, 0.5)} if made.given else {}
+    answers = [made.step(y, **held) for y in (0.0, 0.5, 99.0, float("nan"))]
+    assert np.isfinite(answers).all() and max(np.abs(answers)) <= 2.0 and answers[3] == answers[2]
+    if model.core == "direct" or (model.core == "elements" and model.timed and not model.period):
+        with pytest.raises(ParameterError, match="period"):
+            dehyst.block(model)
+
+
+def test_what_no_target_can_run_says_which_model_can():
+    with pytest.raises(ParameterError, match="dehyst identify"):
+        dehyst.block(example("bouc-wen"))
+    with pytest.raises(ParameterError, match=r"fit\.model"):
+        dehyst.block(42)
+
+
+@pytest.mark.parametrize("name", MODELS)
 def test_every_file_is_read_by_one_loader(name, tmp_path):
     model = MODELS[name].with_card(CARD)
     again = dehyst.load(model.save(tmp_path / "m.json"))

@@ -138,7 +138,7 @@ def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands
     for finding in fit.warnings:
         assert finding.code in text and finding.message in text
     assert 'dehyst compensate "elbow model.json" reference.csv --output angle' in text
-    assert "load_model('elbow model.json')" in text
+    assert "load('elbow model.json')" in text
     assert "ab" * 32 in text  # the checksum of the log
 
 

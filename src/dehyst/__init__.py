@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from dehyst.families import Comparison as Comparison
     from dehyst.families import FamilyFit as FamilyFit
     from dehyst.families import LoopModel as LoopModel
+    from dehyst.families import block as block
     from dehyst.families import compare as compare
     from dehyst.families import identify as identify
     from dehyst.families import identify_family as identify_family
@@ -150,6 +151,7 @@ _HOME = {
     "evaluate": "dehyst.identification.evaluate",
     "equip": "dehyst.experiments.compensators",
     "identify": "dehyst.families",
+    "block": "dehyst.families",
     "identify_family": "dehyst.families",
     "identify_direct": "dehyst.identification",
     "identify_joint": "dehyst.experiments.loops_run",

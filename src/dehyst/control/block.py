@@ -222,8 +222,8 @@ class Block(SavedBlock[_native.Block]):
 def _check(model: HysteresisModel) -> None:
     if not isinstance(model, HysteresisModel):
         raise ParameterError(
-            f"a block is made of a hysteresis model, not of a {type(model).__name__}; pass fit.model or "
-            f"dehyst.load_model('model.json')."
+            f"a Block runs sums of plays, and this is a {type(model).__name__}. dehyst.block(model, ...) makes the "
+            f"block of any model."
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dehyst.errors import ParameterError
+from dehyst.control.machine_block import Direction
 from dehyst.export.element_numbers import element_numbers
 from dehyst.export.signal import moving_input
 from dehyst.export.unit import Asked, Unit, c_names
@@ -18,17 +18,8 @@ def unit_of(model: ElementModel, asked: Asked) -> Unit:
     ParameterError
         If the model has no ranges, does not survive the rounding to float, or the period is not known.
     """
-    timed = model.rate_dependent or model.dead_time > 0.0
-    period = asked.period or model.period
-    if timed and not period:
-        raise ParameterError(
-            "the model creeps, depends on the rate or has a dead time, and does not say at which period it was "
-            "identified. Add --period SECONDS, what your target calls it with, for example --period 0.001."
-        )
-    block = ElementBlock(
-        model, "forward" if asked.what == "forward" else "inverse", period=period or 1.0, range=asked.range,
-        ramp=asked.ramp,
-    )  # fmt: skip
+    direction: Direction = "forward" if asked.what == "forward" else "inverse"
+    block = ElementBlock(model, direction, period=asked.period, range=asked.range, ramp=asked.ramp)
     names = c_names(block.given, ("x",))
     numbers = element_numbers(block.parameters, names, asked.real)
     ranges = [_range(model, k) for k in range(len(names))]
@@ -39,7 +30,7 @@ def unit_of(model: ElementModel, asked: Asked) -> Unit:
     )
     return Unit(
         block, numbers, inputs, on, more, block.given, (0.0, *(0.5 * (low + high) for low, high in ranges)),
-        period=block.period if timed else None,
+        period=block.period if model.timed else None,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from dehyst.families.base import LoopStepper as LoopStepper
     from dehyst.families.base import Scaling as Scaling
     from dehyst.families.best import identify as identify
+    from dehyst.families.blocks import block as block
     from dehyst.families.comparison import Comparison as Comparison
     from dehyst.families.comparison import all_names as all_names
     from dehyst.families.comparison import compare as compare
@@ -49,6 +50,7 @@ _HOME = {
     "Training": "dehyst.families.training",
     "UNSCALED": "dehyst.families.base",
     "all_names": "dehyst.families.comparison",
+    "block": "dehyst.families.blocks",
     "compare": "dehyst.families.comparison",
     "example": "dehyst.families.registry",
     "family": "dehyst.families.registry",

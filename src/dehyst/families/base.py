@@ -252,9 +252,8 @@ class LoopModel(Model):
         """Return parameters, scaling and start, as they stand in a model file."""
         return {"values": self.parameters(), "scaling": asdict(self.scaling), "start": self.start}
 
-    def stepper(self) -> LoopStepper:
-        """Return the model as a function of one sample."""
-        return LoopStepper(self, self.run, self.scaling, float)
+    def stepper(self, period: float | None = None) -> LoopStepper:  # noqa: D102 - see the base class
+        return LoopStepper(self, self.run, self.scaling, float, period)
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, plain values; scaling, start and card left out."""
@@ -347,10 +346,9 @@ class InverseLoop(Inverted[LoopModel]):
         found = of.run_inverse(scaled, of._steps(time, outputs.size), memory, **more)[0]
         return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * found))
 
-    def stepper(self) -> LoopStepper:
-        """Return the inverse as a function of one sample."""
+    def stepper(self, period: float | None = None) -> LoopStepper:  # noqa: D102 - see the base class
         of = self.of
-        return LoopStepper(of, of.run_inverse, of.scaling.swapped(), partial(first_input, of))
+        return LoopStepper(of, of.run_inverse, of.scaling.swapped(), partial(first_input, of), period)
 
 
 class LoopStepper(Steps):
@@ -370,8 +368,9 @@ class LoopStepper(Steps):
         run: Callable[..., tuple[Array, Array]],
         scaling: Scaling,
         first: Callable[[float], float],
+        period: float | None,
     ) -> None:
-        super().__init__(model)
+        super().__init__(model, period)
         self._model, self._run, self._first = model, run, first
         self._from, self._unit = scaling.center, scaling.half_range
         self._onto, self._size = scaling.level, scaling.amplitude
@@ -382,18 +381,19 @@ class LoopStepper(Steps):
         self._memory = None
         self.rejected = self.rejected_ever = False
 
-    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
+    def __call__(self, value: float, period: float | None = None, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""
         self.rejected = not isfinite(value)
         if self.rejected:
             self.rejected_ever = True
             return self.output  # held
         scaled = (value - self._from) / self._unit
+        passed = 0.0 if self._memory is None else self._passed(period)
         if self._memory is None:
-            self._memory, period = self._model.before(self._first(scaled)), 0.0
+            self._memory = self._model.before(self._first(scaled))
         self._value[0] = scaled
         if self._dt is not None:
-            self._dt[0] = period
+            self._dt[0] = passed
         more = self._model._more(signals, 1) if signals or self._needs else {}
         answer, self._memory = self._run(self._value, self._dt, self._memory, **more)
         self.output = float(self._onto + self._size * answer[0])

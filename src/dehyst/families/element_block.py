@@ -97,7 +97,7 @@ class ElementBlock(SavedBlock[_native.ElementBlock]):
     direction
         "inverse": wanted output in, needed input out. "forward": applied input in, expected output out.
     period
-        Between two samples. [s]
+        Between two samples; None takes that of the log. A sum without creep, rate and dead time needs none. [s]
     range
         Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
     ramp
@@ -124,7 +124,7 @@ class ElementBlock(SavedBlock[_native.ElementBlock]):
         model: ElementModel,
         direction: Direction = "inverse",
         *,
-        period: float,
+        period: float | None = None,
         range: tuple[float, float] | None = None,
         ramp: int = 500,
     ) -> None:
@@ -133,7 +133,7 @@ class ElementBlock(SavedBlock[_native.ElementBlock]):
         low, high = declared_range(model.card.input, range)
         self.model: ElementModel = model
         self.direction: Direction = direction
-        self.period = parameter_number(period, "period")
+        self.period = parameter_number(_usual(model) if period is None else period, "period")
         self.ramp = int(ramp)
         self._refuse_period()
         self.parameters, sum_ = _made(self, low, high)
@@ -218,6 +218,16 @@ class ElementBlock(SavedBlock[_native.ElementBlock]):
         """
         samples = signal_array(x, "input x")
         return self._native.run(samples, self._table(given, samples.size), along(on, samples.size, "on") != 0)
+
+
+def _usual(model: ElementModel) -> float:
+    """Period of the log, or any where time does not count. [s]"""
+    if model.timed and not model.period:
+        raise ParameterError(
+            "the model creeps, depends on the rate or has a dead time, and does not say at which period it was "
+            "identified. Pass period, the seconds between two samples of your loop (in a terminal: --period 0.001)."
+        )
+    return model.period or 1.0
 
 
 def given_names(model: ElementModel) -> tuple[str, ...]:

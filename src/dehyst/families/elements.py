@@ -311,6 +311,11 @@ class ElementModel(LoopModel):
         return own + 1 + sum(max(0, len(u) - 2) for u, _ in (self.before_map, self.after_map))
 
     @property
+    def timed(self) -> bool:
+        """Whether time counts: creep, rate or a dead time."""
+        return self.rate_dependent or self.dead_time > 0.0
+
+    @property
     def delay(self) -> int:
         """Dead time in samples."""
         return round(self.dead_time / self.period) if self.dead_time else 0

@@ -166,7 +166,8 @@ def training_of(records: tuple[Recording, ...], data: DataSet, orientation: str,
             counts &= piece.weight[part] > 0.0
         stretches.append(Stretch(x, y, steps_of(records[piece.recording], piece.start, x.size), counts))
     steps = [s.dt[1:] for s in stretches if s.dt is not None and s.dt.size > 1]
-    period = float(np.median(np.concatenate(steps))) if steps else 0.0
+    median = float(np.median(np.concatenate(steps))) if steps else 0.0
+    period = float(f"{median:.9g}")  # differences of time stamps have no more digits
     return Training(tuple(stretches), scaling_of(data), orientation, seed, period)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["HysteresisModel", "RejectedSamplesWarning", "StackStepper", "StepMethod", "Stepper"]
 
-StepMethod: TypeAlias = Literal["auto", "dense", "logarithmic"]
+StepMethod: TypeAlias = Literal["auto", "dense", "logarithmic"] | float | None
 
 _NO_MAP = np.zeros(0)
 # Most operators for which "auto" steps densely. There the worst logarithmic step costs as much as a dense one and the
@@ -64,7 +64,8 @@ class HysteresisModel(Model):
             the signal, with bits that are the same on every machine.
             "logarithmic" keeps the operators in segments: a sample costs O(log n) at worst, and hardly anything while
             the input goes on in one direction; outputs agree with dense steps within 1e-14 of max|y|. "auto" is dense
-            up to 100 operators and logarithmic above.
+            up to 100 operators and logarithmic above. A period [s] in its place, which other models need, or None, is
+            "auto": plays answer the same at any.
 
         Returns
         -------
@@ -322,6 +323,8 @@ def make_stepper(
     method: StepMethod = "auto",
 ) -> Stepper | StackStepper:
     """Build one of the core's steppers from the parameters of the general form."""
+    if method is None or isinstance(method, (int, float)):
+        method = "auto"
     if method not in ("auto", "dense", "logarithmic"):
         raise ParameterError(
             f"method = {method!r:.40} is no way to step; pass 'dense' (time proportional to the number of operators, "

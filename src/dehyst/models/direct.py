@@ -354,7 +354,7 @@ class DirectInverse(Model):
         """
         return DirectStepper(self.parameters(period))
 
-    def stepper(self) -> Any:
+    def stepper(self, period: float | None = None) -> Any:
         """Return nothing: an input is solved for its output along a whole signal, with `simulate`.
 
         Raises
@@ -570,9 +570,8 @@ class DirectDemand(Inverted[DirectInverse]):
         certainty = 1.0 - run.doubt / max(float(run.doubt.max(initial=0.0)), 1e-300)
         return Band(run.u, run.u - run.doubt, run.u + run.doubt, run.doubt, certainty)
 
-    def stepper(self) -> DirectSteps:
-        """Return it as a function of one sample."""
-        return DirectSteps(self.of)
+    def stepper(self, period: float | None = None) -> DirectSteps:  # noqa: D102 - see the base class
+        return DirectSteps(self.of, period)
 
 
 class DirectSteps(Steps):
@@ -585,8 +584,8 @@ class DirectSteps(Steps):
     (0.0, 2.0, -1.0, -1.0)
     """
 
-    def __init__(self, model: DirectInverse) -> None:
-        super().__init__(model)
+    def __init__(self, model: DirectInverse, period: float | None = None) -> None:
+        super().__init__(model, period)
         self._model = model
         self._taus = np.array(model.time_constants)
         self.reset()
@@ -597,10 +596,10 @@ class DirectSteps(Steps):
         self._last: float | None = None
         self.output = 0.0
 
-    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
+    def __call__(self, value: float, period: float | None = None, **signals: float) -> float:
         """Return u for the next sample of y, `period` [s] after the one before."""
         given = self._told(signals) if signals or self._needs else ()
-        passed = 0.0 if self._last is None else float(period)
+        passed = 0.0 if self._last is None else self._passed(period)
         rate = (value - self._last) / passed if self._last is not None and passed > 0.0 else 0.0
         self.output = self._step.advance(value, rate, passed, self._taus, *given)
         if not self._step.rejected:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
-from dehyst.models.arrays import Array
+from dehyst.models.arrays import Array, parameter_number
 from dehyst.models.card import ModelCard, SignalCard
 
 if TYPE_CHECKING:
@@ -73,6 +73,8 @@ class Model(ABC):
         Whether it is judged as its compensator, from output to input.
     shear
         k of a loop that was sheared before it was identified, else None. [input/output]
+    period
+        Median time between samples of the log, for what runs sample by sample; 0 where unknown. [s]
     """
 
     card: ModelCard
@@ -81,6 +83,7 @@ class Model(ABC):
     closeness: ClassVar[float] = 1e-6
     judged_backward: ClassVar[bool] = False
     shear: float | None = None
+    period: float = 0.0
     file_kind: ClassVar[str] = "dehyst-model"
     core: ClassVar[str] = ""
 
@@ -184,8 +187,15 @@ class Model(ABC):
         return 0
 
     @abstractmethod
-    def stepper(self) -> Any:
-        """Return the model as a function of one sample: ``step(x, period)``, `period` [s] after the one before."""
+    def stepper(self, period: float | None = None) -> Any:
+        """Return the model as a function of one sample, ``step(x)``.
+
+        Parameters
+        ----------
+        period
+            Between two samples, for models that depend on time; ``step(x, seconds)`` overrules it for one sample.
+            None takes that of the log. [s]
+        """
 
     def compensator(self) -> Model:
         """Return what is given to a controller: the inverse; of a direct inverse itself."""
@@ -355,6 +365,8 @@ class Steps(ABC):
 
     Attributes
     ----------
+    period
+        Between two samples where a step does not say; 0 where unknown. [s]
     output
         Of the last sample.
     rejected, rejected_ever
@@ -365,8 +377,9 @@ class Steps(ABC):
     rejected: bool = False
     rejected_ever: bool = False
 
-    def __init__(self, model: Model) -> None:
-        self._needs = model.needs
+    def __init__(self, model: Model, period: float | None = None) -> None:
+        self._needs, self._family, self._timed = model.needs, model.family, model.rate_dependent
+        self.period = model.period if period is None else _positive(period)
         self.output = 0.0
 
     @abstractmethod
@@ -374,8 +387,18 @@ class Steps(ABC):
         """Forget everything; the next sample is the first."""
 
     @abstractmethod
-    def __call__(self, value: float, period: float = 0.0, **signals: float) -> float:
+    def __call__(self, value: float, period: float | None = None, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""
+
+    def _passed(self, period: float | None) -> float:
+        """Time since the sample before, as told or as usual. [s]"""
+        passed = self.period if period is None else float(period)
+        if period is None and self._timed and not passed:
+            raise ParameterError(
+                f"this {self._family} model depends on time, and nobody said how much passes between two samples. Call "
+                f"model.stepper(period) with the period of your loop [s], or step(x, seconds)."
+            )
+        return passed
 
 
 def require_model(model: object, wanted: str) -> Model:
@@ -394,6 +417,13 @@ def require_model(model: object, wanted: str) -> Model:
 def without_inverse(model: Model) -> InvertibilityError:
     """Return the refusal of an inverse that there is not."""
     return InvertibilityError(f"this {model.family} model has no inverse: {model.no_inverse}", family=model.family)
+
+
+def _positive(period: float) -> float:
+    seconds = parameter_number(period, "period")
+    if not seconds > 0.0:
+        raise ParameterError(f"a period of {seconds:g} s is none; pass the time between two samples, above 0.")
+    return seconds
 
 
 def _fault_of(made: Any) -> str:

@@ -29,8 +29,8 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
     x, y = (quoted(_column(rec, role)) for role in ("input", "output"))
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
     simulate = Lines("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}")
-    head = f"import dehyst\n\nmodel = dehyst.load_model({name!r})\n# input in {x_unit}, output in {y_unit}\n"
-    at, period = (", time", ", period") if fit.model.rate_dependent else ("", "")
+    head = f"import dehyst\n\nmodel = dehyst.load({name!r})\n# input in {x_unit}, output in {y_unit}\n"
+    at, period = (", time", f"{fit.model.period:g}") if fit.model.rate_dependent else ("", "")
     if overall(fit) is Grade.BAD:
         steps = [
             Lines(
@@ -53,8 +53,8 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lin
                 "inverse = model.inverse()\n"
                 f"x = inverse.simulate(reference{at})\n\n"
                 "# one sample at a time; the state lives in the stepper\n"
-                "step = inverse.stepper()\n"
-                f"x_k = step(reference_k{period})",
+                f"step = inverse.stepper({period}){'  # seconds between two samples of your loop' if at else ''}\n"
+                "x_k = step(reference_k)",
             ),
         ]
     if model_file is None:
