@@ -141,10 +141,12 @@ class Program:
         own = np.concatenate([[0], 1 + columns, np.arange(first, first + sums.pieces) if mapped else []]).astype(
             np.int64
         )
-        self._of_blocks = sums.of_blocks[0][:, own[:, None], own], sums.of_blocks[1][:, own]
+        pairs = (own[:, None] * sums.gram.shape[-1] + own).ravel()  # one index is ten times as fast as two
+        gram, rhs = sums.of_blocks
+        self._of_blocks = gram.reshape(BLOCKS, -1).take(pairs, axis=1), rhs.take(own, axis=1)
         if mapped:
-            self._gram = np.ascontiguousarray(sums.gram[..., own[:, None], own])
-            self._rhs = np.ascontiguousarray(sums.rhs[..., own])
+            self._gram = sums.gram.reshape(BLOCKS * sums.pieces, -1).take(pairs, axis=1)
+            self._rhs = sums.rhs.reshape(BLOCKS * sums.pieces, -1).take(own, axis=1)
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         slopes = [LEAST_OF_MAP - 1.0] * (sums.pieces if mapped else 0)  # counted from 1 on
         self._lower = np.concatenate([[0.0], sums.least[columns], slopes])
@@ -162,13 +164,13 @@ class Program:
         seen[list(blocks)] = 1.0
         n, norm = float(seen @ sums.counted.sum(1)), float(np.sqrt(seen @ sums.square.sum(1)))
         extra = self._extra(n, regularisation)
-        gram, rhs = (seen @ each.reshape(BLOCKS, -1) for each in self._of_blocks)
+        gram, rhs = (seen @ each for each in self._of_blocks)
         found = _solved(gram.reshape(n_own, n_own) + extra, rhs, self._lower, norm, warm)
         if not self._mapped:
             return Weights(float(found[0][0]), found[0][1:], np.zeros(0), np.zeros(0), found[1], found[2])
         gain = 1.0 / np.maximum(1.0 + found[0][size:], 2.0 * LEAST_OF_MAP) ** 2
         each = np.outer(seen, gain).ravel()
-        gram, rhs = (each @ part.reshape(each.size, -1) for part in (self._gram, self._rhs))
+        gram, rhs = each @ self._gram, each @ self._rhs
         norm = float(np.sqrt(each @ sums.square.ravel()))
         u, passive, kkt = _solved(gram.reshape(n_own, n_own) + extra, rhs, self._lower, norm, found[1])
         inner = sums.knots[0] + np.concatenate([[0.0], np.cumsum((1.0 + u[size:]) * np.diff(sums.knots))])
