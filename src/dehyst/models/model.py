@@ -373,6 +373,7 @@ class Steps(ABC):
         Whether the last sample, or any since the last reset, was no finite number: the output was held.
     """
 
+    period: float
     output: float
     rejected: bool = False
     rejected_ever: bool = False
