@@ -258,11 +258,12 @@ def test_numbers_beside_figures_are_those_of_the_figures():
     tutorial = (DOCS / "tutorial" / "first-loop.md").read_text(encoding="utf-8")
     assert f"leaves {figures.rms(compensated - wanted):.2f} deg rms" in tutorial
     assert f"leaves {figures.rms(plain - wanted):.2f} deg" in tutorial
-    time, _, angle, model = figures.hold()
+    time, _, angle, plays, chosen = figures.hold()
     held = int((time < 2.0).sum())
     limits = (DOCS / "explanation" / "limits.md").read_text(encoding="utf-8")
     crept = f"creeps from {angle[held]:.1f} to {angle[-1]:.1f} deg"
-    assert f"{crept} while the model stays at {model[-1]:.1f} deg" in limits
+    assert f"{crept} while plays stay at {plays[-1]:.1f} deg" in limits
+    assert f"goes to {chosen[-1]:.1f} deg" in limits
 
 
 def test_numbers_of_the_readme_are_those_of_the_demo():

@@ -86,7 +86,7 @@ def tracking() -> tuple[Array, Array, Array, Array]:
     fit = example_fit()
     time = np.arange(0.0, 60.0, STEP)
     wanted = 26.0 * np.linspace(1.0, 0.25, time.size) * np.sin(2 * np.pi * time / 10.0)
-    plain, compensated = (respond(m.inverse().simulate(wanted), STEP) for m in (fit.static, fit.model))
+    plain, compensated = (respond(m.inverse().simulate(wanted, time), STEP) for m in (fit.static, fit.model))
     return time, wanted, plain, compensated
 
 
@@ -246,23 +246,28 @@ def families() -> Figure:
 
 def creep() -> Figure:
     """What a rate-independent model cannot follow: the simulated joint creeps while the pressure is held."""
-    time, pressure, angle, model = hold()
+    time, pressure, angle, plays, chosen = hold()
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.plot(time, pressure, color=GREY, lw=2.0)
     left.set(title="Pressure, held for three minutes", xlabel="time [s]", ylabel="pressure difference [bar]")
     right.plot(time, angle, color=BLUE, lw=2.0, label="simulated joint")
-    right.plot(time, model, color=INK, lw=1.2, label="identified model")
+    right.plot(time, plays, color=INK, lw=1.2, label="plays (modified-pi)")
+    right.plot(time, chosen, color=ORANGE, lw=1.2, label="what identify chooses")
     right.set(title="Angle, from 14 deg on", xlabel="time [s]", ylabel="angle [deg]", ylim=(14.0, 16.2))
     right.legend(loc="lower right")
     return figure
 
 
-def hold() -> tuple[Array, Array, Array, Array]:
-    """Time, pressure, angle of the simulated joint, angle of the model: a ramp of 2 s, then a hold."""
+def hold() -> tuple[Array, Array, Array, Array, Array]:
+    """Time, pressure, angles of the simulated joint, of plays and of the chosen model: a ramp of 2 s, then a hold."""
     time = np.arange(0.0, 182.0, STEP)
     pressure = 2.0 * np.minimum(time / 2.0, 1.0)
-    return time, pressure, respond(pressure, STEP), example_fit().model.simulate(pressure)
+    plays = dehyst.identify(example_recording(), "modified-pi").model
+    return (
+        time, pressure, respond(pressure, STEP), plays.simulate(pressure),
+        example_fit().model.simulate(pressure, time),
+    )  # fmt: skip
 
 
 def stack() -> Figure:
