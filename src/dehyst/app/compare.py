@@ -20,7 +20,6 @@ from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_ot
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import IdentificationError, OutputError, ParameterError
 from dehyst.families import Comparison, Entry, all_names, compare
-from dehyst.families.existing import TITLES
 from dehyst.io import read_log
 from dehyst.recording import Recording
 from dehyst.shell import quoted, typed
@@ -200,7 +199,7 @@ def _percent(value: float) -> str:
 
 
 def _next(found: Comparison, request: CompareRequest) -> str:
-    """What to do now: use what was saved; or identify the best family that can be exported, or save the best one."""
+    """What to do now: use what was saved, or identify and save what is best."""
     if found.chosen.model is None:
         return "cure what the warnings above name and compare again"
     if request.save is not None:
@@ -213,7 +212,7 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
     same = "".join(f" {name} {quoted(value)}" for name, value in window if value is not None)
-    if found.chosen.family in TITLES and found.chosen.family != "static":
-        family = found.chosen.family
-        return f"dehyst identify {log} {signals}{same} --family {family} --save model.json --report report.html"
-    return f"dehyst compare {log} {signals}{same} --families {found.chosen.family} --save model.json"
+    family = found.chosen.family
+    if found.auto_entry.error_percent <= found.chosen.error_percent:  # what identify takes without a name
+        return f"dehyst identify {log} {signals}{same} --save model.json --report report.html"
+    return f"dehyst identify {log} {signals}{same} --family {family} --save model.json --report report.html"

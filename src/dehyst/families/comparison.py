@@ -137,8 +137,8 @@ class Comparison:
 
 def _inverse(best: Entry) -> str:
     if not best.invertible:
-        return f"it has no inverse: {best.no_inverse.rstrip('.')}"
-    return f"its inverse gives the applied input back to {best.inverse_percent:.2f} % of its range"
+        return f"{best.family} has no inverse: {best.no_inverse.rstrip('.')}"
+    return f"the inverse of {best.family} gives the applied input back to {best.inverse_percent:.2f} % of its range"
 
 
 def _plain(entry: Entry) -> dict[str, float] | None:
