@@ -30,7 +30,7 @@ from dehyst.report.theme import TOKENS, fonts
 from report_samples import HOSTILE, falling, fit_by_hand, maxwell_slip_log
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
-ALL_FIGURES = ["loop", "arranged", "play", "model", "residual", "weights", "candidates"]
+ALL_FIGURES = ["loop", "arranged", "play", "model", "residual", "structure", "weights", "candidates"]
 
 
 class Reader(HTMLParser):
@@ -314,7 +314,7 @@ def test_a_curve_without_memory_is_reported_without_operators(tmp_path):
     sections = [
         a["id"] for t, a in read(write_report(flat, tmp_path / "r.html")).elements if a.get("class") == "figure"
     ]
-    assert sections == ["loop", "arranged", "model", "residual"]
+    assert sections == ["loop", "arranged", "model", "residual", "structure"]
 
 
 def test_several_logs_are_drawn_beside_each_other(tmp_path):

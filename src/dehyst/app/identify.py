@@ -27,6 +27,9 @@ from dehyst.shell import quoted
 if TYPE_CHECKING:
     from rich.table import Table
 
+# A cause of what is left is named where it explains more than this share of it, and more than this percent of range.
+MUCH, FELT = 0.3, 0.5
+
 
 @dataclass(frozen=True)
 class IdentifyRequest:
@@ -273,6 +276,14 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
             )
         )
     )
+    left = fit.residual.largest
+    if left is not None and left.share > MUCH and left.size_percent > FELT:
+        out.print(
+            Text(
+                f"{100.0 * left.share:.0f} % of the squared residual {left.words}, {left.size_percent:.2g} % of range "
+                f"rms: what to try is in the report (--report)"
+            )
+        )
     print_findings(fit.warnings)
     out.print()
     for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):

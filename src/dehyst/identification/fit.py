@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.evidence import LEAST, Evidence
 from dehyst.identification.facts import Motion
+from dehyst.identification.residual import Residual, residual_structure
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
 from dehyst.recording import Recording
 
@@ -428,6 +430,19 @@ class Fit:
         """Error of the input that the inverse asks for, over held-out samples if there are any."""
         return self.input_test or self.input_train
 
+    @cached_property
+    def residual(self) -> Residual:
+        """What the residual follows on held-out samples, on fitted ones if none were held out, and what is noise."""
+        score = self.test or self.train
+        return residual_structure(
+            self.recordings,
+            self.predictions,
+            self.test_masks if self.test else self.train_masks,
+            100.0 * score.rmse / score.rmse_percent if score.rmse_percent > 0.0 else 1.0,
+            part="held-out" if self.test else "fitted",
+            knows_time=bool(getattr(self.model, "rate_dependent", False)),
+        )
+
     def refit(
         self,
         *,
@@ -538,6 +553,7 @@ class Fit:
             "direction": self.direction,
             "elements": list(elements_of(self.model)),
             "dead_time_s": float(getattr(self.model, "dead_time", 0.0)),
+            "residual": self.residual.as_dict(),
             "input_error": {
                 "train": self.input_train.as_dict(),
                 "test": None if self.input_test is None else self.input_test.as_dict(),

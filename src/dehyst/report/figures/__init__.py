@@ -11,6 +11,7 @@ from dehyst.report.figures.panel import Figure, Panel
 from dehyst.report.figures.play import play_figure
 from dehyst.report.figures.residual import residual_figure
 from dehyst.report.figures.settings import settings_figure
+from dehyst.report.figures.structure import structure_figure
 from dehyst.report.figures.weights import weights_figure
 
 __all__ = ["Figure", "Panel", "all_figures"]
@@ -21,6 +22,7 @@ _MAKERS = (
     play_figure,
     model_figure,
     residual_figure,
+    structure_figure,
     weights_figure,
     candidates_figure,
     settings_figure,

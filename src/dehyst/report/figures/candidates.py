@@ -1,4 +1,4 @@
-"""Figure 7: what the choice of a family compared."""
+"""Figure 8: what the choice of a family compared."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STARTS = {"zero": "at zero", "rest": "at rest"}
 
 
 def candidates_figure(fit: Fit) -> Figure | None:
-    """Return figure 7, or None if a family was named and nothing compared."""
+    """Return figure 8, or None if a family was named and nothing compared."""
     if not fit.candidates:
         return None
     shown = _shown(fit)

@@ -72,6 +72,8 @@ class Figure:
         Formula below the heading in plain text, or "".
     table
         Small table below the panels, or None.
+    points
+        Sentences beside the panels: what follows from them.
     """
 
     key: str
@@ -80,6 +82,7 @@ class Figure:
     panels: tuple[Panel, ...]
     formula: str = ""
     table: Table | None = None
+    points: tuple[str, ...] = ()
 
 
 def label_axes(axes: Axes, window: Window, across: str, up: str) -> None:

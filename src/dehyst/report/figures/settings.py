@@ -1,4 +1,4 @@
-"""Figure 8: what another number of operators and another eps would have done, by refits of the same data."""
+"""Figure 9: what another number of operators and another eps would have done, by refits of the same data."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _Family:
 
 
 def settings_figure(fit: Fit) -> Figure | None:
-    """Return figure 8, or None for a fit that holds no sums over its data."""
+    """Return figure 9, or None for a fit that holds no sums over its data."""
     if fit.refitter is None:
         return None
     unit = "held out" if fit.test is not None else "fitted"

@@ -1,4 +1,4 @@
-"""Figure 6: weights, initial loading curve and output map: the model itself."""
+"""Figure 7: weights, initial loading curve and output map: the model itself."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dehyst.report.thin import Window
 
 
 def weights_figure(fit: Fit) -> Figure | None:
-    """Return figure 6, or None for a model without memory."""
+    """Return figure 7, or None for a model without memory."""
     core = fit.model.play_core
     if core is None:
         return None

@@ -1,0 +1,470 @@
+"""What the residual of a fit follows, and what is noise: how much a better model or a better log could gain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst import _native
+from dehyst.identification.facts import spread
+from dehyst.identification.threads import single_blas
+from dehyst.loops import TURN_FRACTION, turning_points
+from dehyst.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
+
+# Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
+TITLES = {
+    "offset": "one offset",
+    "drift": "drift along the log",
+    "position": "the position",
+    "way-since-turn": "the way since the last turn",
+    "time-since-turn": "the time since the last turn (creep)",
+    "rate": "the rate of the input",
+    "delay": "the slope of the output (a delay)",
+}
+CAUSES = tuple(TITLES)
+MOST_ROWS = 20_000  # that stand for a longer log, spread unevenly, so that no period of it is met
+FEWEST = 100
+BLOCKS = 10  # consecutive; odd ones are fitted and even ones scored, then the other way round
+PLACES = 7  # knots along the range of the input
+KNOTS = (0.0, 0.05, 0.15, 0.35, 0.65, 1.0)  # quantiles of the way, or time, since a turn
+LAGS = np.array([0.3, 1.0, 3.0])  # usual strokes: time constants
+MOST_LAGGING = 50_000  # samples through which lags are followed
+USUAL = 0.95  # quantile by which speeds are scaled
+RIDGE = 1e-4  # of a column's square
+NOTHING = 1e-9  # of the output's range: less is rounding
+WORTH = 0.1  # shares of the squared residual: from here on something is said of a cause ...
+OWN = 0.05  # ... beside the largest one, if so much is its own; less cannot be told from the others
+RIVAL = 0.8  # times the share of the largest one
+MOSTLY = 0.5  # noise
+# Strokes are one stroke repeated if they turn at the same places to this share of the input's range and take the same
+# time to this share.
+SAME_PLACE, SAME_TIME = 0.02, 0.05
+FEWEST_PAIRS, MOST_PAIRS, PHASES = 6, 400, 64
+DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0])  # of four samples in succession, free of everything that is smooth
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """How much of the squared residual follows one thing.
+
+    Attributes
+    ----------
+    name
+        One of `CAUSES`.
+    share
+        Share of the squared residual that it explains by itself, fitted to every other block of the samples and scored
+        on those between: 0 for noise, 1 for all of it. Causes overlap; shares need not add up to 1.
+    own
+        What of it no other cause explains, too.
+    size_percent
+        Root mean square of what it explains, percent of the output's range.
+    """
+
+    name: str
+    share: float
+    own: float
+    size_percent: float
+
+    @property
+    def words(self) -> str:
+        """What the residual does."""
+        return f"{'is' if self.name == 'offset' else 'follows'} {TITLES[self.name]}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values as printed by ``--json``."""
+        return {"name": self.name, "share": self.share, "own": self.own, "size_percent": self.size_percent}
+
+
+@dataclass(frozen=True, slots=True)
+class Residual:
+    """What is left of an output when a model has said what it knows.
+
+    Attributes
+    ----------
+    part
+        "held-out" or "fitted": the samples that were looked at.
+    rms_percent
+        Of the residual, percent of the output's range.
+    causes
+        All `CAUSES`, in that order; none where there are fewer than 100 samples, or nothing but rounding is left.
+    explained
+        Share of the squared residual that all of them explain together, on blocks that were not fitted.
+    noise_percent
+        Noise floor, percent of the output's range; None if nothing tells it.
+    noise_from
+        "repeats": how far strokes differ that were repeated, an error that no model of this input can undercut;
+        "differences": what jumps from sample to sample, the least that noise can be; "" if nothing tells it.
+    delay
+        Time by which the output is behind the model where the residual follows its slope, in seconds, or samples
+        without time stamps; below 0 it is ahead.
+    timed
+        Whether the recordings have time stamps.
+    suggestions
+        What to log or to try next, each with its number.
+    """
+
+    part: str
+    rms_percent: float
+    causes: tuple[Cause, ...] = ()
+    explained: float = 0.0
+    noise_percent: float | None = None
+    noise_from: str = ""
+    delay: float = 0.0
+    timed: bool = False
+    suggestions: tuple[str, ...] = ()
+
+    @property
+    def largest(self) -> Cause | None:
+        """The cause that explains most, the simpler one of two alike; None if none explains anything."""
+        found = max(self.causes, key=lambda cause: round(cause.share, 2), default=None)
+        return found if found is not None and found.share > 0.0 else None
+
+    @property
+    def noise_share(self) -> float | None:
+        """Share of the squared residual that is noise."""
+        if self.noise_percent is None or not self.rms_percent > 0.0:
+            return None
+        return min(1.0, (self.noise_percent / self.rms_percent) ** 2)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values as printed by ``--json``."""
+        return {
+            "part": self.part,
+            "rms_percent": self.rms_percent,
+            "causes": [cause.as_dict() for cause in self.causes],
+            "explained": self.explained,
+            "noise_percent": self.noise_percent,
+            "noise_share": self.noise_share,
+            "noise_from": self.noise_from,
+            "delay": self.delay,
+            "suggestions": list(self.suggestions),
+        }
+
+
+def residual_structure(
+    recordings: Sequence[Recording],
+    predictions: Sequence[Array],
+    masks: Sequence[Mask],
+    output_range: float,
+    *,
+    part: str = "held-out",
+    knows_time: bool = False,
+) -> Residual:
+    r"""Say what the residual e = y - f of a model follows.
+
+    Each cause is a small set of columns B, fitted to half of ten blocks of the samples and scored on the other half,
+    then the other way round, beside a constant:
+
+    .. math::
+
+        R^2_B = 1 - \frac{\sum_k (e_k - c - B_k a_{\text{other half}})^2}{\sum_k e_k^2} - R^2_{\text{offset}}
+
+    offset: c alone; drift: a cubic along the log; position: piecewise linear in the input; since a turn: piecewise
+    linear in the way or the time since then, with the sign of the stroke; the way also times the height of the stroke
+    before, the time beside lags of the input; rate: v, v|v| and |v|; delay: the slope of f.
+
+    Parameters
+    ----------
+    recordings
+        The data.
+    predictions
+        Output f of the model for each, (T,). [output]
+    masks
+        Samples that count, (T,) each.
+    output_range
+        Of which percents are. [output]
+    part
+        What the masks hold: "held-out" or "fitted" samples.
+    knows_time
+        Whether the model knows rate and creep.
+
+    Examples
+    --------
+    >>> t = np.linspace(0.0, 60.0, 3000)
+    >>> x = np.sin(t**1.2)
+    >>> y = 2.0 * x + 0.01 * t / 60.0
+    >>> found = residual_structure([Recording(input=x, output=y, time=t)], [2.0 * x], [t >= 0.0], 4.0)
+    >>> {cause.name: round(cause.share, 2) for cause in found.causes if cause.share > 0.1}
+    {'offset': 0.73, 'drift': 0.27}
+    """
+    timed = all(recording.time is not None for recording in recordings)
+    spans = _spans(recordings, predictions, masks)
+    samples = sum(span.counted.size for span in spans)
+    rows = [span.rows(max(1, round(MOST_ROWS * span.counted.size / samples))) for span in spans]
+    squares = sum(float(np.sum(span.e[at] ** 2)) for span, at in zip(spans, rows, strict=True))
+    count = sum(at.size for at in rows)
+    rms = 100.0 * float(np.sqrt(squares / max(1, count))) / output_range
+    found = Residual(part, rms, timed=timed)
+    if count < FEWEST or not rms > 100.0 * NOTHING:
+        return found
+    times = LAGS * float(np.median([span.stroke for span in spans]))
+    with single_blas():
+        table = _Table([span.features(at, times) for span, at in zip(spans, rows, strict=True)])
+        causes = table.causes(rms)
+    noise, source = _noise(spans, rows)
+    found = replace(
+        found,
+        causes=causes,
+        explained=table.explained,
+        noise_percent=None if noise is None else 100.0 * noise / output_range,
+        noise_from=source,
+        delay=table.delay,
+    )
+    return replace(found, suggestions=tuple(_suggestions(found, knows_time)))
+
+
+class _Features(NamedTuple):
+    """At some samples, (m,): residual, input, way and time since a turn, sign and height of strokes, both slopes.
+
+    Lags are what the input is ahead of its lags in time, (m, len(LAGS)).
+    """
+
+    e: Array
+    x: Array
+    way: Array
+    since: Array
+    sign: Array
+    height: Array
+    speed: Array
+    slope: Array
+    lags: Array
+
+
+class _Span:
+    """Samples with continuous memory; those counted say what is left, the others where the input turned."""
+
+    def __init__(self, time: Array, x: Array, f: Array, e: Array, counted: Rows, width: float) -> None:
+        self.time, self.x, self.f, self.e, self.counted, self.width = time, x, f, e, counted, width
+        self.turns = turning_points(x, TURN_FRACTION * width)
+
+    def rows(self, most: int) -> Rows:
+        """Counted samples, or so many that stand for them."""
+        return self.counted[spread(0, self.counted.size, most)]
+
+    def jumps(self, at: Rows) -> Array:
+        """Third differences of the residual from some samples on, where all of it counts."""
+        counts = np.zeros(self.x.size, dtype=np.bool_)
+        counts[self.counted] = True
+        four = at[at < self.x.size - 3][:, None] + np.arange(4)
+        return np.asarray(self.e[four[counts[four].all(axis=1)]] @ DIFFERENCE)
+
+    def repeats(self) -> Array:
+        """Differences of the residual between strokes and the next ones that repeat them, (pairs, phases)."""
+        begin, end = self.turns[1:-2], self.turns[2:-1]  # whole ones, and what came before them
+        inside = np.searchsorted(self.counted, end) - np.searchsorted(self.counted, begin) == end - begin
+        begin, end = begin[inside], end[inside]
+        before = self.turns[np.searchsorted(self.turns, begin) - 1]
+        places = [np.round(self.x[at] / (SAME_PLACE * self.width)) for at in (begin, end, before)]
+        duration = np.round(np.log(self.time[end] - self.time[begin]) / SAME_TIME)
+        alike = np.unique(np.stack([*places, duration]), axis=1, return_inverse=True)[1].ravel()
+        order = np.argsort(alike, kind="stable")
+        next_ones = np.flatnonzero(np.diff(alike[order]) == 0)
+        chosen = next_ones[spread(0, next_ones.size, MOST_PAIRS)]
+        phase = (np.arange(PHASES) + 0.5) / PHASES
+        first, second = (
+            begin[at, None] + np.round(phase * (end - begin)[at, None]).astype(np.int64)
+            for at in (order[chosen], order[chosen + 1])
+        )
+        return np.asarray(self.e[first] - self.e[second])
+
+    @property
+    def stroke(self) -> float:
+        """Usual time between two turns."""
+        return float(self.time[-1] - self.time[0]) / max(1, self.turns.size - 1)
+
+    def behind(self, at: Rows, times: Array) -> Array:
+        """Input less its lags of some time constants."""
+        every, none = max(1, self.x.size // MOST_LAGGING), np.zeros(0)
+        time, x = np.ascontiguousarray(self.time[::every]), np.ascontiguousarray(self.x[::every])
+        ahead = _native.direct_bank(x, time, np.zeros(x.size, dtype=np.int64), none, none, times, True)
+        return np.column_stack([np.interp(self.time[at], time, one) for one in ahead.T])
+
+    def features(self, at: Rows, times: Array) -> _Features:
+        """What causes are made of."""
+        x, time, turns = self.x, self.time, self.turns
+        stroke = np.clip(np.searchsorted(turns, at, side="right") - 1, 0, max(0, turns.size - 2))
+        begin = turns[stroke]
+        heights = np.abs(np.diff(x[turns], prepend=x[turns[0]])) / self.width
+        sign = np.sign(x[turns[np.minimum(stroke + 1, turns.size - 1)]] - x[begin])
+        half = max(1, round(x.size / max(1, turns.size - 1) / 40))  # noise of sensors is not to pose as motion
+        low, high = np.maximum(at - half, 0), np.minimum(at + half, x.size - 1)
+        step = time[high] - time[low]
+        return _Features(
+            self.e[at], x[at], np.abs(x[at] - x[begin]), time[at] - time[begin], sign, heights[stroke],
+            (x[high] - x[low]) / step, (self.f[high] - self.f[low]) / step,
+            self.behind(at, times),
+        )  # fmt: skip
+
+
+def _spans(recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]) -> list[_Span]:
+    width = max(r.input.max() for r in recordings) - min(r.input.min() for r in recordings)
+    timed = all(recording.time is not None for recording in recordings)
+    found = []
+    for recording, f, mask in zip(recordings, predictions, masks, strict=True):
+        time = recording.time if timed and recording.time is not None else np.arange(len(recording), dtype=np.float64)
+        for piece in recording.pieces:
+            counted = np.flatnonzero(mask[piece])
+            if counted.size > 1:
+                e = recording.output[piece] - f[piece]
+                found.append(_Span(time[piece], recording.input[piece], f[piece], e, counted, float(width)))
+    return found
+
+
+class _Table:
+    """Columns of all causes behind a constant, their normal equations on either half, and what they explain."""
+
+    def __init__(self, parts: Sequence[_Features]) -> None:
+        seen = _Features(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+        groups = {"offset": np.ones((seen.e.size, 1)), **_columns(seen)}
+        ends = np.cumsum([0, *(columns.shape[1] for columns in groups.values())]).tolist()
+        self.columns = {name: np.arange(a, b) for name, a, b in zip(groups, ends[:-1], ends[1:], strict=True)}
+        rows = np.column_stack([*groups.values(), seen.e])
+        even = np.arange(seen.e.size) * BLOCKS // seen.e.size % 2 == 0
+        self.halves = [part.T @ part for part in (rows[even], rows[~even])]
+        self.alone = {name: self._share(name) for name in groups}
+        self.together = self._share(*list(groups)[1:])
+
+    @property
+    def explained(self) -> float:
+        """By all causes together, or by one where all are too many for the samples."""
+        return max(0.0, self.together, *self.alone.values())
+
+    @property
+    def delay(self) -> float:
+        """Of the output behind the model: e = c - delay f'."""
+        return -float(_solved(sum(self.halves), np.append(0, self.columns["delay"]))[1])
+
+    def causes(self, rms: float) -> tuple[Cause, ...]:
+        """All of them; the offset is left out of the others."""
+        found, offset = [], max(0.0, self.alone["offset"])
+        for name, explained in self.alone.items():
+            others = [other for other in self.columns if other not in (name, "offset")]
+            share = offset if name == "offset" else max(0.0, explained - offset)
+            own = share if name == "offset" else min(share, max(0.0, self.together - self._share(*others)))
+            found.append(Cause(name, share, own, rms * float(np.sqrt(share))))
+        return tuple(found)
+
+    def _share(self, *names: str) -> float:
+        """Of the square of e that a constant and the columns of some causes explain where they were not fitted."""
+        use = np.unique(np.concatenate([[0], *(self.columns[name] for name in names)]))
+        at, left, total = np.append(use, -1), 0.0, 0.0
+        for fitted, scored in (self.halves, self.halves[::-1]):
+            miss = np.append(_solved(fitted, use), -1.0)
+            left += float(miss @ scored[np.ix_(at, at)] @ miss)
+            total += float(scored[-1, -1])
+        return 1.0 - left / total
+
+
+def _solved(gram: Array, use: Rows) -> Array:
+    """Weights of some columns, the first of them the constant; the last column is what they explain."""
+    length = np.sqrt(np.diag(gram)[use])
+    length[length == 0.0] = 1.0
+    a = gram[np.ix_(use, use)] / np.outer(length, length)
+    a[1:, 1:] += RIDGE * np.eye(use.size - 1)
+    weights = np.linalg.lstsq(a, gram[use, -1] / length, rcond=None)[0] / length
+    return np.asarray(weights, dtype=np.float64)
+
+
+def _columns(seen: _Features) -> dict[str, Array]:
+    """Columns of each cause, (m, .)."""
+    along = np.linspace(-1.0, 1.0, seen.e.size)[:, None]
+    low, high = float(seen.x.min()), float(seen.x.max())
+    v = seen.speed / (float(np.quantile(np.abs(seen.speed), USUAL)) or 1.0)
+    way = seen.sign[:, None] * _hats(seen.way, _knots(seen.way))
+    return {
+        "drift": along ** np.arange(1, 4),
+        "position": _hats(seen.x, np.linspace(low, high, PLACES)),
+        "way-since-turn": np.hstack([way, way * seen.height[:, None]]),
+        "time-since-turn": np.hstack([seen.sign[:, None] * _hats(seen.since, _knots(seen.since)), seen.lags]),
+        "rate": np.column_stack([v, v * np.abs(v), np.abs(v)]),
+        "delay": seen.slope[:, None],
+    }
+
+
+def _knots(since: Array) -> Array:
+    """Closer right after a turn."""
+    return np.asarray(np.quantile(since, KNOTS))
+
+
+def _hats(values: Array, knots: Array) -> Array:
+    """Piecewise linear functions that are 1 at one knot and 0 at the others, (m, knots); fewer where knots agree."""
+    knots = np.unique(knots)
+    return np.column_stack([np.interp(values, knots, unit) for unit in np.eye(knots.size)])
+
+
+def _noise(spans: Sequence[_Span], rows: Sequence[Rows]) -> tuple[float | None, str]:
+    """Noise of the output, and what tells it. [output]"""
+    repeated = [span.repeats() for span in spans]
+    if sum(differences.shape[0] for differences in repeated) >= FEWEST_PAIRS:
+        return float(np.sqrt(0.5 * np.mean(np.concatenate(repeated) ** 2))), "repeats"
+    jumps = np.concatenate([span.jumps(at) for span, at in zip(spans, rows, strict=True)])
+    if jumps.size < FEWEST:
+        return None, ""
+    return float(np.sqrt(np.mean(jumps**2) / np.sum(DIFFERENCE**2))), "differences"
+
+
+def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
+    """Plain words: the number, and what to log or to try next; the largest cause first."""
+    order = sorted(found.causes, key=lambda cause: -round(cause.share, 2))
+    said = [cause for cause in order if cause.share >= WORTH and (cause is order[0] or cause.own >= OWN)]
+    for cause in said:
+        what = f"{100.0 * cause.share:.0f} % of the squared residual {cause.words}"
+        yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time)}"
+    rivals = [cause for cause in order[1:] if said and cause.own < OWN and cause.share >= RIVAL * order[0].share]
+    if rivals:
+        yield (
+            f"Nearly as much of the same follows {' and '.join(TITLES[cause.name] for cause in rivals)}: log several "
+            f"speeds, sizes of loop, and rests, which tell them apart (dehyst design plans such a motion)."
+        )
+    noise = found.noise_share
+    if noise is not None and noise >= MOSTLY:
+        yield (
+            f"{100.0 * noise:.0f} % of the squared residual is noise, {found.noise_percent:.2g} % of range rms: no "
+            f"model will do much better. Average samples, take a better sensor, or leave it at that."
+        )
+    elif not said and found.causes:
+        yield (
+            "The residual follows none of these, and is more than the noise that is seen: something was not logged. "
+            "Log what else acts on the actuator (load, temperature, supply), and repeat the same strokes: what differs "
+            "between repetitions no model can know."
+        )
+
+
+def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
+    where = "the samples held out" if found.part == "held-out" else "the samples"
+    other = "see whether another family does better (dehyst compare)"
+    cures = {
+        "offset": (
+            f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "
+            f"take the mean of the last cycle off in use."
+        ),
+        "drift": "Warm up before logging, log longer, and log what may cause it, such as a temperature.",
+        "position": f"Let loops over the whole range be part of what is fitted (--train-fraction), or {other}.",
+        "way-since-turn": f"Let loops of all sizes be part of what is fitted (--train-fraction), or {other}.",
+        "time-since-turn": "The model knows creep, but not all of it: log longer rests and several speeds.",
+        "rate": "The model knows the rate, from other speeds: let those of use be part of what is fitted.",
+        "delay": _late(found),
+    }
+    if cause.name in ("time-since-turn", "rate") and not found.timed:
+        return "Log time stamps: models of creep and rate need them."
+    if cause.name == "time-since-turn" and not knows_time:
+        return "Take a model that knows creep (--family mixed-sum or creep-pi), and log rests, which tell it from rate."
+    if cause.name == "rate" and not knows_time:
+        return "Take a model that knows the rate (--family mixed-sum), or identify at the speed of use."
+    return cures[cause.name]
+
+
+def _late(found: Residual) -> str:
+    unit = "s" if found.timed else "samples"
+    return (
+        f"The output is about {abs(found.delay):.2g} {unit} {'behind' if found.delay > 0.0 else 'ahead of'} the model: "
+        f"log both signals by one clock and without filters on one of them, or shift one by that time."
+    )
