@@ -290,6 +290,17 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "cycle at the same input, {DRIFT_CERTAINTY} times more than its standard error.",
             "Warm up before logging, or leave out the first cycles with `--from`.",
         ),
+        "output-late": (
+            "Once the output is moved ahead, by {LEAST_SHIFT} samples or more, the sum of elements that was chosen, "
+            "creep and rate in it, errs less than {LATE:%} as much on blocks left out: a dead time, or a lag of a "
+            "sensor or a filter. Looked for by `--family auto` where the input turns more often than there are blocks.",
+            "Log both columns by one clock, unfiltered, or move one. If the actuator itself is late, `--for simulate` "
+            "takes the dead time into the model (`dead_time_s`); give a compensator its reference that much ahead.",
+        ),
+        "output-early": (
+            "The same with the output moved back, where the error falls to {EARLY:%}: the input was logged late.",
+            "Log both columns by one clock, unfiltered, or move the input ahead.",
+        ),
     },
     "Identification: the fit": {
         "undetermined-operators": (

@@ -14,14 +14,17 @@ from dehyst.families.base import LoopModel
 from dehyst.families.choice import Candidate as SumCandidate
 from dehyst.families.choice import Chosen
 from dehyst.families.fitting import demanded, predicted
+from dehyst.families.lateness import Lateness, lateness
 from dehyst.families.registry import MODULES, ROWS
 from dehyst.families.registry import family as family_of
 from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
 from dehyst.families.tracking import tracking_errors
 from dehyst.families.training import training_of
+from dehyst.findings import Finding
 from dehyst.identification import facts
 from dehyst.identification import identify as identify_plays
 from dehyst.identification.cautions import Knows
+from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import Seen, fit_of, seen_in
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import FAMILIES, STATIC
@@ -132,11 +135,24 @@ def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpo
         try:
             training = training_of(records, data, job.seen.loop.name, seed=0)
             chosen = best_row(training, purpose != "simulate")
+            late = lateness(training, chosen.candidates[0], turns_of(training))
+            used = late is not None and purpose == "simulate" and late.samples > 0 and training.period > 0.0
+            if used and late is not None:
+                chosen = best_row(training.late(late.samples), firm=False).later(late.samples * training.period)
             rows = job.fit(chosen.model, chosen.kkt, (chosen.carrying, chosen.columns), _shown(plays, chosen))
         except DehystError:  # too few samples, or no program that could be solved: plays are what there is
             return _with_table(plays, plays)
     untold = turns_of(training) < ENOUGH_TURNS or any(len(record.pieces) > 1 for record in records)
-    return _with_table(plays if _plays_do(plays, chosen, untold) else rows, plays, rows)
+    taken = plays if _plays_do(plays, chosen, untold) else rows
+    fit = _with_table(taken, plays, rows)
+    if late is None:
+        return fit
+    return replace(fit, warnings=(*fit.warnings, _told(late, training.period, used and taken is rows)))
+
+
+def _told(late: Lateness, period: float, used: bool) -> Finding:
+    time, unit = (late.samples * period, "s") if period > 0.0 else (float(late.samples), "samples")
+    return lateness_finding(time, unit, (PERCENT * late.without, PERCENT * late.shifted), used)
 
 
 def _named(records: tuple[Recording, ...], name: str, train_fraction: float | None, seed: int, purpose: str) -> Fit:
@@ -250,6 +266,7 @@ class _Job:
 def _round_trip(model: LoopModel, record: Recording) -> float:
     """Largest difference after model and inverse, either way round, relative to the ranges."""
     x, time = record.input[:TRIED], None if record.time is None else record.time[:TRIED]
+    model = model.prompt
     y = model.simulate(x, time)
     back = model.inverse().simulate(y, time)
     again = model.simulate(back, time)

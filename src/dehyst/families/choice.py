@@ -96,6 +96,10 @@ class Chosen:
     carrying: int
     columns: int
 
+    def later(self, time: float) -> Chosen:
+        """The same for an output that comes later. [s]"""
+        return replace(self, model=replace(self.model, dead_time=time))
+
 
 def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen:
     """Return the best of some sums; `firm` ones have an inverse whose gain is not high, where that costs little.
@@ -113,7 +117,7 @@ def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen
     workshops: dict[str, Workshop] = {}
     for direction in dict.fromkeys(one.direction for one in sums):
         groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
-        workshops[direction] = _workshop(training, direction, tuple(groups))
+        workshops[direction] = workshop_of(training, direction, tuple(groups))
     first = [workshops[one.direction].candidate(one, mapped, FIRST) for one in sums for mapped in one.maps]
     first.sort(key=lambda candidate: rank(candidate.score))  # stable: earlier rows first
     more = [
@@ -143,7 +147,7 @@ def _fitted(
     return best
 
 
-def _workshop(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
+def workshop_of(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
     """One that was made for this training and has the columns, or a new one."""
     made = (shop for shop in training.shared if shop.direction == direction and shop.groups.issuperset(groups))
     shop = next(made, None)
@@ -211,6 +215,16 @@ class Workshop:
         errors = np.array([np.median(left), before_last, left[-1], left[-1]])
         score, left_out = np.exp(np.mean(np.log(np.maximum(errors, SMALLEST)))), np.sqrt(np.mean(np.square(left)))
         return Candidate(one, mapped, regularisation, float(score), float(left_out))
+
+    def missed(self, chosen: Candidate) -> Array:
+        """What a sum misses at every row, fitted to all of them; of an inverse one the input."""
+        columns = self.columns.of(chosen.sum.groups)
+        program, warm = self._programs.get((chosen.sum.groups, chosen.mapped)) or (
+            Program(self.sums, columns, chosen.mapped),
+            None,
+        )
+        found = program.solve(EVERY, chosen.regularisation, warm)
+        return found.outputs(self.bank.values[:, columns] @ found.weight) - self.bank.target
 
     def model(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
         """Fit a candidate to all rows."""

@@ -238,6 +238,11 @@ class ElementModel(LoopModel):
         return (*own, "map") if self.before_map[0] or self.after_map[0] else tuple(own)
 
     @property
+    def prompt(self) -> ElementModel:
+        """The same sum without dead time."""
+        return replace(self, dead_time=0.0)
+
+    @property
     def without_lags(self) -> ElementModel:
         """The same sum where every lag has caught up with its input: plays, stops and curve, no creep."""
         return self._become(CAUGHT_UP)
@@ -380,6 +385,11 @@ class ElementModel(LoopModel):
         """Memory needs no schedule."""
         way = np.linspace(at, turn, PRELUDE + 1)[1:]
         return self.columns(way, np.zeros(PRELUDE), memory)[1]
+
+    def ahead(self, demand: Array, every: int = 1) -> Array:
+        """As many samples earlier as inputs are under way."""
+        late = round(self.delay / every)
+        return np.concatenate([demand[late:], np.repeat(demand[-1:], min(late, demand.size))])
 
     def run(self, x: Array, dt: Array | None, memory: Array, given: Array | None = None) -> tuple[Array, Array]:
         """Evaluate the sum, or solve it; `given` (T, 2) are scheduling signals."""

@@ -206,11 +206,11 @@ def predicted(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -
 
 
 def demanded(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -> tuple[Array, ...]:
-    """Input that the inverse asks for at the measured output of each recording. [input]"""
+    """Input that the inverse asks for at the measured output of each recording, known as far ahead as it takes."""
     inputs = [np.empty(len(record)) for record in records]
     for piece, _, y, dt in _pieces(records, data, model):
         x = model.run_inverse(y, dt, model.before(first_input(model, float(y[0]))))[0]
-        scaled = model.scaling.center + model.scaling.half_range * x
+        scaled = model.ahead(model.scaling.center + model.scaling.half_range * x)
         inputs[piece.recording][piece.start : piece.start + y.size] = scaled
     return tuple(inputs)
 

@@ -49,12 +49,13 @@ def tracking_errors(
     """
     squares: list[list[float]] = [[] for _ in models]
     for record, mask in zip(records, masks, strict=True):
-        part = slice(None, None, max(1, -(-len(record) // MOST_SAMPLES)))
+        every = max(1, -(-len(record) // MOST_SAMPLES))
+        part = slice(None, None, every)
         x, y, time = record.input[part], record.output[part], None if record.time is None else record.time[part]
         kept = mask[part]
         if not kept.any():
             continue
-        demands = [_demand(model, x, y, time) for model in models]
+        demands = [_demand(model, x, y, time, every) for model in models]
         for j, plant in enumerate(models):
             if not rivals[j]:
                 continue
@@ -67,8 +68,8 @@ def tracking_errors(
     return tuple(float(100.0 * np.sqrt(np.mean(own)) / span) if own else float("nan") for own in squares)
 
 
-def _demand(model: Any, x: Array, y: Array, time: Array | None) -> Array | None:
+def _demand(model: Any, x: Array, y: Array, time: Array | None, every: int) -> Array | None:
     try:
-        return np.asarray(np.clip(model.inverse().simulate(y, time), x.min(), x.max()))
+        return np.asarray(np.clip(model.ahead(model.inverse().simulate(y, time), every), x.min(), x.max()))
     except DehystError:  # no inverse
         return None

@@ -125,6 +125,13 @@ class Training:
         """Rows (K, m) of a regressor at the compared samples of all stretches; `columns` gives (T, m) of one."""
         return np.concatenate([columns(stretch)[stretch.counts] for stretch in self.stretches])
 
+    def late(self, samples: int) -> Training:
+        """The same data with the output moved ahead by some samples, back if below 0; pieces too short for it go."""
+        if not samples:
+            return self
+        moved = tuple(_late(stretch, samples) for stretch in self.stretches if stretch.x.size > 4 * abs(samples))
+        return replace(self, stretches=moved, shared=[])
+
     def thinned(self, most: int = MOST_SAMPLES) -> Training:
         """The same data with fewer samples, for searches: each is the last of its group, turning points are kept.
 
@@ -134,6 +141,15 @@ class Training:
         return (
             self if every <= 1 else replace(self, stretches=tuple(_thin(stretch, every) for stretch in self.stretches))
         )
+
+
+def _late(stretch: Stretch, samples: int) -> Stretch:
+    size = stretch.x.size - abs(samples)
+    x = slice(max(-samples, 0), max(-samples, 0) + size)
+    y = slice(max(samples, 0), max(samples, 0) + size)
+    dt = None if stretch.dt is None else np.ascontiguousarray(stretch.dt[x])
+    counts = stretch.counts[x] & stretch.counts[y]
+    return Stretch(np.ascontiguousarray(stretch.x[x]), np.ascontiguousarray(stretch.y[y]), dt, counts)
 
 
 def _thin(stretch: Stretch, every: int) -> Stretch:

@@ -261,6 +261,36 @@ def _levels(data: DataSet, start: str) -> Iterator[Finding]:
         )
 
 
+def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Finding:
+    """What to say where one column is late: by how much, what sums err as logged and shifted, percent of range.
+
+    `used`: the model knows it.
+    """
+    size = f"{1000.0 * abs(time):.2g} ms" if unit == "s" and abs(time) < 1.0 else f"{abs(time):.2g} {unit}"
+    shifted = (
+        f"with it shifted by that the model misses blocks left out by {percent[1]:.2g} % of range, as logged by "
+        f"{percent[0]:.2g} %"
+    )
+    if time < 0.0:
+        return Finding(
+            "output-early",
+            f"the output column is about {size} early: {shifted}. No actuator answers before it is asked, so the input "
+            f"was logged late, by a filter, a bus or another clock. Log both by one clock and unfiltered, or move the "
+            f"input column ahead by that time and identify again.",
+        )
+    cure = (
+        "The model knows it; its inverse says which input belongs to an output: give it the reference that much ahead."
+        if used
+        else "If the logging does it, log both by one clock and unfiltered, or move the column. If the actuator does, "
+        "--for simulate takes it into the model; a compensator makes up for it only with a reference known ahead."
+    )
+    return Finding(
+        "output-late",
+        f"the output column is about {size} late: {shifted}. It is a dead time (transport, a bus, two clocks), or a "
+        f"lag of a sensor or a filter. {cure}",
+    )
+
+
 def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:
     """What to say where a curve is the answer."""
     curve = next(each for each in candidates if each.family == STATIC)

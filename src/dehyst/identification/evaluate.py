@@ -373,6 +373,7 @@ def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
         return replace(entry, reason=f"{entry.reason} no inverse: {model.no_inverse}".strip())
     try:
         asked = _answers(model.inverse(), records, [record.output for record in records], log)
+        asked = tuple(model.ahead(demand) for demand in asked)
     except DehystError as fault:
         return replace(entry, reason=f"{entry.reason} no input: {fault}".strip())
     inputs, card = [record.input for record in records], model.card.input

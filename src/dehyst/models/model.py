@@ -182,6 +182,13 @@ class Model(ABC):
         """Range that the input is taken not to have left before, where `band` knows what follows. [input]"""
         return None
 
+    def ahead(self, demand: Array, every: int = 1) -> Array:
+        """Return what the inverse asks for along an output (T,), earlier by the dead time: when it has to be sent.
+
+        `every` which sample of the log there is. The last value is held.
+        """
+        return demand
+
     def lost(self, y: Array) -> int:
         """Return at how many samples of a simulated output (T,) the model had none for its input."""
         return 0

@@ -139,7 +139,7 @@ def _elements(model: Any, record: Recording, given: Given) -> Prediction:
         signals = {name: values[piece] for name, values in given.items()}
         sums = (model, model.without_lags, model.without_memory)
         y, quick, still = (each.simulate(record.input[piece], time, **signals) for each in sums)
-        asked = y if model.no_inverse else model.inverse().simulate(record.output[piece], time, **signals)
+        asked = y if model.no_inverse else model.ahead(model.inverse().simulate(record.output[piece], time, **signals))
         parts.append((y, quick - still, asked, y - quick))
     response, loop, drive, creep = (np.concatenate(part) for part in zip(*parts, strict=True))
     return Prediction(response, loop, None if model.no_inverse else drive, creep if model.rate_dependent else None)
