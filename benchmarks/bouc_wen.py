@@ -1,9 +1,9 @@
-"""The Bouc-Wen benchmark: every model that dehyst has for an oscillator with hysteresis, beside the published errors.
+"""The Bouc-Wen benchmark: every model of `oscillator`, hysteresis inside an oscillator, beside the published errors.
 
     python benchmarks/bouc_wen.py               # a minute or two on one core
     python benchmarks/bouc_wen.py --json        # the same for programs; docs/build.py draws from results/bouc_wen.json
 
-The data are generated from the published equations (dehyst.experiments.bouc_wen_benchmark), not downloaded. Ends with
+The data are generated from the published equations (oscillator.benchmark), not downloaded. Ends with
 status 1 if the white box misses 9e-6 m on the multisine test.
 """
 
@@ -19,9 +19,8 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-
-from dehyst.experiments.bouc_wen_benchmark import NOISE, PERIOD, PUBLISHED, RATE, SWEEP, SYSTEM, Row, run
-from dehyst.models.oscillator import BoucWenOscillator, HystereticOscillator
+from oscillator.benchmark import NOISE, PERIOD, PUBLISHED, RATE, SWEEP, SYSTEM, Row, run
+from oscillator.model import BoucWenOscillator, HystereticOscillator
 
 RESULTS = Path(__file__).parent / "results" / "bouc_wen.json"
 LIMIT = 9e-6  # of the white box [m]

@@ -16,10 +16,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-from dehyst.experiments import robustness
-from dehyst.experiments.alone import Alone, identified_alone
+from studies import robustness
+from studies.alone import Alone, identified_alone
+from studies.robustness import Figure
+
 from dehyst.experiments.path import plan_path
-from dehyst.experiments.robustness import Figure
 from dehyst.plant.parameters import load_robot
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")

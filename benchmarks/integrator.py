@@ -14,10 +14,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from dehyst.experiments.alone import DISTURBANCE, Alone, follow, identified_alone
-from dehyst.experiments.hold import gains, hold
+from studies.alone import DISTURBANCE, Alone, follow, identified_alone
+from studies.hold import gains, hold
+from studies.robustness import without
+
 from dehyst.experiments.path import plan_path
-from dehyst.experiments.robustness import without
 from dehyst.plant.parameters import load_robot
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")

@@ -21,10 +21,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from dehyst.control.reviewed import CONTROLLERS, TUNED
-from dehyst.errors import SimulationError
-from dehyst.experiments.law_study import OWN, best, ladder, period_cost, with_factor
-from dehyst.experiments.side_by_side import (
+from studies.law_study import OWN, best, ladder, period_cost, with_factor
+from studies.side_by_side import (
     PLANTS,
     Joint,
     Learned,
@@ -35,6 +33,9 @@ from dehyst.experiments.side_by_side import (
     prepared,
     with_model,
 )
+
+from dehyst.control.reviewed import CONTROLLERS, TUNED
+from dehyst.errors import SimulationError
 
 RESULTS = Path(__file__).parent / "results" / "reviewed.json"
 TUNED_ON = {"plant": "maxwell-slip", "seed": 7}

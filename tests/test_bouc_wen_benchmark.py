@@ -12,7 +12,20 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from dehyst.errors import ExcitationError, ParameterError, RecordingError, SimulationError
-from dehyst.experiments.bouc_wen_benchmark import (
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+import bouc_wen
+from oscillator import (
+    average_periods,
+    best,
+    identify_bouc_wen,
+    identify_duhem_polynomial,
+    identify_duhem_table,
+    identify_linear,
+    identify_maxwell_slip,
+)
+from oscillator.benchmark import (
     BAND,
     FORCE,
     NOISE,
@@ -25,21 +38,8 @@ from dehyst.experiments.bouc_wen_benchmark import (
     multisine,
     sweep,
 )
-from dehyst.identification.oscillator import (
-    average_periods,
-    best,
-    identify_bouc_wen,
-    identify_duhem_polynomial,
-    identify_duhem_table,
-    identify_linear,
-    identify_maxwell_slip,
-)
-from dehyst.models.oscillator import BoucWenOscillator, HystereticOscillator
-from dehyst.models.upsampling import finer_periodic
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-
-import bouc_wen
+from oscillator.model import BoucWenOscillator, HystereticOscillator
+from oscillator.upsampling import finer_periodic
 
 SHORT = 2048  # samples a period: a quarter of the benchmark's
 

@@ -1,8 +1,9 @@
-"""Every example in a docstring runs and prints what it shows, in the package as it is installed."""
+"""Every example in a docstring runs and prints what it shows, in the installed package and in the benchmarks."""
 
 import doctest
 import importlib
 import pkgutil
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -10,7 +11,14 @@ import pytest
 
 import dehyst
 
-NAMES = ["dehyst", *(module.name for module in pkgutil.walk_packages(dehyst.__path__, prefix="dehyst."))]
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
+PACKAGES = {"dehyst": dehyst.__path__, **{name: [str(BENCHMARKS / name)] for name in ("oscillator", "studies")}}
+NAMES = [
+    name
+    for package, path in PACKAGES.items()
+    for name in (package, *(module.name for module in pkgutil.walk_packages(path, prefix=f"{package}.")))
+]
 FILES = {name: Path(find_spec(name).origin) for name in NAMES}
 MODULES = [name for name, path in FILES.items() if path.suffix == ".py" and ">>>" in path.read_text(encoding="utf-8")]
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS

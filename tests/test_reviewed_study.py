@@ -1,6 +1,7 @@
 """Models and controllers side by side: what is learned on a joint, what a gain does, what the committed run says."""
 
 import json
+import sys
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -10,8 +11,12 @@ import pytest
 
 from dehyst.control.reviewed import CONTROLLERS, TUNED, VoMinhController
 from dehyst.errors import ParameterError
-from dehyst.experiments.law_study import OWN, Rung, best, ladder, period_cost, with_factor
-from dehyst.experiments.side_by_side import (
+from dehyst.families import names
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from studies.law_study import OWN, Rung, best, ladder, period_cost, with_factor
+from studies.side_by_side import (
     AS_IT_IS,
     INVERTED,
     bouc_wen_muscle,
@@ -22,7 +27,6 @@ from dehyst.experiments.side_by_side import (
     prepared,
     with_model,
 )
-from dehyst.families import names
 
 SHORT = {
     "calibration": {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 12.0},
@@ -96,7 +100,8 @@ def test_a_factor_multiplies_the_gain_of_every_controller(joint):
 
 
 def test_a_ladder_goes_through_its_factors_and_a_failure_is_never_the_best(monkeypatch, joint):
-    import dehyst.experiments.law_study as study
+    import studies.law_study as study
+
     from dehyst.errors import SimulationError
 
     def failing(one, equipment, trial, on, robot):

@@ -1,20 +1,25 @@
 """A joint alone with a direct inverse on the simulated plant: minutes of faults, pushes, rests, integrators."""
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dehyst.control import Adaptation
 from dehyst.errors import ParameterError
-from dehyst.experiments.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.endurance import endure, map_slope
-from dehyst.experiments.hold import gains, hold
 from dehyst.experiments.path import plan_path
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst.plant.arm import FAULTS, Reference
 from dehyst.plant.parameters import load_robot
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+
+from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
+from studies.endurance import endure, map_slope
+from studies.hold import gains, hold
 
 REACH = 0.4887
 CARD = ModelCard(SignalCard("torque", "Nm", -10.0, 10.0), SignalCard("angle", "rad", -REACH, REACH))

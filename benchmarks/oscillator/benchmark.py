@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.identification.oscillator import (
+from dehyst.models.arrays import Array
+from oscillator import (
     BoucWenFit,
     Choice,
     PeriodicRecord,
@@ -31,8 +32,7 @@ from dehyst.identification.oscillator import (
     identify_linear,
     identify_maxwell_slip,
 )
-from dehyst.models.arrays import Array
-from dehyst.models.oscillator import BoucWenOscillator, HystereticOscillator, Oscillator
+from oscillator.model import BoucWenOscillator, HystereticOscillator, Oscillator
 
 SYSTEM = BoucWenOscillator(2.0, 10.0, 5e4, 5e4, 1e3, 0.8, -1.1, 1.0)
 RATE = 750.0  # [Hz]

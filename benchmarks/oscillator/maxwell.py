@@ -10,12 +10,12 @@ from scipy.optimize import lsq_linear
 
 from dehyst import _native
 from dehyst.errors import ParameterError
-from dehyst.identification.oscillator.linear import Spectrum, dynamic_stiffness, identify_linear, spectrum
-from dehyst.identification.oscillator.output_error import OutputErrorFit, fit_output_error, lead_time
-from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
-from dehyst.models.oscillator import HystereticOscillator
-from dehyst.models.upsampling import finer_periodic
+from oscillator.linear import Spectrum, dynamic_stiffness, identify_linear, spectrum
+from oscillator.model import HystereticOscillator
+from oscillator.output_error import OutputErrorFit, fit_output_error, lead_time
+from oscillator.records import PeriodicRecord
+from oscillator.upsampling import finer_periodic
 
 _RIDGE = 5.0  # cost of a weight of the size of the linear stiffness, in units of the noise, where its sign is free
 _FINER = 4  # the stops of a measured output are followed on a grid so much finer, that extremes are not cut off

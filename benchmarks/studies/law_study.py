@@ -13,10 +13,10 @@ from dehyst.control.reviewed import VoMinhController
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.experiments.nominal import OBSERVER_RATIO
 from dehyst.experiments.reviewed import under_controller
-from dehyst.experiments.side_by_side import Joint, errors
 from dehyst.experiments.trials import Equipment
 from dehyst.plant.parameters import Robot
 from dehyst.ties import rank
+from studies.side_by_side import Joint, errors
 
 FACTORS = (1.0, 2.0, 4.0, 6.0, 8.0)
 OWN = {"paper": "paper", "vo-minh": "maxwell-slip", "sliding-mode": "", "one-valve": "", "pid": ""}

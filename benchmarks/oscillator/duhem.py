@@ -9,12 +9,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from dehyst.errors import ParameterError
-from dehyst.identification.oscillator.linear import identify_linear
-from dehyst.identification.oscillator.output_error import OutputErrorFit, SteadyState, fit_output_error, lead_time
-from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
-from dehyst.models.oscillator import HystereticOscillator
 from dehyst.ties import rank
+from oscillator.linear import identify_linear
+from oscillator.model import HystereticOscillator
+from oscillator.output_error import OutputErrorFit, SteadyState, fit_output_error, lead_time
+from oscillator.records import PeriodicRecord
 
 DEGREES = (2, 4, 6, 8)
 KNOTS = (5, 6, 7, 8, 9, 10)

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.errors import ExcitationError
-from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
-from dehyst.models.oscillator import HystereticOscillator
+from oscillator.model import HystereticOscillator
+from oscillator.records import PeriodicRecord
 
 ROUNDS = 12
 Spectrum = npt.NDArray[np.complex128]

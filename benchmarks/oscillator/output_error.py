@@ -10,10 +10,10 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 
 from dehyst.errors import IdentificationError, SimulationError
-from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
-from dehyst.models.oscillator import Oscillator
-from dehyst.models.upsampling import finer_periodic
+from oscillator.model import Oscillator
+from oscillator.records import PeriodicRecord
+from oscillator.upsampling import finer_periodic
 
 STEPS = 4  # of integration a sample: at 750 Hz and 150 Hz excited its error is a thousandth of the noise
 DECAYS = 25.0  # time constants of the linear oscillator before the period that counts

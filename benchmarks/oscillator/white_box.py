@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst.identification.oscillator.linear import identify_linear
-from dehyst.identification.oscillator.output_error import OutputErrorFit, fit_output_error, lead_time
-from dehyst.identification.oscillator.records import PeriodicRecord
 from dehyst.models.arrays import Array
-from dehyst.models.oscillator import BoucWenOscillator
+from oscillator.linear import identify_linear
+from oscillator.model import BoucWenOscillator
+from oscillator.output_error import OutputErrorFit, fit_output_error, lead_time
+from oscillator.records import PeriodicRecord
 
 NAMES = ("mass", "damping", "stiffness", "alpha", "beta gamma", "beta delta", "nu")
 # In units of the best linear oscillator: all of its mass; half of its damping, for hysteresis gives the rest; its

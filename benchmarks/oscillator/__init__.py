@@ -1,17 +1,17 @@
 """Oscillators with hysteresis from force and position: linear, Bouc-Wen, Maxwell slip, Duhem."""
 
-from dehyst.identification.oscillator.duhem import (
+from oscillator.duhem import (
     Choice,
     best,
     identify_duhem_polynomial,
     identify_duhem_table,
     rms_error,
 )
-from dehyst.identification.oscillator.linear import identify_linear
-from dehyst.identification.oscillator.maxwell import identify_maxwell_slip
-from dehyst.identification.oscillator.output_error import OutputErrorFit, fit_output_error
-from dehyst.identification.oscillator.records import PeriodicRecord, average_periods
-from dehyst.identification.oscillator.white_box import BoucWenFit, identify_bouc_wen
+from oscillator.linear import identify_linear
+from oscillator.maxwell import identify_maxwell_slip
+from oscillator.output_error import OutputErrorFit, fit_output_error
+from oscillator.records import PeriodicRecord, average_periods
+from oscillator.white_box import BoucWenFit, identify_bouc_wen
 
 __all__ = [
     "BoucWenFit",

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.experiments.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import home
 from dehyst.experiments.trials import trial_motion
 from dehyst.plant.arm import Reference
+from studies.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start
 
 Array = npt.NDArray[np.float64]
 

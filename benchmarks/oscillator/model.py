@@ -18,7 +18,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.errors import ParameterError, RecordingError, SimulationError
 from dehyst.models.arrays import Array, parameter_number, signal_array
-from dehyst.models.upsampling import finer, finer_periodic
+from oscillator.upsampling import finer, finer_periodic
 
 _NONE: Array = np.empty(0)
 _PERIODS, _STEADY_SAMPLES = 20, 1_000_000  # in which a steady state must be reached: the larger of both

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dehyst.control import Adaptation
-from dehyst.experiments.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
-from dehyst.experiments.endurance import endure
-from dehyst.experiments.hold import hold
 from dehyst.experiments.results import TRIALS
+from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
+from studies.endurance import endure
+from studies.hold import hold
 
 SCALES = (0.5, 1.0, 1.5)  # of the plant's hysteresis over the identified one
 PUSHES = ((20.0, 5.0), (150.0, -5.0))  # when [s] and how much [Nm]
