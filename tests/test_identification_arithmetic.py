@@ -25,7 +25,6 @@ from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.families import Estimate, fit_family
 from dehyst.identification.folds import FOLD_RIDGE, Folds, blocks_of, output_knots
 from dehyst.identification.mending import mended
-from dehyst.identification.normal_equations import accumulate, creep, polynomial, solve
 from dehyst.identification.polish import polish
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.static_curve import KNOTS, PIECES, SMOOTHING, curve_of, fit_static, held_out_errors
@@ -90,7 +89,7 @@ def test_sums_and_factors_are_those_of_the_fitted_rows(data, start, knots):
     sums = sums_of(data, bank, knots)
     cells = in_cells(rows)
     assert np.allclose(sums.matrix, cells.T @ (count[:, None] * cells), rtol=0, atol=1e-10)
-    assert (sums.operators, sums.extra) == (4, 0 if knots is None else 5)
+    assert (sums.operators, sums.matrix.shape[0]) == (4, 6 if knots is None else 11)
     assert sums.samples == pytest.approx(count.sum())
     factor = orthogonal.reduce(data, bank, knots)
     assert np.allclose(factor.T @ factor, rows.T @ (count[:, None] * rows), rtol=0, atol=1e-10)
@@ -806,46 +805,7 @@ def test_a_loop_that_starts_flat_gets_the_bound_that_its_gain_asks_for():
     assert curve == selection._firmness(lambda eps: fit_static(data, "zero", eps), 0.001)
 
 
-# --- sums of one's own, mending -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("eps", [0.02, 0.7])
-@pytest.mark.parametrize("cumulative", [False, True])
-def test_own_sums_give_the_best_weights_beside_the_extra_columns(cumulative, eps):
-    x = 4.0 + 2.0 * loops((1.0, 0.6, 0.9), 12)
-    beside = polynomial(dehyst.Recording(input=x, output=x), 3)
-    scaled = (x - 4.0) / 2.0
-    assert beside == pytest.approx(np.column_stack([scaled**2, scaled**3]))
-    r = np.array([0.0, 0.5, 1.2])
-    z0 = memory.state_before("rising", r, x[0] - 4.0, -2.0, 2.0)
-    z = plays(x - 4.0, r, z0)
-    y = 1.0 + z @ [0.5, -0.2, 0.4] + beside @ [0.3, -0.1] + 0.05 * np.random.default_rng(2).standard_normal(x.size)
-    weight = np.random.default_rng(3).integers(0, 3, x.size).astype(float)
-    record = dehyst.Recording(input=x, output=y)
-    sums = accumulate(record, r, extra=lambda rec: polynomial(rec, 3), weights=weight, initial_state="rising")
-    found = solve(sums, eps, cumulative=cumulative)
-    plain = z - np.column_stack([z[:, 1:], np.zeros(x.size)]) if cumulative else z
-    lower = [-np.inf] * 3 + ([eps] * 3 if cumulative else [eps, 0.0, 0.0])
-    system = np.sqrt(weight)[:, None] * np.column_stack([np.ones(x.size), beside, plain])
-    best = lsq_linear(system, np.sqrt(weight) * y, (lower, np.inf), method="bvls", tol=1e-14)
-    inner = np.diff(best.x[3:], prepend=0.0) if cumulative else best.x[3:]
-    assert found.weights == pytest.approx(inner, abs=1e-8)
-    assert found.coefficients == pytest.approx(best.x[1:3], abs=1e-8) and found.offset == pytest.approx(best.x[0])
-    assert found.rms == pytest.approx(np.sqrt(2.0 * best.cost / weight.sum()), rel=1e-8)
-    flat = accumulate(record, r, extra=lambda rec: rec.input**2)
-    assert (flat.extra, flat.matrix[0, 4]) == (1, pytest.approx(np.sum(x**2)))
-    with pytest.raises(ParameterError, match="auto"):
-        accumulate(record, r, initial_state="auto")
-
-
-def test_creep_follows_its_recursion_over_many_time_constants():
-    rng = np.random.default_rng(5)
-    time, x = np.cumsum(rng.uniform(0.001, 0.4, 900)), rng.standard_normal(900)
-    for tau in (0.003, 0.05, 20.0):
-        state = [x[0]]
-        for step, value in zip(np.diff(time), x, strict=False):
-            state.append(value + np.exp(-step / tau) * (state[-1] - value))
-        assert creep(dehyst.Recording(input=x, output=x, time=time), [tau])[:, 0] == pytest.approx(state, abs=1e-12)
+# --- mending -------------------------------------------------------------------------------
 
 
 def test_outliers_are_named_by_value_and_place():

@@ -6,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dehyst
-from dehyst.errors import IdentificationError, ParameterError
+from dehyst._native import Gram
+from dehyst.errors import ParameterError
 from dehyst.experiments import example_recording
 from dehyst.identification import families
-from dehyst.identification.normal_equations import accumulate, creep, polynomial, solve
+from dehyst.identification.sums import NormalEquations
 from identification_oracles import loops, plays
 
 SIZES = (2.0, 1.6, 1.9, 1.2, 1.7, 2.0, 1.4, 1.8)
@@ -176,60 +177,27 @@ def test_operators_that_the_data_cannot_tell_apart_do_no_harm(by_orthogonal_fact
         assert np.abs(sums.predictions[0] - factors.predictions[0])[: len(rec) // 2].max() < 1e-7
 
 
+def accumulate(rec, r):
+    gram = Gram(r, np.zeros(r.size), 1)
+    gram.add(rec.input - 1.0, rec.output[None, :], None)
+    return NormalEquations(r, gram.take())
+
+
 def test_sums_add_over_recordings_and_pieces_and_over_operators():
     a, b, r = noisy(seed=1), noisy(seed=2), np.arange(20) / 10.0
-    both = accumulate([a, b], r, center=1.0)
-    parts = [accumulate(rec, r, center=1.0) for rec in (a, b)]
-    assert np.allclose((parts[0] + parts[1]).matrix, both.matrix, rtol=0, atol=1e-9)
-    assert both.samples == len(a) + len(b)
+    parts = [accumulate(rec, r) for rec in (a, b)]
+    assert (parts[0] + parts[1]).samples == len(a) + len(b)
     z = plays(a.input - 1.0, r, np.zeros(20))
     cells = z - np.column_stack([z[:, 1:], np.zeros(len(a))])
     columns = np.column_stack([np.ones(len(a)), cells, a.output])
     assert np.allclose(parts[0].matrix, columns.T @ columns, rtol=0, atol=1e-9)
+    assert np.array_equal((parts[0] + parts[1]).matrix, parts[0].matrix + parts[1].matrix)
     kept = np.arange(20) % 4 == 0
-    assert np.allclose(parts[0].coarser(kept).matrix, accumulate(a, r[kept], center=1.0).matrix, rtol=0, atol=1e-9)
+    assert np.allclose(parts[0].coarser(kept).matrix, accumulate(a, r[kept]).matrix, rtol=0, atol=1e-9)
     with pytest.raises(ParameterError, match="same thresholds"):
-        parts[0] + accumulate(b, r[:5], center=1.0)
+        parts[0] + accumulate(b, r[:5])
     with pytest.raises(ParameterError, match="keep the first"):
         parts[0].coarser(np.arange(20) > 3)
-
-
-def test_extra_columns_are_fitted_beside_the_plays():
-    rec = noisy(scale=0.0)
-    beside = np.column_stack([polynomial(rec, 3), creep(rec, [0.5, 4.0])])
-    y = rec.output + beside @ [0.4, -0.2, 0.3, 0.1]
-    log = dehyst.Recording(input=rec.input, output=y, time=rec.time)
-    sums = accumulate(
-        log, PI.thresholds, center=1.0, extra=lambda rec: np.column_stack([polynomial(rec, 3), creep(rec, [0.5, 4.0])])
-    )
-    found = solve(sums, eps=1e-6)
-    assert np.abs(found.weights - PI.weights).max() < 1e-8
-    assert np.abs(found.coefficients - [0.4, -0.2, 0.3, 0.1]).max() < 1e-8
-    assert found.rms < 1e-6
-    cumulative = solve(sums, eps=1e-6, cumulative=True)
-    assert np.abs(cumulative.weights - PI.weights).max() < 1e-8
-
-
-def test_extra_columns_of_the_wrong_shape_or_alike_are_refused():
-    rec = noisy()
-    with pytest.raises(ParameterError, match="one finite value"):
-        accumulate(rec, [0.0, 1.0], extra=lambda rec: np.ones(5))
-    with pytest.raises(IdentificationError, match="apart"):
-        solve(accumulate(rec, [0.0, 1.0], extra=lambda rec: np.ones(len(rec))))
-    with pytest.raises(ParameterError, match="--time"):
-        creep(dehyst.Recording(input=rec.input, output=rec.output), [1.0])
-
-
-def test_a_creep_state_is_its_recursion():
-    rng = np.random.default_rng(5)
-    time = np.cumsum(rng.uniform(0.001, 0.4, 3000))
-    rec = dehyst.Recording(input=rng.standard_normal(3000), output=np.zeros(3000) + np.arange(3000), time=time)
-    for tau in (0.003, 0.2, 50.0):
-        v = [rec.input[0]]
-        for k in range(1, 3000):
-            share = np.exp(-(time[k] - time[k - 1]) / tau)
-            v.append(share * v[-1] + (1.0 - share) * rec.input[k - 1])
-        assert np.abs(creep(rec, [tau])[:, 0] - v).max() < 1e-12
 
 
 def test_too_many_operators_are_refused_with_the_memory_they_would_take():

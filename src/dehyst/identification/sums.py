@@ -47,11 +47,6 @@ class NormalEquations:
     counted: float | None = None
 
     @property
-    def extra(self) -> int:
-        """Number of columns between the cells and y."""
-        return int(self.matrix.shape[0]) - 2 - self.operators
-
-    @property
     def operators(self) -> int:
         """Number n of plays."""
         return self.thresholds.size
