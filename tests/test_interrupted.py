@@ -192,7 +192,7 @@ def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
     words = (*words, "--eps", "0.01") if "0.02" in other else words
     assert run(*words, "--save", model)[0] == 0
     before = model.read_bytes()
-    reads = {"identify": "_read", "compare": "_read", "muscle": "read_bench_log"}
+    reads = {"identify": "read_logs", "compare": "read_logs", "muscle": "read_bench_log"}
     monkeypatch.setattr(getattr(dehyst.app, name), reads[name], lambda *_: pytest.fail("it was read"))
     status, _, err = run(*other, "--save", model)
     assert status == 2 and "holds another model" in err and "--overwrite" in err
@@ -201,7 +201,7 @@ def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
 
 def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(run, made, tmp_path, monkeypatch):
     monkeypatch.chdir(made)
-    monkeypatch.setattr(dehyst.app.identify, "_read", lambda *_: pytest.fail("it was read"))
+    monkeypatch.setattr(dehyst.app.identify, "read_logs", lambda *_: pytest.fail("it was read"))
     (tmp_path / "file").write_text("mine")
     for option, place in (("--save", ""), ("--save", "no/m.json"), ("--report", "file/r.html"), ("--figures", "file")):
         status, _, err = run("identify", "log.csv", *PAIR, option, tmp_path / place)

@@ -24,9 +24,9 @@ from dehyst.experiments.recipes import recipe
 from dehyst.experiments.results import Characteristic, JointIdentification
 from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, run_trial
-from dehyst.families import LoopCompensator, ModelMechanism, family, identify_family, names
+from dehyst.families import LoopCompensator, ModelMechanism, identify_family, names
 from dehyst.families.bouc_wen import BoucWen
-from dehyst.families.existing import TITLES
+from dehyst.families.registry import title_of
 from dehyst.identification import identify
 from dehyst.models import Model
 from dehyst.plant.mechanisms import MechanismFactory
@@ -187,7 +187,7 @@ def learned(found: JointIdentification, name: str, seed: int = 0, way: str = "")
     way
         "inverted" or "as it is"; "": both.
     """
-    title = TITLES[name] if name in TITLES else family(name).title
+    title = title_of(name)
     tried, reasons = [], []
     for one in (way,) if way else (INVERTED, AS_IT_IS):
         try:
@@ -212,7 +212,7 @@ def _one_way(found: JointIdentification, name: str, title: str, seed: int, way: 
         told: Model = model.inverse() if way == INVERTED else model
     else:
         loop = identify_family(record, name, train_fraction=1.0, seed=seed)
-        parameters = loop.free_parameters
+        parameters = loop.parameters
         told = loop.model.inverse() if way == INVERTED else loop.model
     seconds = time.thread_time() - begun
     compensator = LoopCompensator(told, shear=BAR * found.shear, period=5e-4)

@@ -13,8 +13,7 @@ from typing import Any
 
 from dehyst import families, models, muscles
 from dehyst.control import reviewed as laws
-from dehyst.families.existing import TITLES
-from dehyst.families.registry import BEST, MODULES, Family, family
+from dehyst.families.registry import BEST, MODULES, TITLES, Family, family
 from dehyst.families.table import ROWS, TERMS, Row
 from dehyst.muscles import registry as muscle_registry
 from generate.rst import markdown

@@ -2,53 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from dehyst.app.identify_stream import is_large
 from dehyst.app.inspect import print_columns
+from dehyst.app.requests import LogsRequest
 from dehyst.app.terminal import terminal
 from dehyst.errors import ColumnError
-from dehyst.io import LogSummary, inspect_log
+from dehyst.io import LogSummary, inspect_log, read_log
+from dehyst.recording import Recording
 from dehyst.shell import typed
 
+R = TypeVar("R", bound=LogsRequest)
 
-def named_columns(
-    command: str, logs: Sequence[Path], input: str, output: str, run: str | None, time_unit: str | None,
-    quiet: bool,
-) -> tuple[str, str]:  # fmt: skip
-    """Return the columns of input and output: as named, else as proposed for the first log, which is said.
+
+def named_columns(command: str, request: R, quiet: bool) -> R:
+    """Return the request with the columns of input and output: as named, else as proposed for the first log.
 
     Parameters
     ----------
     command
         That is going to read them, for the line to type.
-    logs
-        Files to read.
-    input, output
-        As typed, "" if they were not.
-    run, time_unit
-        What of them is read.
+    request
+        As typed.
     quiet
-        Whether the standard output is for the result alone: then it is said on the error stream.
+        Whether the standard output is for the result alone: then what was proposed is said on the error stream.
 
     Raises
     ------
     ColumnError
         If names and units leave a choice; the columns have been printed on the error stream then.
     """
-    if input and output:
-        return input, output
-    log = logs[0]
-    summary = None if is_large(logs) else inspect_log(log, run, time_unit=time_unit)
+    if request.input and request.output:
+        return request
+    log, run = request.logs[0], next(iter(request.runs), None)
+    summary = None if is_large(request.logs) else inspect_log(log, run, time_unit=request.time_unit)
     if summary is None or not summary.clear or summary.input is None or summary.output is None:
         raise _choice(command, log, summary)
-    pair = input or summary.input, output or summary.output
+    pair = request.input or summary.input, request.output or summary.output
     if pair[0] == pair[1]:
         raise _choice(command, log, summary)
     words = typed(["--input", pair[0], "--output", pair[1]])
     terminal(stderr=quiet).print(f"columns: {words}, by their names and units\n", soft_wrap=True)
-    return pair
+    return replace(request, input=pair[0], output=pair[1])
+
+
+def read_logs(request: LogsRequest) -> list[Recording]:
+    """Return the recordings of a request whose columns are named."""
+    return [
+        read_log(
+            log, request.input or "", request.output or "", time=request.time, run=run, start=request.start,
+            stop=request.stop, time_unit=request.time_unit,
+        )
+        for log in request.logs
+        for run in (request.runs or (None,))
+    ]  # fmt: skip
 
 
 def _choice(command: str, log: Path, summary: LogSummary | None) -> ColumnError:

@@ -6,7 +6,6 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,53 +13,26 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.columns import named_columns
+from dehyst.app.columns import named_columns, read_logs
 from dehyst.app.identify import _finite
+from dehyst.app.requests import CompareRequest
 from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import IdentificationError, OutputError, ParameterError
-from dehyst.families import Comparison, Entry, all_names, compare
-from dehyst.io import read_log
-from dehyst.recording import Recording
+from dehyst.families import Comparison, FamilyFit, all_names, compare
 from dehyst.shell import quoted, typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-@dataclass(frozen=True)
-class CompareRequest:
-    """The command line of ``dehyst compare``."""
-
-    logs: tuple[Path, ...]
-    input: str
-    output: str
-    time: str | None
-    time_unit: str | None
-    runs: tuple[str, ...]
-    start: float | None
-    stop: float | None
-    families: str | None
-    train_fraction: float | None
-    seed: int
-    save: Path | None
-    report: Path | None
-    figure: Path | None
-    overwrite: bool
-    json: bool
-
-
 def run_compare(request: CompareRequest) -> None:
     """Read, identify every family, draw, print."""
     _refuse_clashes(request)
     families = _families(request.families)
-    input, output = named_columns(
-        "compare", request.logs, request.input, request.output, next(iter(request.runs), None), request.time_unit,
-        request.json,
-    )  # fmt: skip
-    request = replace(request, input=input, output=output)
+    request = named_columns("compare", request, request.json)
     with ask_progress("reading", request.json):
-        records = _read(request)
+        records = read_logs(request)
     with _progress(request.json) as told:
         found = compare(records, families, train_fraction=request.train_fraction, seed=request.seed, progress=told)
     if request.save is not None:
@@ -92,17 +64,6 @@ def _families(text: str | None) -> tuple[str, ...] | None:
             names=unknown,
         )
     return wanted
-
-
-def _read(request: CompareRequest) -> list[Recording]:
-    return [
-        read_log(
-            log, request.input, request.output, time=request.time, run=run, start=request.start, stop=request.stop,
-            time_unit=request.time_unit,
-        )
-        for log in request.logs
-        for run in (request.runs or (None,))
-    ]  # fmt: skip
 
 
 def _refuse_clashes(request: CompareRequest) -> None:
@@ -183,7 +144,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
 
 
-def _row(entry: Entry) -> tuple[Text | str, ...]:
+def _row(entry: FamilyFit) -> tuple[Text | str, ...]:
     return (
         Text(f"{entry.family}{' *' if entry.tied else ''}"),
         "" if entry.test is None else _percent(entry.test.rmse_percent),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app.requests import DriftRequest, EvaluateRequest, SimulateRequest
 from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding
 from dehyst.io import Signal, read_log, read_signal
@@ -17,9 +17,6 @@ from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models.converted import in_units_of
 from dehyst.recording import Recording
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
-
-if TYPE_CHECKING:
-    from dehyst.app.play import PlayRequest
 
 Array = npt.NDArray[np.float64]
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
@@ -32,42 +29,32 @@ DIMENSIONS = {"load": ("force", "torque"), "mean_pressure": ("pressure",)}
 UNCOVERED = 0.02
 
 
-@dataclass(frozen=True, kw_only=True)
-class LogRequest:
-    """What of a log is read for models that are there; columns that are not named are those of a model's card."""
-
-    input: str | None
-    output: str | None
-    time: str | None
-    time_unit: str | None
-    start: float | None
-    stop: float | None
-    load: str | None = None
-    mean_pressure: str | None = None
-
-    def read(self, log: Path, run: str | None, card: ModelCard) -> Recording:
-        """Return the recording of a run."""
-        return read_log(
-            log, self.input or card.input.name, self.output or card.output.name, time=self.time, run=run,
-            start=self.start, stop=self.stop, time_unit=self.time_unit,
-        )  # fmt: skip
-
-    def signals(self, read: Sequence[Read], models: Iterable[Model]) -> dict[str, list[Array]]:
-        """Scheduling signals by name, one for each recording, in the unit of the first model that needs them."""
-        units: dict[str, str] = {}
-        for model in models:
-            units = {card.name: card.unit for card in model.context} | units
-        runs, records = [(log, run) for log, run, _ in read], [record for _, _, record in read]
-        clock = (self.time, self.time_unit)
-        named = {"load": self.load, "mean_pressure": self.mean_pressure}
-        return {
-            name: schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
-            for name, column in named.items()
-            if column is not None
-        }
+def recording_of(request: DriftRequest | EvaluateRequest, log: Path, run: str | None, card: ModelCard) -> Recording:
+    """Return the recording of a run; columns that are not named are those of the model's card."""
+    return read_log(
+        log, request.input or card.input.name, request.output or card.output.name, time=request.time, run=run,
+        start=request.start, stop=request.stop, time_unit=request.time_unit,
+    )  # fmt: skip
 
 
-def given_of(request: PlayRequest, model: Model, signal: Signal) -> tuple[dict[str, Array], list[Finding]]:
+def signals_of(
+    request: DriftRequest | EvaluateRequest, read: Sequence[Read], models: Iterable[Model]
+) -> dict[str, list[Array]]:
+    """Scheduling signals by name, one for each recording, in the unit of the first model that needs them."""
+    units: dict[str, str] = {}
+    for model in models:
+        units = {card.name: card.unit for card in model.context} | units
+    runs, records = [(log, run) for log, run, _ in read], [record for _, _, record in read]
+    clock = (request.time, request.time_unit)
+    named = {"load": request.load, "mean_pressure": request.mean_pressure}
+    return {
+        name: schedule_of(name, column, clock, runs, records, units.get(name, ""))[0]
+        for name, column in named.items()
+        if column is not None
+    }
+
+
+def given_of(request: SimulateRequest, model: Model, signal: Signal) -> tuple[dict[str, Array], list[Finding]]:
     """Scheduling variables that the model needs, from the columns that were named."""
     named = {"load": request.load, "mean_pressure": request.mean_pressure}
     spare = [name for name, given in named.items() if given is not None and name not in model.needs]

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from rich.table import Table
 from rich.text import Text
 
+from dehyst.app.requests import DesignRequest
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import tell, terminal
 from dehyst.errors import OutputError, ParameterError, UnitError
@@ -28,25 +29,6 @@ WHY = 34  # letters left for the last column of the table at least
 BAR = 1e5
 IDENTIFICATION, DRIFT = "identification", "drift"
 MOTIONS = {IDENTIFICATION: design_excitation, DRIFT: design_drift_motion}
-
-
-@dataclass(frozen=True)
-class DesignRequest:
-    """The command line of ``dehyst design``; `purpose` is its option ``--for``."""
-
-    joint: int | None = None
-    robot: Path | None = None
-    range: tuple[float, float] | None = None
-    unit: str | None = None
-    rate: float | None = None
-    acceleration: float | None = None
-    time_limit: float = 600.0
-    period: float = 0.02
-    out: Path | None = None
-    figure: Path | None = None
-    overwrite: bool = False
-    json: bool = False
-    purpose: str = IDENTIFICATION
 
 
 @dataclass(frozen=True)

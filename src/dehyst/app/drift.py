@@ -6,17 +6,16 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import LogRequest, Read
-from dehyst.app.design import DesignRequest
+from dehyst.app.context import Read, recording_of, signals_of
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
+from dehyst.app.requests import DesignRequest, DriftRequest
 from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import ask_progress, print_findings, terminal
@@ -46,23 +45,6 @@ STYLES = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class DriftRequest(LogRequest):
-    """The command line of ``dehyst drift``."""
-
-    model: Path
-    logs: tuple[Path, ...]
-    runs: tuple[str, ...]
-    reference: Path | None
-    false_alarm: float
-    least: float | None
-    ignore: tuple[str, ...]
-    refit: Path | None
-    report: Path | None
-    overwrite: bool
-    json: bool
-
-
 def run_drift(request: DriftRequest) -> None:
     """Read, compare, refit if asked to, report, print; the exit status is the verdict's."""
     _refuse_clashes(request)
@@ -71,9 +53,9 @@ def run_drift(request: DriftRequest) -> None:
         read, unusable = _read_all(request, model)
         reference, every = None, read
         if request.reference is not None:
-            reference = request.read(request.reference, None, model.card)
+            reference = recording_of(request, request.reference, None, model.card)
             every = [*read, (request.reference, None, reference)]
-        signals: dict[str, Any] = dict(request.signals(every, [model]))
+        signals: dict[str, Any] = dict(signals_of(request, every, [model]))
     with ask_progress("comparing", request.json):
         found = drift(
             model,
@@ -106,7 +88,7 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
     for log in request.logs:
         for run in request.runs or (None,):
             try:
-                read.append((log, run, request.read(log, run, model.card)))
+                read.append((log, run, recording_of(request, log, run, model.card)))
             except (ColumnError, ExcitationError, RecordingError) as failed:
                 unusable.append((log.name, str(failed)))
                 fault = failed

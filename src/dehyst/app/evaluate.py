@@ -6,15 +6,15 @@ import json
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import LogRequest, Read
+from dehyst.app.context import Read, recording_of, signals_of
 from dehyst.app.ending import concluding
 from dehyst.app.identify import _finite
+from dehyst.app.requests import EvaluateRequest
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
@@ -24,16 +24,6 @@ from dehyst.models import Model, load
 from dehyst.shell import quoted
 
 
-@dataclass(frozen=True, kw_only=True)
-class EvaluateRequest(LogRequest):
-    """The command line of ``dehyst evaluate``."""
-
-    models: tuple[Path, ...]
-    log: Path
-    runs: tuple[str, ...]
-    json: bool
-
-
 def run_evaluate(request: EvaluateRequest) -> None:
     """Read, score, print."""
     models = {str(path): load(path) for path in request.models}
@@ -41,7 +31,7 @@ def run_evaluate(request: EvaluateRequest) -> None:
         raise ParameterError(f"a model is named twice: {', '.join(map(str, request.models))}. Name each once.")
     with ask_progress("reading", request.json):
         read = _read(request, list(models.values()))
-        signals = request.signals(read, models.values())
+        signals = signals_of(request, read, models.values())
     with ask_progress("evaluating", request.json):
         found = evaluate(models, [record for _, _, record in read], **signals)
     with nullcontext() if found.run else concluding(Status.NO):
@@ -61,7 +51,10 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
             f"--input COLUMN --output COLUMN."
         )
     try:
-        return [(request.log, run, request.read(request.log, run, models[0].card)) for run in request.runs or (None,)]
+        return [
+            (request.log, run, recording_of(request, request.log, run, models[0].card))
+            for run in request.runs or (None,)
+        ]
     except ColumnError as fault:
         if request.input and request.output:
             raise

@@ -12,13 +12,13 @@ from rich.text import Text
 
 from dehyst.app.export_findings import coarse, cost, outside, stalled
 from dehyst.app.export_pair import pair_findings
-from dehyst.app.export_request import ExportRequest
+from dehyst.app.requests import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
-from dehyst.export.excerpt import ALL, read_excerpt, use_findings, use_of
+from dehyst.export.excerpt import ALL, Part, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
 from dehyst.export.joint_units import unit_findings
@@ -113,10 +113,14 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
-    if request.log is None and request.part != ALL:
+    if request.log is None and _part(request) != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
         check_name(request.name)
+
+
+def _part(request: ExportRequest) -> Part:
+    return Part(request.run, request.start, request.stop, request.time)
 
 
 def _refuse_unknown_range(model: Model, request: ExportRequest) -> None:
@@ -143,7 +147,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
         )
     if request.log is not None:
         into = model.card.output if request.what == "inverse" else model.card.input
-        excerpt = read_excerpt(request.log, request.column or into.name, into, request.part)
+        excerpt = read_excerpt(request.log, request.column or into.name, into, _part(request))
     subject = subject_of(
         model, request.what, name=name, period=request.period, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dehyst.app.export_request import ExportRequest
+from dehyst.app.requests import ExportRequest
 from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 from dehyst.findings import Finding

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import math
 import sys
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dehyst.app.columns import named_columns
+from dehyst.app.columns import named_columns, read_logs
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
+from dehyst.app.requests import IdentifyRequest
 from dehyst.app.targets import MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
@@ -20,8 +20,6 @@ from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Fit, Score
 from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import identify_stream
-from dehyst.io import read_log
-from dehyst.recording import Recording
 from dehyst.shell import quoted
 
 if TYPE_CHECKING:
@@ -31,52 +29,13 @@ if TYPE_CHECKING:
 MUCH, FELT = 0.3, 0.5
 
 
-@dataclass(frozen=True)
-class IdentifyRequest:
-    """The command line of ``dehyst identify``."""
-
-    logs: tuple[Path, ...]
-    input: str
-    output: str
-    time: str | None
-    time_unit: str | None
-    runs: tuple[str, ...]
-    start: float | None
-    stop: float | None
-    family: str
-    purpose: str
-    n: str
-    eps: str | None
-    thresholds: str | None
-    initial_state: str
-    train_fraction: float | None
-    save: Path | None
-    report: Path | None
-    figures: Path | None
-    overwrite: bool
-    json: bool
-    stream: bool | None = None
-    spool_dir: Path | None = None
-    shear: str | None = None
-    max_inverse_gain: float | None = None
-    creep: int | None = None
-    creep_times: str | None = None
-    load: str | None = None
-    mean_pressure: str | None = None
-    position_schedule: bool = True
-
-
 def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     if request.purpose not in PURPOSES:
         raise ParameterError(f"--for {request.purpose!r:.40} is none; write --for {' or --for '.join(PURPOSES)}.")
     _refuse_clashes(request)
     refuse_options(request)
-    input, output = named_columns(
-        "identify", request.logs, request.input, request.output, next(iter(request.runs), None), request.time_unit,
-        request.json,
-    )  # fmt: skip
-    request = replace(request, input=input, output=output)
+    request = named_columns("identify", request, request.json)
     fit = _identify(request)
     if request.save is not None:
         save_model(request.save, request.overwrite, fit.model.save)
@@ -95,7 +54,7 @@ def run_identify(request: IdentifyRequest) -> None:
 def _identify(request: IdentifyRequest) -> Fit | DirectFit:
     if request.family == DIRECT:
         with ask_progress("reading", request.json):
-            records = _read(request)
+            records = read_logs(request)
         return identify_from(request, records)
     typed = {
         "n": (_operators(request.n), PAPER_OPERATORS),
@@ -114,26 +73,9 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
         with progress_bar(request.json) as show:
             return identify_stream(streams, progress=show, spool_dir=request.spool_dir, **settings)
     with ask_progress("reading", request.json):
-        records = _read(request)
+        records = read_logs(request)
     with ask_progress("identifying", request.json):
         return identify(records, purpose=request.purpose, **settings)
-
-
-def _read(request: IdentifyRequest) -> list[Recording]:
-    return [
-        read_log(
-            log,
-            request.input,
-            request.output,
-            time=request.time,
-            run=run,
-            start=request.start,
-            stop=request.stop,
-            time_unit=request.time_unit,
-        )
-        for log in request.logs
-        for run in (request.runs or (None,))
-    ]
 
 
 def _refuse_clashes(request: IdentifyRequest) -> None:

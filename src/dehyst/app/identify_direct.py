@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.context import schedule_of
+from dehyst.app.requests import IdentifyRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import ParameterError
 from dehyst.grades import Grade, grade_of
@@ -17,9 +18,6 @@ from dehyst.models import Schedule
 from dehyst.recording import Recording
 from dehyst.shell import quoted
 from dehyst.units import MASS_FACTORS
-
-if TYPE_CHECKING:
-    from dehyst.app.identify import IdentifyRequest
 
 Array = npt.NDArray[np.float64]
 

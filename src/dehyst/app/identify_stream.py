@@ -17,7 +17,7 @@ from dehyst.io.text import SIZE_LIMIT
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from dehyst.app.identify import IdentifyRequest
+    from dehyst.app.requests import IdentifyRequest
 
 # Bytes of memory that identifying a log at once takes for each byte of its file: 5.2 measured for NPZ with two columns,
 # 3.6 for CSV with three. Logs that would take more than half of the memory are streamed.
@@ -70,7 +70,9 @@ def open_streams(request: IdentifyRequest) -> list[ChunkedLog] | None:
         return None
     try:
         return [
-            open_chunks(log, request.input, request.output, request.time, run=run, time_unit=request.time_unit)
+            open_chunks(
+                log, request.input or "", request.output or "", request.time, run=run, time_unit=request.time_unit
+            )
             for log in request.logs
             for run in (request.runs or (None,))
         ]

@@ -6,16 +6,16 @@ import json
 import math
 import re
 import sys
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from rich.text import Text
 
-from dehyst.app.muscle_log import LogRequest, read_bench_log
+from dehyst.app.muscle_log import read_bench_log
 from dehyst.app.muscle_print import list_models, list_text, print_bench, print_fit, title_of
+from dehyst.app.requests import MuscleRequest
 from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
 from dehyst.errors import OutputError, ParameterError
@@ -35,30 +35,9 @@ PRESSURES = tuple(float(p) for p in range(1, 7))  # bar
 LONGEST = 20.0  # m; muscles are sold up to 9 m
 
 
-@dataclass(frozen=True)
-class MuscleRequest:
-    """The command line of ``dehyst muscle``."""
-
-    model: str | None = None
-    list: bool = False
-    which: str | None = None
-    parameters: tuple[str, ...] = ()
-    length: str | None = None
-    pressures: str | None = None
-    contractions: str | None = None
-    loads: str | None = None
-    log: LogRequest | None = None
-    seed: int = 0
-    save: Path | None = None
-    report: Path | None = None
-    figure: Path | None = None
-    overwrite: bool = False
-    json: bool = False
-
-
 def run_muscle(request: MuscleRequest) -> None:
     """Make the model, fit it, put it on the bench, write what was asked for, print."""
-    if request.list:
+    if request.list_models:
         sys.stdout.write(json.dumps(list_models(), indent=1) + "\n" if request.json else list_text())
         return
     _refuse_clashes(request)
@@ -89,13 +68,13 @@ def _refuse_clashes(request: MuscleRequest) -> None:
     if len({path.resolve() for path in targets}) < len(targets):
         raise OutputError(f"two results would be written to '{targets[0]}'. Name a file for each.")
     for path in targets:
-        if request.log is not None and path.resolve() == request.log.path.resolve():
+        if request.log is not None and path.resolve() == request.log.resolve():
             raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
         refuse_unwritable(path)
     if request.save is not None:
         refuse_existing(request.save, request.overwrite, MUSCLE)
         if request.log is not None:
-            refuse_other_model(request.save, request.overwrite, [request.log.path], {})
+            refuse_other_model(request.save, request.overwrite, [request.log], {})
     if request.report is not None:
         refuse_existing(request.report, request.overwrite, PAGE)
     if request.figure is not None:
@@ -190,7 +169,9 @@ def _fit(request: MuscleRequest, model: MuscleModel) -> tuple[MuscleFit | None, 
     if request.log is None:
         return None, {}
     with ask_progress("reading", request.json):
-        log, provenance = read_bench_log(request.log, None if request.length is None else _length(request.length))
+        log, provenance = read_bench_log(
+            request.log, request, None if request.length is None else _length(request.length)
+        )
     with ask_progress("fitting", request.json):
         fit = fit_muscle(log, model, seed=request.seed)
     return fit, provenance

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app.requests import MuscleRequest
 from dehyst.errors import ParameterError, RecordingError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.several import Columns, read_columns
@@ -31,32 +31,13 @@ GRAVITY = 9.80665  # m/s^2, standard
 GUESSES = ((12.0, "bar"), (1200.0, "kPa"), (12_000.0, "mbar"), (float("inf"), "Pa"))
 
 
-@dataclass(frozen=True)
-class LogRequest:
-    """What the command line says of a bench log."""
-
-    path: Path
-    contraction: str | None = None
-    length_column: str | None = None
-    pressure: str = "pressure"
-    force: str = "force"
-    time: str | None = None
-    time_unit: str | None = None
-    run: str | None = None
-    start: float | None = None
-    stop: float | None = None
-    contraction_unit: str | None = None
-    pressure_unit: str | None = None
-    force_unit: str | None = None
-    absolute: bool = False
-    at_rest: bool = False
-
-
-def read_bench_log(request: LogRequest, length: float | None) -> tuple[BenchLog, dict[str, Any]]:
+def read_bench_log(path: Path, request: MuscleRequest, length: float | None) -> tuple[BenchLog, dict[str, Any]]:
     """Read a bench log; return it in SI units, and where it comes from.
 
     Parameters
     ----------
+    path
+        The log.
     request
         Columns and units.
     length
@@ -76,7 +57,7 @@ def read_bench_log(request: LogRequest, length: float | None) -> tuple[BenchLog,
         "force": request.force,
     }
     table = read_columns(
-        request.path, wanted, time=request.time, run=request.run, start=request.start, stop=request.stop,
+        path, wanted, time=request.time, run=request.run, start=request.start, stop=request.stop,
         time_unit=request.time_unit,
     )  # fmt: skip
     findings = [entry for entry in table.findings if entry.code != "no-time"]
@@ -172,7 +153,7 @@ def _from_length(table: Columns, option: str | None, length: float | None, findi
     return 1.0 - np.asarray(convert(values, unit, "m")) / length
 
 
-def _pressure(table: Columns, request: LogRequest, findings: list[Finding]) -> Array:
+def _pressure(table: Columns, request: MuscleRequest, findings: list[Finding]) -> Array:
     """Gauge pressure in Pa; a unit that is not named is guessed and said, one that cannot be is refused."""
     values, unit = table.values["pressure"], _unit(table, "pressure", request.pressure_unit)
     largest, name = float(np.max(values)), table.names["pressure"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.context import given_of, outside
+from dehyst.app.requests import SimulateRequest
 from dehyst.app.start import MODEL, REST, UNKNOWN, middle_of, say, start_of
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
@@ -29,29 +29,7 @@ Array = npt.NDArray[np.float64]
 JUMP = 0.1
 
 
-@dataclass(frozen=True)
-class PlayRequest:
-    """The command line of ``dehyst simulate`` and ``dehyst compensate``."""
-
-    model: Path
-    log: Path
-    column: str | None
-    time: str | None
-    run: str | None
-    start: float | None
-    stop: float | None
-    out: Path | None
-    overwrite: bool = False
-    time_unit: str | None = None
-    load: str | None = None
-    mean_pressure: str | None = None
-    unknown_state: bool = False
-    past: tuple[float, float] | None = None
-    figure: Path | None = None
-    begin: str | None = None
-
-
-def run_simulate(request: PlayRequest) -> None:
+def run_simulate(request: SimulateRequest) -> None:
     """Write time, input and the model's output."""
     model, signal = _read(request, "input")
     x, findings = in_units_of(model.card.input, signal.values, signal.unit, f"'{signal.name}'")
@@ -71,7 +49,7 @@ def run_simulate(request: PlayRequest) -> None:
     print_findings([*about(signal, "input"), *findings, *played.findings], stderr=True)
 
 
-def run_compensate(request: PlayRequest) -> None:
+def run_compensate(request: SimulateRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request, "output")
     said = verdict_findings(model, request.model, "Do not apply this input to a machine")
@@ -101,7 +79,7 @@ class _Played:
     given: dict[str, Array]
 
 
-def _played(request: PlayRequest, model: Model, signal: Signal, x: Array, prefix: str, default: str) -> _Played:
+def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, prefix: str, default: str) -> _Played:
     """Run a model along its input, from the past that was asked for."""
     given, findings = given_of(request, model, signal)
     start, time, card, told = start_of(request, default), _time(request, model, signal), model.card.output, ""
@@ -124,7 +102,7 @@ def _played(request: PlayRequest, model: Model, signal: Signal, x: Array, prefix
     return _Played(columns, answer, start, told, findings, time, given)
 
 
-def _read(request: PlayRequest, role: str) -> tuple[Model, Signal]:
+def _read(request: SimulateRequest, role: str) -> tuple[Model, Signal]:
     _refuse_sources(request)
     refuse_without_unknown_state(request.unknown_state, request.figure, request.overwrite)
     model = load(request.model)
@@ -148,7 +126,7 @@ def _read(request: PlayRequest, role: str) -> tuple[Model, Signal]:
     return model, signal
 
 
-def _time(request: PlayRequest, model: Model, signal: Signal) -> Array | None:
+def _time(request: SimulateRequest, model: Model, signal: Signal) -> Array | None:
     if signal.time is None and model.rate_dependent:
         raise TimeError(
             f"'{request.model}' is a {model.family} model, which depends on time (creep or rate), and '{request.log}' "
@@ -227,7 +205,7 @@ def _eps(model: Model) -> str:
     return ", or raise --eps when identifying" if bounded else ""
 
 
-def _refuse_sources(request: PlayRequest) -> None:
+def _refuse_sources(request: SimulateRequest) -> None:
     """Refuse to write over the log or the model, whatever option is given."""
     out = request.out
     for target in (out, request.figure):
@@ -237,7 +215,7 @@ def _refuse_sources(request: PlayRequest) -> None:
             )
 
 
-def write(request: PlayRequest, signal: Signal, columns: dict[str, Array]) -> None:
+def write(request: SimulateRequest, signal: Signal, columns: dict[str, Array]) -> None:
     """Write time and columns to the file that was asked for, or to the terminal."""
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns

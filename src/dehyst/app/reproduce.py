@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from dehyst.app.requests import ReproduceRequest
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import tell, terminal
 from dehyst.control import FLAGS
@@ -40,24 +41,6 @@ QUICK: dict[str, object] = {
     "path.slow_factor": 4.0,
 }
 """What ``--quick`` changes where the user's file does not: less of everything, nothing of the plant."""
-
-
-@dataclass(frozen=True)
-class ReproduceRequest:
-    """The command line of ``dehyst reproduce``."""
-
-    quick: bool = False
-    plant: str | None = None
-    joint: str = "all"
-    compensator: tuple[str, ...] = ("paper",)
-    seed: int | None = None
-    cycles: int | None = None
-    robot: Path | None = None
-    out: Path = Path("reproduction")
-    figures: Path | None = None
-    json: Path | None = None
-    overwrite: bool = False
-    controller: str = "paper"
 
 
 def run_reproduce(request: ReproduceRequest) -> None:

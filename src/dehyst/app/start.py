@@ -11,7 +11,7 @@ from dehyst.io import Signal
 from dehyst.models import Band, ModelCard
 
 if TYPE_CHECKING:
-    from dehyst.app.play import PlayRequest
+    from dehyst.app.requests import SimulateRequest
 
 UNKNOWN, REST, MODEL = STARTS = ("unknown", "rest", "model")
 ABOUT = {
@@ -20,7 +20,7 @@ ABOUT = {
 }
 
 
-def start_of(request: PlayRequest, default: str) -> str:
+def start_of(request: SimulateRequest, default: str) -> str:
     """Return which start was asked for, `default` if none.
 
     Raises

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.ending import concluding
+from dehyst.app.requests import SweepRequest
 from dehyst.app.status import Status
 from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import tell, terminal
@@ -25,20 +25,6 @@ from dehyst.shell import typed
 
 LINE_SECONDS = 10.0  # between two lines where there is no terminal to draw on
 MOST_ROWS = 100  # of the table at the end
-
-
-@dataclass(frozen=True)
-class SweepRequest:
-    """The command line of ``dehyst sweep``."""
-
-    sweep: Path
-    out: Path | None = None
-    figure: Path | None = None
-    workers: int | None = None
-    dask: str | None = None
-    restart: bool = False
-    retry: bool = False
-    overwrite: bool = False
 
 
 def run_sweep_command(request: SweepRequest) -> None:

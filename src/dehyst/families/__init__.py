@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from dehyst.families.comparison import all_names as all_names
     from dehyst.families.comparison import compare as compare
     from dehyst.families.controlling import LoopCompensator as LoopCompensator
-    from dehyst.families.entry import Entry as Entry
     from dehyst.families.fitting import FamilyFit as FamilyFit
     from dehyst.families.fitting import identify_family as identify_family
     from dehyst.families.registry import MODULES as MODULES
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 # Each is imported when it is first used: playing a model file must not load what identifies one.
 _HOME = {
     "Comparison": "dehyst.families.comparison",
-    "Entry": "dehyst.families.entry",
     "Family": "dehyst.families.registry",
     "FamilyFit": "dehyst.families.fitting",
     "InverseLoop": "dehyst.families.base",

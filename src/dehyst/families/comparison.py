@@ -12,15 +12,13 @@ import numpy.typing as npt
 
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
-from dehyst.families.entry import Entry
-from dehyst.families.existing import TITLES, entry_of, existing, static_of
-from dehyst.families.fitting import fit_one, orientation_of
-from dehyst.families.registry import family, names
+from dehyst.families.fitting import FamilyFit, Judge, fit_one, orientation_of
+from dehyst.families.registry import TITLES, names, title_of
 from dehyst.families.table import ROWS
 from dehyst.families.training import Training, training_of
-from dehyst.identification import Fit
+from dehyst.identification import Fit, identify, identify_direct
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.scores import Part, parts
+from dehyst.identification.scores import parts
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
@@ -67,15 +65,15 @@ class Comparison:
     ('pi', True)
     """
 
-    entries: tuple[Entry, ...]
+    entries: tuple[FamilyFit, ...]
     recordings: tuple[Recording, ...]
     auto: Fit
-    auto_entry: Entry
+    auto_entry: FamilyFit
     masks: tuple[npt.NDArray[np.bool_], ...]
     seed: int
 
     @property
-    def chosen(self) -> Entry:
+    def chosen(self) -> FamilyFit:
         """The family with the smallest held-out error."""
         return self.entries[0]
 
@@ -113,7 +111,7 @@ class Comparison:
             named.setdefault(words, []).append(name)
         return [(", ".join(names), words) for words, names in named.items()]
 
-    def __getitem__(self, name: str) -> Entry:
+    def __getitem__(self, name: str) -> FamilyFit:
         """Row of a family."""
         for entry in self.entries:
             if entry.family == name:
@@ -135,13 +133,13 @@ class Comparison:
         }
 
 
-def _inverse(best: Entry) -> str:
+def _inverse(best: FamilyFit) -> str:
     if not best.invertible:
         return f"{best.family} has no inverse: {best.no_inverse.rstrip('.')}"
     return f"the inverse of {best.family} gives the applied input back to {best.inverse_percent:.2f} % of its range"
 
 
-def _plain(entry: Entry) -> dict[str, float] | None:
+def _plain(entry: FamilyFit) -> dict[str, float] | None:
     return None if entry.test is None else entry.test.as_dict()
 
 
@@ -217,7 +215,8 @@ def compare(
     with single_blas():
         data = prepare(records, split_recordings(records, train_fraction))
         part = parts(records, data, auto.certificate.initial_state)
-        baseline = entry_of(auto, part, data.output_range, spent)
+        judge = Judge(records, part, data.output_range)
+        baseline = judge.identified(auto, spent)
         training, found = training_of(records, data, orientation_of(data), seed), []
         for number, name in enumerate(wanted):
             if progress is not None:
@@ -225,9 +224,9 @@ def compare(
             if name == auto.family:
                 found.append(baseline)
             elif name == "static":
-                found.append(static_of(auto, part, data.output_range))
+                found.append(judge.curve_of(auto))
             else:
-                found.append(_entry(name, records, data, part, training, train_fraction))
+                found.append(_entry(name, judge, data, training, train_fraction))
     curve = (auto.static_test or auto.static_train).rmse_percent
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
@@ -236,39 +235,27 @@ def compare(
     return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
 
 
-def _entry(
-    name: str,
-    records: tuple[Recording, ...],
-    data: DataSet,
-    part: tuple[Part, Part],
-    training: Training,
-    train_fraction: float | None,
-) -> Entry:
-    title = TITLES.get(name) or family(name).title
+def _entry(name: str, judge: Judge, data: DataSet, training: Training, train_fraction: float | None) -> FamilyFit:
+    begun = time.thread_time()
     try:
+        if name == "direct-inverse":
+            direct = identify_direct(judge.records, train_fraction=train_fraction)
+            return judge.scored(
+                name, direct.model, direct.outputs, inverse_percent=direct.judged.rmse_percent,
+                parameters=direct.certificate.nonzero_weights + direct.model.polynomial.size,
+                seconds=time.thread_time() - begun, start=direct.certificate.initial_state,
+            )  # fmt: skip
         if name in TITLES:
-            return existing(name, records, part, data.output_range, train_fraction)
-        fit = fit_one(name, records, data, part, training)
+            fit = identify(judge.records, name, train_fraction=train_fraction)
+            return judge.identified(fit, time.thread_time() - begun)
+        found = fit_one(name, judge, data, training)
     except DehystError as fault:
-        return Entry(name, title, reason=" ".join(str(fault).split()))
-    return Entry(
-        family=name,
-        title=title if fit.model.family == name else f"{title}: {fit.model.family}",
-        model=fit.model,
-        predictions=fit.predictions,
-        train=fit.train,
-        test=fit.test,
-        inverse_percent=fit.inverse_percent,
-        parameters=fit.free_parameters,
-        invertible=fit.invertible,
-        seconds=fit.seconds,
-        start=fit.model.start,
-        seed=fit.seed,
-        no_inverse=fit.model.no_inverse,
-    )
+        return FamilyFit(name, title_of(name), reason=" ".join(str(fault).split()))
+    family = found.model.family
+    return found if family == name else replace(found, title=f"{found.title}: {family}")
 
 
-def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
+def _with_reason(entry: FamilyFit, auto: Fit, curve: float) -> FamilyFit:
     """Say why a family that errs by a tenth of the range, or as much as a mere curve, does so."""
     if entry.model is None or entry.reason or entry.error_percent < min(POOR, AS_A_CURVE * curve):
         return entry
@@ -286,8 +273,8 @@ def _with_reason(entry: Entry, auto: Fit, curve: float) -> Entry:
 
 
 def _with_ties(
-    ranked: list[Entry], records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]
-) -> tuple[Entry, ...]:
+    ranked: list[FamilyFit], records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]
+) -> tuple[FamilyFit, ...]:
     """Mark the rows whose mean square error differs from the best one by less than the scatter between blocks."""
     if not ranked or ranked[0].model is None:
         return tuple(ranked)
@@ -305,6 +292,6 @@ def _with_ties(
     return tuple(marked)
 
 
-def _squares(entry: Entry, records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]) -> Array:
+def _squares(entry: FamilyFit, records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]) -> Array:
     pairs = zip(entry.predictions, records, masks, strict=True)
     return np.concatenate([(y[mask] - record.output[mask]) ** 2 for y, record, mask in pairs])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as _datetime
 import time as _time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,19 +15,19 @@ from dehyst import __version__
 from dehyst.errors import IdentificationError
 from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
-from dehyst.families.registry import family
+from dehyst.families.registry import family, title_of
 from dehyst.families.training import Training, steps_of, training_of
 from dehyst.grades import ENDINGS, Grade
 from dehyst.identification import facts
 from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.data import DataSet, Piece, prepare, range_over
-from dehyst.identification.fit import Score
+from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
-from dehyst.models import ModelCard, SignalCard
+from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.recording import Recording, takes_recordings
 
 Array = npt.NDArray[np.float64]
@@ -35,30 +35,39 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class FamilyFit:
-    """An identified model of a family, and how well it predicts.
+    """A family on a log: the identified model and how well it predicts, or why there is none.
 
     Attributes
     ----------
-    family
-        Name of the family.
+    family, title
+        Its name, and the name written in tables.
     model
-        The model; `model.inverse()` where `invertible`.
+        What was identified, `model.inverse()` where `invertible`; None if nothing could be.
     recordings
         The data.
     predictions
-        Output of the model for each recording, (T,). [output]
+        Output of the model for each recording, (T,); empty without a model. [output]
     demands
-        Input that the inverse asks for at the measured output of each recording, (T,); None without an inverse.
-        [input]
+        Input that the inverse asks for at the measured output of each recording, (T,), where it was kept. [input]
     train, test
         Scores on fitted and on held-out samples; test is None when nothing was held out.
     inverse_percent
         RMS of the demand less the applied input on held-out samples; percent of the input's range. None without an
         inverse.
+    parameters
+        Number of identified values; zero weights do not count.
     seconds
         What the fit took, processor time of its thread. [s]
+    start
+        Memory before the first sample that was assumed.
     seed
         Of everything random; None for convex fits, which have nothing random.
+    reason
+        Why the family cannot fit this log, or fits it badly, in one sentence; empty if nothing stands against it.
+    no_inverse
+        Why there is no inverse.
+    tied
+        Whether the held-out error is within noise of the smallest one: on another log the order may turn.
 
     Examples
     --------
@@ -72,45 +81,95 @@ class FamilyFit:
     """
 
     family: str
-    model: LoopModel
-    recordings: tuple[Recording, ...]
-    predictions: tuple[Array, ...]
-    demands: tuple[Array, ...] | None
-    train: Score
-    test: Score | None
-    inverse_percent: float | None
-    seconds: float
-    seed: int | None
+    title: str
+    model: Any = None
+    recordings: tuple[Recording, ...] = ()
+    predictions: tuple[Array, ...] = ()
+    demands: tuple[Array, ...] | None = None
+    train: Score | None = None
+    test: Score | None = None
+    inverse_percent: float | None = None
+    parameters: int = 0
+    seconds: float = 0.0
+    start: str = ""
+    seed: int | None = None
+    reason: str = ""
+    no_inverse: str = ""
+    tied: bool = False
 
     def __repr__(self) -> str:
         """One line: family, error, inverse; arrays are attributes."""
-        error, where = (self.test or self.train).rmse_percent, "held out" if self.test is not None else "fitted"
+        where = "held out" if self.test is not None else "fitted"
         inverse = "an inverse" if self.invertible else "no inverse"
-        return f"<FamilyFit {self.family!r}: {error:.3g} % of range {where}, {inverse}>"
+        return f"<FamilyFit {self.family!r}: {self.error_percent:.3g} % of range {where}, {inverse}>"
 
     @property
     def invertible(self) -> bool:
-        """Whether the model has an inverse."""
-        return self.demands is not None
+        """Whether there is a model and it has an inverse."""
+        return self.model is not None and not self.no_inverse
 
     @property
-    def free_parameters(self) -> int:
-        """Number of identified values."""
-        return self.model.free_parameters
+    def judged(self) -> Score | None:
+        """The held-out score, or that of the fit if nothing was held out."""
+        return self.test if self.test is not None else self.train
+
+    @property
+    def error_percent(self) -> float:
+        """RMS error that counts, percent of the output's range; infinite without a model."""
+        return self.judged.rmse_percent if self.judged is not None else float("inf")
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the result as plain values."""
+        """Return the row as printed by ``dehyst compare --json``."""
         return {
-            "family": self.family,
+            "title": self.title,
             "test": None if self.test is None else self.test.as_dict(),
-            "train": self.train.as_dict(),
+            "train": None if self.train is None else self.train.as_dict(),
             "seconds": self.seconds,
-            "parameters": self.free_parameters,
+            "parameters": self.parameters,
             "invertible": self.invertible,
             "inverse_percent": self.inverse_percent,
-            "start": self.model.start,
+            "no_inverse": self.no_inverse,
+            "start": self.start,
             "seed": self.seed,
+            "tied": self.tied,
+            "reason": self.reason,
         }
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The samples on which every family is scored."""
+
+    records: tuple[Recording, ...]
+    parts: tuple[Part, Part]
+    output_range: float
+
+    def scored(self, family: str, model: Model, predictions: tuple[Array, ...], **more: Any) -> FamilyFit:
+        """Return the fit of a model by what it predicts."""
+        train, test = (score(self.records, predictions, part, self.output_range) for part in self.parts)
+        return FamilyFit(
+            family, title_of(family), model, self.records, predictions, train=train, test=test,
+            no_inverse=model.no_inverse, **more,
+        )  # fmt: skip
+
+    def identified(self, fit: Fit, seconds: float) -> FamilyFit:
+        """Return what was identified otherwise."""
+        curve = sum(each.v.size for each in fit.model.maps if each is not None) or 1
+        return self.scored(
+            fit.family, fit.model, fit.predictions, inverse_percent=fit.certificate.inverse_miss_percent,
+            parameters=fit.certificate.nonzero_weights + curve, seconds=seconds, start=fit.certificate.initial_state,
+        )  # fmt: skip
+
+    def curve_of(self, fit: Fit) -> FamilyFit:
+        """Return the curve without memory that every fit carries; it takes no time of its own."""
+        inputs, asked = [record.input for record in self.records], fit.static.inverse()
+        demands = tuple(asked.simulate(record.output) for record in self.records)
+        low, high = range_over(inputs)
+        missed = (self.parts[1] or self.parts[0]).moments(demands, inputs).rms
+        return self.scored(
+            "static", fit.static, tuple(fit.static.simulate(x) for x in inputs),
+            inverse_percent=100.0 * missed / (high - low), parameters=fit.static.curve.v.size,
+        )  # fmt: skip
 
 
 @takes_recordings
@@ -158,7 +217,7 @@ def identify_family(
     with single_blas():
         data = prepare(records, split_recordings(records, train_fraction))
         training = training_of(records, data, orientation_of(data), seed)
-        return fit_one(name, records, data, parts(records, data, "zero"), training)
+        return fit_one(name, Judge(records, parts(records, data, "zero"), data.output_range), data, training)
 
 
 def orientation_of(data: DataSet) -> str:
@@ -166,11 +225,9 @@ def orientation_of(data: DataSet) -> str:
     return facts.orientation(facts.branches(data)).name
 
 
-def fit_one(
-    name: str, records: tuple[Recording, ...], data: DataSet, part: tuple[Part, Part], training: Training
-) -> FamilyFit:
+def fit_one(name: str, judge: Judge, data: DataSet, training: Training) -> FamilyFit:
     """Fit a family to the training of prepared recordings."""
-    found = family(name)
+    found, records = family(name), judge.records
     begun = _time.thread_time()
     model = found.fit(training)
     seconds = _time.thread_time() - begun
@@ -178,22 +235,14 @@ def fit_one(
     if not all(np.all(np.isfinite(y)) for y in outputs):
         raise IdentificationError(f"the fitted {name} model diverges on the held-out part.", family=name)
     demands = None if model.no_inverse else demanded(model, records, data)
-    train = score(records, outputs, part[0], data.output_range)
-    assert train is not None
-    test = score(records, outputs, part[1], data.output_range)
-    error = None if demands is None else input_error(records, demands, part[1] if part[1] else part[0])
-    return FamilyFit(
-        family=name,
-        model=model.with_card(_card(model, records, train, test)),
-        recordings=records,
-        predictions=outputs,
-        demands=demands,
-        train=train,
-        test=test,
-        inverse_percent=None if error is None else error.rms_percent,
-        seconds=seconds,
+    error = None if demands is None else input_error(records, demands, judge.parts[1] or judge.parts[0])
+    fit = judge.scored(
+        name, model, outputs, demands=demands, inverse_percent=None if error is None else error.rms_percent,
+        parameters=model.free_parameters, seconds=seconds, start=model.start,
         seed=None if found.convex else training.seed,
-    )
+    )  # fmt: skip
+    assert fit.train is not None  # nothing is fitted to no samples
+    return replace(fit, model=model.with_card(_card(model, records, fit.train, fit.test)))
 
 
 def predicted(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -> tuple[Array, ...]:

@@ -28,6 +28,14 @@ MODULES = {
     "lugre": "dehyst.families.lugre",
 }
 BEST = "elements"  # the row that a log itself calls for
+TITLES = {  # of families that `dehyst.identification` knows
+    "static": "curve without memory",
+    "pi": "Prandtl-Ishlinskii (the paper)",
+    "pi-cumulative": "Prandtl-Ishlinskii, partial sums",
+    "modified-pi": "modified Prandtl-Ishlinskii",
+    "stop": "stop operators",
+    "direct-inverse": "direct inverse",
+}
 ROWS = (BEST, *(row.name for row in TABLE))  # of the one machine of elements: they share one record
 
 
@@ -90,6 +98,11 @@ def family(name: str) -> Family:
         found = import_module(MODULES[name]).FAMILY
     assert isinstance(found, Family)
     return found
+
+
+def title_of(name: str) -> str:
+    """Return how a family is written in tables, one of `dehyst.identification` or of this registry."""
+    return TITLES.get(name) or family(name).title
 
 
 def record_of(name: str) -> type[LoopModel]:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic, polynomial
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 
 _FIT = "fitted, see SETS"
 
@@ -28,17 +28,6 @@ _FIT = "fitted, see SETS"
 @dataclass(frozen=True)
 class AschemannSchindele(MuscleModel):
     """Polynomial map.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    a
-        Coefficients of the pull of pressure, lowest power first. [N/Pa]
-    b
-        Coefficients of the rubber, lowest power first. [N]
-    root
-        b_r, of the two-thirds power. [N]
 
     Raises
     ------
@@ -51,18 +40,16 @@ class AschemannSchindele(MuscleModel):
     [3043.0, 1454.0, 54.0]
     """
 
-    length: float = 0.4
-    a: tuple[float, ...] = (1036.8e-5, -237.8e-5, -35150e-5, 86649e-5)
-    b: tuple[float, ...] = (67.1, 20759.0, -214268.0, 939766.0, -1494522.0)
-    root: float = 0.0
+    length: float = parameter(0.4, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    a: tuple[float, ...] = parameter(
+        (1036.8e-5, -237.8e-5, -35150e-5, 86649e-5), "N/Pa", -10.0, 10.0, _FIT, "a_m, pull of pressure"
+    )
+    b: tuple[float, ...] = parameter(
+        (67.1, 20759.0, -214268.0, 939766.0, -1494522.0), "N", -1e8, 1e8, _FIT, "b_n, rubber"
+    )
+    root: float = parameter(0.0, "N", -1e6, 1e6, _FIT, "b_r, of the two-thirds power", False)
 
     name: ClassVar[str] = "aschemann-schindele"
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("a", "N/Pa", -10.0, 10.0, _FIT, "a_m, pull of pressure"),
-        Parameter("b", "N", -1e8, 1e8, _FIT, "b_n, rubber"),
-        Parameter("root", "N", -1e6, 1e6, _FIT, "b_r, of the two-thirds power", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-40-maker": "fitted to the maker's map of a DMSP-40, 25 N rms",
         "DMSP-40-bench": "fitted to Sarosi's map of a DMSP-40 on a bench, 8.5 N rms",

@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import Field, asdict, dataclass, field, fields, replace
+from inspect import cleandoc
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -59,6 +60,11 @@ class Parameter:
     source: str
     meaning: str
     fitted: bool = True
+
+
+def parameter(default: Any, *about: Any) -> Any:
+    """Return the field of a parameter, with what a `Parameter` says of it behind its name."""
+    return field(default=default, metadata={"about": about})
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +114,15 @@ class MuscleModel(ABC):
     PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
     SETS: ClassVar[Mapping[str, str]] = {}
     _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Collect what the fields say of the parameters, and write it into the docstring."""
+        told = [(name, entry.metadata["about"]) for name, entry in vars(cls).items() if isinstance(entry, Field)]
+        if told:
+            cls.PARAMETERS = tuple(Parameter(name, *about) for name, about in told)
+            head, _, rest = cleandoc(cls.__doc__ or "").partition("\n\n")
+            rows = "\n".join(f"{each.name}\n    {each.meaning}. [{each.unit}]" for each in cls.PARAMETERS)
+            cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{rest}"
 
     # -- what a model gives -------------------------------------------------------------------------------------------
 

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import Parameter
+from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Martens, Boblan 2017, found"
@@ -38,25 +38,6 @@ _PAPER = "Martens, Boblan 2017, found"
 @dataclass(frozen=True)
 class BoblanMartens(BraidedMuscle):
     """Boblan-Martens: geometry and a wall of rubber.
-
-    Parameters
-    ----------
-    length
-        L_0. [m]
-    diameter
-        D_0, at rest. [m]
-    angle
-        theta_0, below 54.7 degrees. [rad]
-    wall
-        H_0. [m]
-    c0
-        Of the modulus. [Pa]
-    c1
-        [Pa/m]
-    c2
-        [Pa/m^2]
-    c3
-        [Pa/m^3]
 
     Raises
     ------
@@ -72,26 +53,16 @@ class BoblanMartens(BraidedMuscle):
     [1445, 1022, 733]
     """
 
-    length: float = 0.3
-    diameter: float = 0.02
-    angle: float = math.radians(28.6) - 0.073
-    wall: float = 1.8e-3
-    c0: float = 93.232e6
-    c1: float = -715.29e6
-    c2: float = 1.5483e9
-    c3: float = -502.95e6
+    length: float = parameter(0.3, "m", 0.02, 10.0, _PAPER, "L_0, length at rest", False)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, _PAPER, "D_0, diameter at rest", False)
+    angle: float = parameter(math.radians(28.6) - 0.073, "rad", 0.12, 0.94, _PAPER, "theta_0, fibre angle at rest")
+    wall: float = parameter(1.8e-3, "m", 1e-4, 0.01, _PAPER, "H_0, thickness of the wall", False)
+    c0: float = parameter(93.232e6, "Pa", -1e10, 1e10, _PAPER, "modulus, constant")
+    c1: float = parameter(-715.29e6, "Pa/m", -1e11, 1e11, _PAPER, "modulus, linear")
+    c2: float = parameter(1.5483e9, "Pa/m^2", -1e12, 1e12, _PAPER, "modulus, square")
+    c3: float = parameter(-502.95e6, "Pa/m^3", -1e13, 1e13, _PAPER, "modulus, cube")
 
     name: ClassVar[str] = "boblan-martens"
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, _PAPER, "length at rest", False),
-        Parameter("diameter", "m", 2e-3, 0.2, _PAPER, "diameter at rest", False),
-        Parameter("angle", "rad", 0.12, 0.94, _PAPER, "fibre angle at rest"),
-        Parameter("wall", "m", 1e-4, 0.01, _PAPER, "H_0, thickness of the wall", False),
-        Parameter("c0", "Pa", -1e10, 1e10, _PAPER, "modulus, constant"),
-        Parameter("c1", "Pa/m", -1e11, 1e11, _PAPER, "modulus, linear"),
-        Parameter("c2", "Pa/m^2", -1e12, 1e12, _PAPER, "modulus, square"),
-        Parameter("c3", "Pa/m^3", -1e13, 1e13, _PAPER, "modulus, cube"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-20-300": f"{_PAPER}: 20 mm, 300 mm",
         "DMSP-10-250": f"{_PAPER}: 10 mm, 250 mm",

@@ -32,7 +32,7 @@ import numpy as np
 
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import Parameter
+from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import NEUTRAL, BraidedMuscle, contracting_angle
 
 _PAPER = "Chou, Hannaford 1996"
@@ -41,21 +41,6 @@ _PAPER = "Chou, Hannaford 1996"
 @dataclass(frozen=True)
 class ChouHannaford(BraidedMuscle):
     """Chou-Hannaford: geometry and a Coulomb band.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    diameter
-        D_0, at rest. [m]
-    angle
-        theta_0 between fibres and axis at rest, below 54.7 degrees. [rad]
-    wall
-        t. [m]
-    band
-        F_c, half height of the loop. [N]
-    presliding
-        Contraction over which the friction builds up after a reversal; numerical.
 
     Raises
     ------
@@ -70,23 +55,19 @@ class ChouHannaford(BraidedMuscle):
     True
     """
 
-    length: float = 0.2
-    diameter: float = 0.015
-    angle: float = math.radians(23.0)
-    wall: float = 0.0
-    band: float = 3.0
-    presliding: float = 1e-4
+    length: float = parameter(0.2, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    diameter: float = parameter(0.015, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
+    angle: float = parameter(
+        math.radians(23.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
+    )
+    wall: float = parameter(0.0, "m", 0.0, 0.01, f"{_PAPER}: option", "t, thickness of the wall")
+    band: float = parameter(3.0, "N", 0.0, 1e3, f"{_PAPER}, 2 to 5 N; own knowledge, low", "F_c, Coulomb friction")
+    presliding: float = parameter(
+        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
+    )
 
     name: ClassVar[str] = "chou-hannaford"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("diameter", "m", 2e-3, 0.2, "assumption: of the muscle at hand", "diameter at rest"),
-        Parameter("angle", "rad", 0.12, 0.94, "assumption: of the muscle at hand", "fibre angle at rest"),
-        Parameter("wall", "m", 0.0, 0.01, f"{_PAPER}: option", "thickness of the wall"),
-        Parameter("band", "N", 0.0, 1e3, f"{_PAPER}, 2 to 5 N; own knowledge, low", "F_c, Coulomb friction"),
-        Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "braid-15": "braided muscle of 15 mm: dimensions are assumptions, band 2 to 5 N (own knowledge, low)",
         "DMSP-40": "fibre geometry of a DMSP-40, 28.6 degrees and 40 mm (Martens, Boblan 2017, found); band 80 N "

@@ -35,7 +35,7 @@ import numpy as np
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import Parameter
+from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Davis, Caldwell 2006"
@@ -44,29 +44,6 @@ _PAPER = "Davis, Caldwell 2006"
 @dataclass(frozen=True)
 class DavisCaldwell(BraidedMuscle):
     """Davis-Caldwell: strands that lock and rub.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    diameter
-        D_0, at rest. [m]
-    angle
-        theta_0, below 54.7 degrees. [rad]
-    strands
-        N, of each direction.
-    strand
-        d, thickness of one. [m]
-    friction
-        mu.
-    contact
-        w, width of the contact in thicknesses.
-    exponent
-        e, 0 to 2/3.
-    reference_pressure
-        p_r. [Pa]
-    presliding
-        Contraction over which the friction builds up after a reversal; numerical.
 
     Raises
     ------
@@ -80,31 +57,25 @@ class DavisCaldwell(BraidedMuscle):
     7.0
     """
 
-    length: float = 0.3
-    diameter: float = 0.02
-    angle: float = math.radians(25.0)
-    strands: float = 60.0
-    strand: float = 3e-4
-    friction: float = 0.15
-    contact: float = 0.5
-    exponent: float = 0.0
-    reference_pressure: float = 3e5
-    presliding: float = 1e-4
+    length: float = parameter(0.3, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
+    angle: float = parameter(
+        math.radians(25.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
+    )
+    strands: float = parameter(60.0, "1", 2.0, 1000.0, "assumption: of the muscle at hand", "N, each way", False)
+    strand: float = parameter(3e-4, "m", 1e-5, 5e-3, "assumption: of the muscle at hand", "d, thickness", False)
+    friction: float = parameter(0.15, "1", 0.0, 2.0, f"{_PAPER}: 0.1 to 0.2 for nylon, low", "mu")
+    contact: float = parameter(
+        0.5, "1", 0.01, 1.0, "assumption: friction of 17 N at 3 bar", "w, width of contact", False
+    )
+    exponent: float = parameter(0.0, "1", 0.0, 2 / 3, "0: constant width; 2/3: Hertz", "e, of the pressure")
+    reference_pressure: float = parameter(3e5, "Pa", 1e4, 1e6, "assumption", "p_r", False)
+    presliding: float = parameter(
+        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
+    )
 
     name: ClassVar[str] = "davis-caldwell"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("diameter", "m", 2e-3, 0.2, "assumption: of the muscle at hand", "diameter at rest"),
-        Parameter("angle", "rad", 0.12, 0.94, "assumption: of the muscle at hand", "fibre angle at rest"),
-        Parameter("strands", "1", 2.0, 1000.0, "assumption: of the muscle at hand", "N, each way", False),
-        Parameter("strand", "m", 1e-5, 5e-3, "assumption: of the muscle at hand", "d, thickness", False),
-        Parameter("friction", "1", 0.0, 2.0, f"{_PAPER}: 0.1 to 0.2 for nylon, low", "mu"),
-        Parameter("contact", "1", 0.01, 1.0, "assumption: friction of 17 N at 3 bar", "w, width of contact", False),
-        Parameter("exponent", "1", 0.0, 2 / 3, "0: constant width; 2/3: Hertz", "e, of the pressure"),
-        Parameter("reference_pressure", "Pa", 1e4, 1e6, "assumption", "p_r", False),
-        Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "nylon": f"{_PAPER}: structure; dimensions are assumptions, friction 17 N at 3 bar",
         "hertz": f"{_PAPER}: structure; as nylon, contacts that widen with the power 2/3 of the pressure",

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 from dehyst.muscles.braid import conical_pull, contracting_angle
 
 _PAPER = "Kerscher and others 2006"
@@ -38,27 +38,6 @@ _RATE = 40.0
 @dataclass(frozen=True)
 class Kerscher(MuscleModel):
     """Kerscher: corrected geometry and a damper.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    radius
-        r_0. [m]
-    angle
-        alpha_0, below 54.7 degrees. [rad]
-    shape
-        epsilon_0.
-    shape_pressure
-        epsilon_1, what is added without pressure.
-    factor
-        mu_0.
-    factor_long
-        mu_1, what is added at rest length.
-    damping
-        d_0. [N s/m]
-    damping_pressure
-        d_1. [N s/(m Pa)]
 
     Raises
     ------
@@ -76,29 +55,20 @@ class Kerscher(MuscleModel):
     200
     """
 
-    length: float = 0.3
-    radius: float = 0.01
-    angle: float = math.radians(28.6)
-    shape: float = 1.3209
-    shape_pressure: float = 2.0
-    factor: float = 1.14795
-    factor_long: float = 0.44420
-    damping: float = 100.0
-    damping_pressure: float = 100e-5
+    length: float = parameter(0.3, "m", 0.02, 10.0, "DMSP-20-300", "l_0, length at rest", False)
+    radius: float = parameter(0.01, "m", 1e-3, 0.1, "DMSP-20", "r_0, radius at rest", False)
+    angle: float = parameter(
+        math.radians(28.6), "rad", 0.12, 0.94, "Martens, Boblan 2017", "theta_0, fibre angle at rest", False
+    )
+    shape: float = parameter(1.3209, "1", 0.5, 3.0, _FIT, "epsilon_0")
+    shape_pressure: float = parameter(2.0, "1", 0.0, 4.0, f"{_FIT}, bounded", "epsilon_1, without pressure")
+    factor: float = parameter(1.14795, "1", 0.1, 3.0, _FIT, "mu_0")
+    factor_long: float = parameter(0.44420, "1", -1.0, 3.0, _FIT, "mu_1, at rest length")
+    damping: float = parameter(100.0, "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "d_0")
+    damping_pressure: float = parameter(100e-5, "N s/(m Pa)", 0.0, 0.1, f"{_PAPER}, size low: calibrate", "d_1")
 
     name: ClassVar[str] = "kerscher"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "DMSP-20-300", "length at rest", False),
-        Parameter("radius", "m", 1e-3, 0.1, "DMSP-20", "radius at rest", False),
-        Parameter("angle", "rad", 0.12, 0.94, "Martens, Boblan 2017", "fibre angle at rest", False),
-        Parameter("shape", "1", 0.5, 3.0, _FIT, "epsilon_0"),
-        Parameter("shape_pressure", "1", 0.0, 4.0, f"{_FIT}, bounded", "epsilon_1, without pressure"),
-        Parameter("factor", "1", 0.1, 3.0, _FIT, "mu_0"),
-        Parameter("factor_long", "1", -1.0, 3.0, _FIT, "mu_1, at rest length"),
-        Parameter("damping", "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "d_0"),
-        Parameter("damping_pressure", "N s/(m Pa)", 0.0, 0.1, f"{_PAPER}, size low: calibrate", "d_1"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-20": f"{_PAPER}: structure; factors {_FIT}, 79 N rms; damper 400 N s/m at 3 bar, low",
         "DMSP-40": f"{_PAPER}: structure; factors fitted to the maker's map of a DMSP-40 where it pulls, 180 N rms; "

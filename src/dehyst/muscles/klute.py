@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import Parameter
+from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import BraidedMuscle, contracting_angle
 
 _PAPER = "Klute, Czerniecki, Hannaford 2002"
@@ -40,25 +40,6 @@ _PAPER = "Klute, Czerniecki, Hannaford 2002"
 @dataclass(frozen=True)
 class Klute(BraidedMuscle):
     """Klute: braid, hyperelastic bladder, hydraulic damper, Hill's law.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    diameter
-        D_0, at rest. [m]
-    angle
-        theta_0, below 54.7 degrees. [rad]
-    wall
-        Thickness of the bladder. [m]
-    c10, c01
-        Mooney-Rivlin. [Pa]
-    damper
-        c. [N s^2/m^2]
-    hill_ratio
-        alpha = a/F_0.
-    hill_speed
-        b, 0 for none. [m/s]
 
     Raises
     ------
@@ -72,29 +53,28 @@ class Klute(BraidedMuscle):
     True
     """
 
-    length: float = 0.2
-    diameter: float = 0.02
-    angle: float = math.radians(20.0)
-    wall: float = 1.6e-3
-    c10: float = 118.4e3
-    c01: float = 105.7e3
-    damper: float = 2000.0
-    hill_ratio: float = 0.25
-    hill_speed: float = 0.0
+    length: float = parameter(0.2, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
+    angle: float = parameter(
+        math.radians(20.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
+    )
+    wall: float = parameter(
+        1.6e-3, "m", 0.0, 0.01, "Klute, Hannaford 2000: 1/16 inch of latex; own knowledge, low", "bladder"
+    )
+    c10: float = parameter(
+        118.4e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_10 of the bladder"
+    )
+    c01: float = parameter(
+        105.7e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_01 of the bladder"
+    )
+    damper: float = parameter(
+        2000.0, "N s^2/m^2", 0.0, 1e6, f"{_PAPER}, structure; size low: calibrate", "c of the orifice"
+    )
+    hill_ratio: float = parameter(0.25, "1", 0.05, 1.0, f"{_PAPER} and Hill 1938: 0.25, high", "alpha = a/F_0")
+    hill_speed: float = parameter(0.0, "m/s", 0.0, 10.0, "assumption: v_max a/F_0 of the muscle", "b, 0 for none")
 
     name: ClassVar[str] = "klute"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("diameter", "m", 2e-3, 0.2, "assumption: of the muscle at hand", "diameter at rest"),
-        Parameter("angle", "rad", 0.12, 0.94, "assumption: of the muscle at hand", "fibre angle at rest"),
-        Parameter("wall", "m", 0.0, 0.01, "Klute, Hannaford 2000: 1/16 inch of latex; own knowledge, low", "bladder"),
-        Parameter("c10", "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_10 of the bladder"),
-        Parameter("c01", "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_01 of the bladder"),
-        Parameter("damper", "N s^2/m^2", 0.0, 1e6, f"{_PAPER}, structure; size low: calibrate", "c of the orifice"),
-        Parameter("hill_ratio", "1", 0.05, 1.0, f"{_PAPER} and Hill 1938: 0.25, high", "alpha = a/F_0"),
-        Parameter("hill_speed", "m/s", 0.0, 10.0, "assumption: v_max a/F_0 of the muscle", "b, 0 for none"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "triceps": f"{_PAPER}: actuator with a damper in parallel; dimensions and c are assumptions (low)",
         "bare": f"{_PAPER}: actuator alone, independent of speed",

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 
 _BOLEN = "maker's tool as fitted by Bolen, found"
 
@@ -30,27 +30,6 @@ _BOLEN = "maker's tool as fitted by Bolen, found"
 @dataclass(frozen=True)
 class Maker(MuscleModel):
     """Map of the maker's tool.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    force
-        F_infinity. [N]
-    length_rate
-        c, 0 where the force does not depend on the length. [1/m]
-    end_length
-        l_e. [m]
-    passive
-        a_0.
-    decay
-        a_1.
-    bell
-        a_3.
-    contraction
-        kappa_m, the largest one.
-    reference_pressure
-        p_r. [Pa]
 
     Raises
     ------
@@ -63,28 +42,17 @@ class Maker(MuscleModel):
     [3096.0, 1469.0, 65.0]
     """
 
-    length: float = 0.4
-    force: float = 6398.4
-    length_rate: float = 0.0
-    end_length: float = 0.0
-    passive: float = 0.122366
-    decay: float = 10.47143
-    bell: float = 2.023288
-    contraction: float = 0.25
-    reference_pressure: float = 620e3
+    length: float = parameter(0.4, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    force: float = parameter(6398.4, "N", 10.0, 1e5, _BOLEN, "F_infinity, scale of all forces")
+    length_rate: float = parameter(0.0, "1/m", 0.0, 100.0, _BOLEN, "c, how the force grows with the length", False)
+    end_length: float = parameter(0.0, "m", 0.0, 0.1, _BOLEN, "l_e, length that does not pull", False)
+    passive: float = parameter(0.122366, "1", 0.0, 2.0, _BOLEN, "a_0, share that rubber takes")
+    decay: float = parameter(10.47143, "1", 0.1, 40.0, _BOLEN, "a_1, how soon it does so")
+    bell: float = parameter(2.023288, "1", 0.0, 10.0, _BOLEN, "a_3, how the pull of pressure falls")
+    contraction: float = parameter(0.25, "1", 0.05, 0.5, _BOLEN, "kappa_m, largest contraction", False)
+    reference_pressure: float = parameter(620e3, "Pa", 1e4, 1e6, _BOLEN, "p_r", False)
 
     name: ClassVar[str] = "maker"
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("force", "N", 10.0, 1e5, _BOLEN, "F_infinity, scale of all forces"),
-        Parameter("length_rate", "1/m", 0.0, 100.0, _BOLEN, "c, how the force grows with the length", False),
-        Parameter("end_length", "m", 0.0, 0.1, _BOLEN, "l_e, length that does not pull", False),
-        Parameter("passive", "1", 0.0, 2.0, _BOLEN, "a_0, share that rubber takes"),
-        Parameter("decay", "1", 0.1, 40.0, _BOLEN, "a_1, how soon it does so"),
-        Parameter("bell", "1", 0.0, 10.0, _BOLEN, "a_3, how the pull of pressure falls"),
-        Parameter("contraction", "1", 0.05, 0.5, _BOLEN, "kappa_m, largest contraction", False),
-        Parameter("reference_pressure", "Pa", 1e4, 1e6, _BOLEN, "p_r", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-40": f"{_BOLEN}; length independent",
         "DMSP-20": f"{_BOLEN}; force grows with the length",

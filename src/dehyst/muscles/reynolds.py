@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, strictly_increasing
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 
 _FIRST = "Reynolds and others 2003, 207 to 621 kPa; own knowledge, high"
 _SECOND = "Serres and others 2009, 150 to 550 kPa; found"
@@ -32,19 +32,6 @@ _SECOND = "Serres and others 2009, 150 to 550 kPa; found"
 @dataclass(frozen=True)
 class Reynolds(MuscleModel):
     """Reynolds: force, spring and damper that depend on the pressure.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    pressures
-        Knots, (n,), increasing. [Pa]
-    force
-        F_ce at the knots, (n,). [N]
-    stiffness
-        K at the knots, (n,). [N/m]
-    contracting, relaxing
-        B at the knots, (n,) each. [N s/m]
 
     Raises
     ------
@@ -58,24 +45,24 @@ class Reynolds(MuscleModel):
     [467, 1042]
     """
 
-    length: float = 0.3
-    pressures: tuple[float, ...] = (207e3, 621e3)
-    force: tuple[float, ...] = (179.2 + 1.39 * 207, 179.2 + 1.39 * 621)
-    stiffness: tuple[float, ...] = (5710 + 30.7 * 207, 5710 + 30.7 * 621)
-    contracting: tuple[float, ...] = (1010 + 6.91 * 207, 1010 + 6.91 * 621)
-    relaxing: tuple[float, ...] = (600 - 0.803 * 207, 600 - 0.803 * 621)
+    length: float = parameter(0.3, "m", 0.02, 10.0, "assumption: not published", "l_0, length at rest", False)
+    pressures: tuple[float, ...] = parameter((207e3, 621e3), "Pa", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "knots", False)
+    force: tuple[float, ...] = parameter(
+        (179.2 + 1.39 * 207, 179.2 + 1.39 * 621), "N", -1e4, 1e5, f"{_FIRST}; {_SECOND}", "F_ce at the knots"
+    )
+    stiffness: tuple[float, ...] = parameter(
+        (5710 + 30.7 * 207, 5710 + 30.7 * 621), "N/m", 0.0, 1e7, f"{_FIRST}; {_SECOND}", "K at the knots"
+    )
+    contracting: tuple[float, ...] = parameter(
+        (1010 + 6.91 * 207, 1010 + 6.91 * 621), "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, contraction"
+    )
+    relaxing: tuple[float, ...] = parameter(
+        (600 - 0.803 * 207, 600 - 0.803 * 621), "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, relaxation"
+    )
 
     name: ClassVar[str] = "reynolds"
     dynamic: ClassVar[bool] = True
     affine_in_pressure: ClassVar[bool] = False
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: not published", "length at rest", False),
-        Parameter("pressures", "Pa", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "knots", False),
-        Parameter("force", "N", -1e4, 1e5, f"{_FIRST}; {_SECOND}", "F_ce at the knots"),
-        Parameter("stiffness", "N/m", 0.0, 1e7, f"{_FIRST}; {_SECOND}", "K at the knots"),
-        Parameter("contracting", "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, contraction"),
-        Parameter("relaxing", "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, relaxation"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {"original": _FIRST, "serres": _SECOND}
     _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "original": {},

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 
 _BENCH = "bench fit of a DMSP-40 of 1 m, repository droll23/Semester_project, found"
 _PAPER = "Sarosi, found in ModelComparison2.m, bar and per cent converted"
@@ -37,21 +37,6 @@ def _converted(length: float, a: float, b: float, c: float, d: float, e: float, 
 class Sarosi(MuscleModel):
     """Exponential map with six parameters.
 
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    a1
-        [N/Pa]
-    a2
-        [N]
-    a3
-        Of the contraction, negative.
-    a4, a5
-        [N/Pa]
-    a6
-        [N]
-
     Raises
     ------
     ParameterError
@@ -63,24 +48,15 @@ class Sarosi(MuscleModel):
     [2673.0, 1342.0, 420.0]
     """
 
-    length: float = 1.0
-    a1: float = 0.0002
-    a2: float = 369.27
-    a3: float = -37.51
-    a4: float = -0.0304
-    a5: float = 0.0093
-    a6: float = -546.02
+    length: float = parameter(1.0, "m", 0.02, 10.0, _BENCH, "l_0, length at rest", False)
+    a1: float = parameter(0.0002, "N/Pa", -0.1, 0.1, _BENCH, "pressure, where the muscle is long")
+    a2: float = parameter(369.27, "N", -1e4, 1e4, _BENCH, "rubber, where the muscle is long")
+    a3: float = parameter(-37.51, "1", -200.0, -1.0, _BENCH, "rate of the exponential")
+    a4: float = parameter(-0.0304, "N/Pa", -1.0, 0.0, _BENCH, "pull of pressure lost with contraction")
+    a5: float = parameter(0.0093, "N/Pa", 0.0, 0.1, _BENCH, "pull of pressure")
+    a6: float = parameter(-546.02, "N", -1e4, 1e4, _BENCH, "rubber")
 
     name: ClassVar[str] = "sarosi"
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, _BENCH, "length at rest", False),
-        Parameter("a1", "N/Pa", -0.1, 0.1, _BENCH, "pressure, where the muscle is long"),
-        Parameter("a2", "N", -1e4, 1e4, _BENCH, "rubber, where the muscle is long"),
-        Parameter("a3", "1", -200.0, -1.0, _BENCH, "rate of the exponential"),
-        Parameter("a4", "N/Pa", -1.0, 0.0, _BENCH, "pull of pressure lost with contraction"),
-        Parameter("a5", "N/Pa", 0.0, 0.1, _BENCH, "pull of pressure"),
-        Parameter("a6", "N", -1e4, 1e4, _BENCH, "rubber"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-40-bench": _BENCH,
         "DMSP-40-installed": f"{_BENCH}; forces divided by 1.612, as its authors do for the muscles in use",

@@ -31,7 +31,7 @@ import numpy as np
 
 from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle
 
 _PAPER = "Tondu, Lopez 2000"
@@ -40,25 +40,6 @@ _PAPER = "Tondu, Lopez 2000"
 @dataclass(frozen=True)
 class TonduLopez(MuscleModel):
     """Tondu-Lopez: geometry with conical ends, strand friction in proportion to pressure.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    radius
-        r_0, at rest. [m]
-    angle
-        alpha_0 between fibres and axis at rest, below 54.7 degrees. [rad]
-    shape
-        k_e, of the conical ends.
-    shape_pressure
-        k_p, what k is more without pressure; 0 for a constant k.
-    friction_static, friction_kinetic
-        f_s and f_k, coefficients of friction.
-    friction_speed
-        v_s, over which one goes into the other. [m/s]
-    presliding
-        Contraction over which the friction builds up after a reversal; numerical.
 
     Raises
     ------
@@ -74,29 +55,22 @@ class TonduLopez(MuscleModel):
     True
     """
 
-    length: float = 0.34
-    radius: float = 0.0095
-    angle: float = math.radians(20.0)
-    shape: float = 1.3
-    shape_pressure: float = 0.0
-    friction_static: float = 0.015
-    friction_kinetic: float = 0.0075
-    friction_speed: float = 0.15
-    presliding: float = 1e-4
+    length: float = parameter(0.34, "m", 0.01, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    radius: float = parameter(0.0095, "m", 1e-3, 0.1, f"{_PAPER}, own knowledge, medium", "r_0, radius at rest")
+    angle: float = parameter(
+        math.radians(20.0), "rad", 0.12, 0.94, f"{_PAPER}, own knowledge, medium", "alpha_0, fibre angle at rest"
+    )
+    shape: float = parameter(1.3, "1", 0.8, 2.0, f"{_PAPER}: 1.25 to 1.35", "k_e of the conical ends")
+    shape_pressure: float = parameter(0.0, "1", 0.0, 2.0, f"{_PAPER}, refined k(p)", "k_p, falling with pressure")
+    friction_static: float = parameter(0.015, "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_s")
+    friction_kinetic: float = parameter(0.0075, "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_k")
+    friction_speed: float = parameter(0.15, "m/s", 1e-3, 10.0, "LAAS code, low", "v_s")
+    presliding: float = parameter(
+        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
+    )
 
     name: ClassVar[str] = "tondu-lopez"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.01, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("radius", "m", 1e-3, 0.1, f"{_PAPER}, own knowledge, medium", "radius at rest"),
-        Parameter("angle", "rad", 0.12, 0.94, f"{_PAPER}, own knowledge, medium", "fibre angle at rest"),
-        Parameter("shape", "1", 0.8, 2.0, f"{_PAPER}: 1.25 to 1.35", "k_e of the conical ends"),
-        Parameter("shape_pressure", "1", 0.0, 2.0, f"{_PAPER}, refined k(p)", "k_p, falling with pressure"),
-        Parameter("friction_static", "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_s"),
-        Parameter("friction_kinetic", "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_k"),
-        Parameter("friction_speed", "m/s", 1e-3, 10.0, "LAAS code, low", "v_s"),
-        Parameter("presliding", "1", 1e-6, 0.05, "assumption, numerical", "slip strain", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "rubber-rayon": "Tondu, Lopez 2000: structure; numbers own knowledge, low confidence",
         "DMSP-40": "geometry of 40 mm and 25 degrees; k fitted to the maker's map from 0.5 to 6 bar, 250 N rms; "

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from dehyst.muscles.arithmetic import Arithmetic
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle
 
 _PAPER = "Tondu, Zagal 2006"
@@ -31,23 +31,6 @@ _PAPER = "Tondu, Zagal 2006"
 @dataclass(frozen=True)
 class TonduZagal(MuscleModel):
     """Tondu-Zagal: geometry and a friction of the speed.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    radius
-        r_0, at rest. [m]
-    angle
-        alpha_0, below 54.7 degrees. [rad]
-    shape
-        k of the conical ends.
-    drag
-        a, friction at high speed. [N]
-    drag_speed
-        b. [m/s]
-    viscosity
-        B. [N s/m]
 
     Raises
     ------
@@ -61,25 +44,16 @@ class TonduZagal(MuscleModel):
     1500.0
     """
 
-    length: float = 0.34
-    radius: float = 0.0095
-    angle: float = math.radians(20.0)
-    shape: float = 1.3
-    drag: float = 300.0
-    drag_speed: float = 0.2
-    viscosity: float = 0.0
+    length: float = parameter(0.34, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    radius: float = parameter(0.0095, "m", 1e-3, 0.1, "as tondu-lopez", "r_0, radius at rest")
+    angle: float = parameter(math.radians(20.0), "rad", 0.12, 0.94, "as tondu-lopez", "theta_0, fibre angle at rest")
+    shape: float = parameter(1.3, "1", 0.8, 2.0, "as tondu-lopez", "k of the conical ends")
+    drag: float = parameter(300.0, "N", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "a, friction at high speed")
+    drag_speed: float = parameter(0.2, "m/s", 1e-3, 10.0, f"{_PAPER}, size low: calibrate", "b")
+    viscosity: float = parameter(0.0, "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "B")
 
     name: ClassVar[str] = "tondu-zagal"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "assumption: of the muscle at hand", "length at rest", False),
-        Parameter("radius", "m", 1e-3, 0.1, "as tondu-lopez", "radius at rest"),
-        Parameter("angle", "rad", 0.12, 0.94, "as tondu-lopez", "fibre angle at rest"),
-        Parameter("shape", "1", 0.8, 2.0, "as tondu-lopez", "k of the conical ends"),
-        Parameter("drag", "N", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "a"),
-        Parameter("drag_speed", "m/s", 1e-3, 10.0, f"{_PAPER}, size low: calibrate", "b"),
-        Parameter("viscosity", "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "B"),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "rayon": f"{_PAPER}: law of the rayon braid; a = 25 % of the force at 3 bar and b = 0.2 m/s, low",
         "iron": f"{_PAPER}: law of the iron braid; B = 50 N s/m is an assumption",

@@ -33,7 +33,7 @@ import numpy.typing as npt
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import Array, parameter_array, strictly_increasing
 from dehyst.muscles.arithmetic import Arithmetic, polynomial
-from dehyst.muscles.base import MuscleModel, Parameter
+from dehyst.muscles.base import MuscleModel, parameter
 
 _FIT = "fitted to the map of Martens, Boblan 2017"
 
@@ -47,12 +47,6 @@ def _exponential(size: float, scale: float, elements: int) -> tuple[tuple[float,
 
 def slips(strains: npt.ArrayLike, forces: npt.ArrayLike) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return slip strains and slip forces (n,) of the elements whose first curve from rest is a given one.
-
-    Parameters
-    ----------
-    strains, forces
-        Points (n,) of the first curve, both increasing from the first point after rest; between them it is straight,
-        after the last one it is level. Slopes must not rise.
 
     Raises
     ------
@@ -121,25 +115,27 @@ class VoMinh(MuscleModel):
     [0.0, 20.0, -20.0]
     """
 
-    length: float = 0.3
-    a: tuple[float, ...] = (2.749018e-3, -9.918849e-3, 2.930764e-3, 1.1262257e-2)
-    b: tuple[float, ...] = (16.3675, 8025.2178, -67429.564, 175247.5)
-    slip_strains: tuple[float, ...] = _STRAINS
-    slip_forces: tuple[float, ...] = _FORCES
-    pressure_share: float = 0.0
-    reference_pressure: float = 3e5
+    length: float = parameter(0.3, "m", 0.02, 10.0, "DMSP-20-300", "l_0, length at rest", False)
+    a: tuple[float, ...] = parameter(
+        (2.749018e-3, -9.918849e-3, 2.930764e-3, 1.1262257e-2),
+        "N/Pa",
+        -1.0,
+        1.0,
+        _FIT,
+        "a_j, isometric pull of pressure",
+    )
+    b: tuple[float, ...] = parameter(
+        (16.3675, 8025.2178, -67429.564, 175247.5), "N", -1e7, 1e7, _FIT, "b_j, isometric force of the rubber"
+    )
+    slip_strains: tuple[float, ...] = parameter(_STRAINS, "1", 1e-6, 0.3, "assumption", "d_i of the elements", False)
+    slip_forces: tuple[float, ...] = parameter(
+        _FORCES, "N", 0.0, 1e4, "assumption: 20 N together, 1.4 % of the largest force", "W_i"
+    )
+    pressure_share: float = parameter(0.0, "1", 0.0, 1.0, "0: Vo-Minh; 1: Tondu, Lopez; low", "sigma")
+    reference_pressure: float = parameter(3e5, "Pa", 1e4, 1e6, "assumption", "p_r", False)
 
     name: ClassVar[str] = "vo-minh"
     dynamic: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("length", "m", 0.02, 10.0, "DMSP-20-300", "length at rest", False),
-        Parameter("a", "N/Pa", -1.0, 1.0, _FIT, "a_j, isometric pull of pressure"),
-        Parameter("b", "N", -1e7, 1e7, _FIT, "b_j, isometric force of the rubber"),
-        Parameter("slip_strains", "1", 1e-6, 0.3, "assumption", "d_i of the elements", False),
-        Parameter("slip_forces", "N", 0.0, 1e4, "assumption: 20 N together, 1.4 % of the largest force", "W_i"),
-        Parameter("pressure_share", "1", 0.0, 1.0, "0: Vo-Minh; 1: Tondu, Lopez; low", "sigma"),
-        Parameter("reference_pressure", "Pa", 1e4, 1e6, "assumption", "p_r", False),
-    )
     SETS: ClassVar[Mapping[str, str]] = {
         "DMSP-20": f"Vo-Minh and others: structure, friction independent of pressure; isometric force {_FIT}",
         "DMSP-20-pressure": "the same, friction in proportion to the pressure",

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.families.comparison import POOR, Comparison
-from dehyst.families.entry import Entry
+from dehyst.families.fitting import FamilyFit
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
 from dehyst.identification.fit import Score
@@ -130,12 +130,12 @@ def _errors(found: Comparison) -> Panel:
     return Panel("Error on held-out loops", partial(_draw_errors, shown), says(f"Bars: {words}."), tall)
 
 
-def _misses(found: Comparison, rival: Entry) -> Panel:
+def _misses(found: Comparison, rival: FamilyFit) -> Panel:
     words = says(f"Error of {found.chosen.family} and {rival.family} over the input.")
     return Panel("Error over the input", partial(_draw_misses, found, rival), words)
 
 
-def _beside(found: Comparison) -> Entry:
+def _beside(found: Comparison) -> FamilyFit:
     """What is drawn beside the best one: what identify chooses, or the next one if that is the best."""
     if found.chosen.family != found.auto.family:
         return found.auto_entry
@@ -143,7 +143,7 @@ def _beside(found: Comparison) -> Entry:
     return others[0] if others else found.chosen
 
 
-def _draw_errors(shown: list[Entry], axes: Axes) -> None:
+def _draw_errors(shown: list[FamilyFit], axes: Axes) -> None:
     place = np.arange(len(shown))
     error = np.array([entry.error_percent for entry in shown])
     edge = min(float(error.max()), max(CUT * float(error.min()), 1e-12)) or 1.0
@@ -165,7 +165,7 @@ def _draw_errors(shown: list[Entry], axes: Axes) -> None:
     axes.set_xlabel("RMS error on held-out loops [% of range]")
 
 
-def _draw_loop(found: Comparison, rival: Entry, axes: Axes) -> None:
+def _draw_loop(found: Comparison, rival: FamilyFit, axes: Axes) -> None:
     k = int(np.argmax([mask.sum() for mask in found.masks]))
     record, mask = found.recordings[k], found.masks[k]
     x, y = record.input, record.output
@@ -180,7 +180,7 @@ def _draw_loop(found: Comparison, rival: Entry, axes: Axes) -> None:
     add_legend(axes)
 
 
-def _draw_misses(found: Comparison, rival: Entry, axes: Axes) -> None:
+def _draw_misses(found: Comparison, rival: FamilyFit, axes: Axes) -> None:
     k = int(np.argmax([mask.sum() for mask in found.masks]))
     record, mask = found.recordings[k], found.masks[k]
     drawn = [(entry, token) for entry, token in ((rival, TEST), (found.chosen, MODEL)) if entry.predictions]
