@@ -109,6 +109,11 @@ class FamilyFit:
         return self.model is not None and not self.no_inverse
 
     @property
+    def free_parameters(self) -> int:
+        """Number of identified values."""
+        return self.parameters
+
+    @property
     def judged(self) -> Score | None:
         """The held-out score, or that of the fit if nothing was held out."""
         return self.test if self.test is not None else self.train

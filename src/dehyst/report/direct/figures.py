@@ -8,150 +8,37 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.identification.direct import DirectFit
-from dehyst.loops import turning_points
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
+from dehyst.report.figures.candidates import candidates_figure
+from dehyst.report.figures.loop import draw_parts, loop_figure
 from dehyst.report.figures.panel import (
     Axes,
     Figure,
     Panel,
     add_legend,
     draw_path,
-    draw_series,
     label_axes,
     legend_label,
     path_of,
     says,
-    time_of,
 )
+from dehyst.report.figures.residual import residual_figure
 from dehyst.report.text import count, number, with_unit
-from dehyst.report.theme import CYCLE, GRID, INK, MODEL, MUTED, OTHER, STATIC, TEST, TRAIN, Token
+from dehyst.report.theme import CYCLE, INK, MODEL, MUTED, OTHER, STATIC, TRAIN
 from dehyst.report.thin import Window
 from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-MAXIMUM_BARS = 10
-# Logs of which each gets a panel.
-MAXIMUM_PANELS = 4
-# Over time more loops than this are a solid band; then only the last ones are drawn.
-LOOPS_OVER_TIME, LOOPS_SHOWN = 14, 6
-
 
 def direct_figures(fit: DirectFit) -> tuple[Figure, ...]:
     """Return the figures of the report, in order."""
-    figures = (_loop(fit), _residual(fit), _forward(fit), _weights(fit), _against(fit), _candidates(fit))
-    return tuple(figure for figure in figures if figure is not None)
-
-
-def _parts(fit: DirectFit, i: int) -> tuple[tuple[Mask, str, Token], ...]:
-    train, test = fit.train_masks[i], fit.test_masks[i]
-    named = ((~(train | test), "not scored", OTHER), (train, "fitted", TRAIN), (test, "held out", TEST))
-    return tuple(part for part in named if part[0].any())
-
-
-def _draw_parts(fit: DirectFit, i: int, x: Array, y: Array, window: Window, axes: Axes) -> None:
-    recording = fit.recordings[i]
-    for mask, name, token in _parts(fit, i):
-        width = 2.0 if token is TEST else 3.0
-        draw_path(
-            axes, path_of(recording, x), path_of(recording, y, mask), window, token, label=name, width=width, alpha=0.6
-        )
-
-
-def _loop(fit: DirectFit) -> Figure:
-    first = fit.recordings[0]
-    shown = min(len(fit.recordings), MAXIMUM_PANELS)
-    panels = [
-        Panel(
-            "Input over output" if len(fit.recordings) == 1 else fit.recordings[i].name,
-            partial(_draw_loop, fit, i),
-            says(f"Loop of {first.input_label} over {first.output_label} with what the model asks for over it."),
-        )
-        for i in range(shown)
-    ]
-    caption = (
-        "The loop seen from the compensator: output across, the input that it took up. The thin dark line is the input "
-        "that the model asks for at the measured output."
-    )
-    if np.any([mask.any() for mask in fit.test_masks]):
-        caption += " It was identified from the blue part alone; the orange part was held out."
-    if len(fit.recordings) == 1:
-        begin = _last_loops(first)
-        title = "The same over time" + ("" if begin == 0 else f", last {LOOPS_SHOWN} loops")
-        panels.append(
-            Panel(title, partial(_draw_time, fit, begin), says(f"{first.input_label} over time, with model."))
-        )
-    return Figure("loop", "The loop, from output to input", caption, tuple(panels))
-
-
-def _last_loops(rec: Recording) -> int:
-    """First sample to draw over time: many loops would be a solid band."""
-    points = turning_points(rec.output)
-    return 0 if points.size <= 2 * LOOPS_OVER_TIME else int(points[-2 * LOOPS_SHOWN - 2])
-
-
-def _draw_time(fit: DirectFit, begin: int, axes: Axes) -> None:
-    rec = fit.recordings[0]
-    t, label = time_of(rec)
-    inside = np.arange(len(rec)) >= begin
-    window = Window.around((t[inside], rec.input[inside]), (t[inside], fit.predictions[0][inside]))
-    label_axes(axes, window, label, rec.input_label)
-    for mask, name, token in _parts(fit, 0):
-        if (mask & inside).any():
-            draw_series(axes, path_of(rec, t), path_of(rec, rec.input, mask & inside), token, label=name, width=2.4)
-    asked = path_of(rec, fit.predictions[0], inside)
-    draw_series(axes, path_of(rec, t), asked, MODEL, label="model", width=0.8, order=3)
-    add_legend(axes)
-
-
-def _draw_loop(fit: DirectFit, i: int, axes: Axes) -> None:
-    rec = fit.recordings[i]
-    window = Window.around((rec.output, rec.input), (rec.output, fit.predictions[i]))
-    label_axes(axes, window, rec.output_label, rec.input_label)
-    _draw_parts(fit, i, rec.output, rec.input, window, axes)
-    asked = path_of(rec, fit.predictions[i])
-    draw_path(
-        axes, path_of(rec, rec.output), asked, window, MODEL, label="model", width=0.9, outline=True, order=3
+    figures = (
+        loop_figure(fit), residual_figure(fit), _forward(fit), _weights(fit), _against(fit), candidates_figure(fit),
     )  # fmt: skip
-    add_legend(axes)
-
-
-def _residual(fit: DirectFit) -> Figure:
-    first = fit.recordings[0]
-    score = fit.judged
-    caption = (
-        f"Input applied less input asked for. The band is ± the RMSE, {with_unit(score.rmse, first.input_unit)} "
-        f"({number(score.rmse_percent)} % of the input's range). A trend over time means drift or slow creep; what is "
-        f"left as a loop over the output is what none of the terms can show."
-    )
-    return Figure(
-        "residual",
-        "Error of the input",
-        caption,
-        (
-            Panel("Over time", partial(_draw_error, fit, score.rmse, True), says("Error of the input over time.")),
-            Panel("Over output", partial(_draw_error, fit, score.rmse, False), says("Error of the input over output.")),
-        ),
-    )
-
-
-def _draw_error(fit: DirectFit, rmse: float, over_time: bool, axes: Axes) -> None:
-    rec, left = fit.recordings[0], fit.recordings[0].input - fit.predictions[0]
-    across, label = time_of(rec) if over_time else (rec.output, rec.output_label)
-    at = across[:1]
-    window = Window.around((across, left), (at, np.array([-rmse])), (at, np.array([rmse])))
-    unit = f" [{rec.input_unit}]" if rec.input_unit else f" of {rec.input_name}"
-    label_axes(axes, window, label, f"error{unit}")
-    axes.axhspan(-rmse, rmse, color=GRID.light, lw=0, zorder=0.5)
-    axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
-    for mask, name, token in _parts(fit, 0):
-        if over_time:
-            draw_series(axes, path_of(rec, across), path_of(rec, left, mask), token, label=name, width=0.9)
-        else:
-            draw_path(axes, path_of(rec, across), path_of(rec, left, mask), window, token, label=name, width=0.9)
-    add_legend(axes)
+    return tuple(figure for figure in figures if figure is not None)
 
 
 def _forward(fit: DirectFit) -> Figure:
@@ -174,7 +61,7 @@ def _draw_forward(fit: DirectFit, axes: Axes) -> None:
     rec = fit.recordings[0]
     window = Window.around((rec.input, rec.output), (rec.input, fit.outputs[0]))
     label_axes(axes, window, rec.input_label, rec.output_label)
-    _draw_parts(fit, 0, rec.input, rec.output, window, axes)
+    draw_parts(fit, 0, (rec.input, rec.output), window, axes)
     said = path_of(rec, fit.outputs[0])
     draw_path(axes, path_of(rec, rec.input), said, window, MODEL, label="model", width=0.9, outline=True, order=3)
     add_legend(axes)
@@ -301,34 +188,3 @@ def _bars(axes: Axes, rows: int, label: str) -> None:
     axes.spines["left"].set_visible(False)
     axes.locator_params(axis="x", nbins=6)
     axes.set_xlabel(label)
-
-
-def _candidates(fit: DirectFit) -> Figure | None:
-    shown = [c for k, c in enumerate(fit.candidates) if k < MAXIMUM_BARS or c.chosen]
-    if not shown:
-        return None
-    caption = (
-        f"RMSE of the input on held-out parts of the fitted samples. A term has to lower it by 2 % to be kept, and the "
-        f"lowest degree within 2 % is taken. {count(len(fit.candidates), 'shape')} were tried; the best are drawn."
-    )
-    best = ", ".join(f"{c.family} {number(c.error_percent)} %" for c in shown[:3])
-    return Figure(
-        "candidates",
-        "What was compared",
-        caption,
-        (Panel("Error on held-out blocks", partial(_draw_candidates, fit), says(f"Bars: {best}.")),),
-    )
-
-
-def _draw_candidates(fit: DirectFit, axes: Axes) -> None:
-    shown = [c for k, c in enumerate(fit.candidates) if k < MAXIMUM_BARS or c.chosen]
-    edge = max(c.error_percent for c in shown) or 1.0
-    for k, c in enumerate(shown):
-        axes.barh([k], [c.error_percent], height=0.34, color=(TRAIN if c.chosen else OTHER).light, zorder=2)
-        name = f"{c.family}, start {c.initial_state}{', taken' if c.chosen else ''}"
-        weight = "bold" if c.chosen else "normal"
-        axes.text(0.0, k - 0.22, name, va="bottom", ha="left", fontsize=9.5, color=INK.light, fontweight=weight)
-        axes.text(c.error_percent + 0.015 * edge, k, f"{number(c.error_percent)} %", va="center", fontsize=9.0,
-                  color=MUTED.light)  # fmt: skip
-    axes.set_xlim(0.0, 1.2 * edge)
-    _bars(axes, len(shown), "RMSE on held-out blocks [% of range]")

@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from dehyst.identification.fit import Candidate, Fit
+from dehyst.identification.fit import Candidate
+from dehyst.report.figures.loop import AnyFit, shown
 from dehyst.report.figures.panel import Array, Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
@@ -19,31 +20,32 @@ CUT = 3.0
 _STARTS = {"zero": "at zero", "rest": "at rest"}
 
 
-def candidates_figure(fit: Fit) -> Figure | None:
+def candidates_figure(fit: AnyFit) -> Figure | None:
     """Return figure 8, or None if a family was named and nothing compared."""
     if not fit.candidates:
         return None
-    shown = _shown(fit)
+    drawn = _shown(fit)
     caption = (
-        "RMSE on loops held out inside the fitted part, in percent of the output's range, with its standard error. "
+        f"RMSE on loops held out inside the fitted part, in percent of the {shown(fit, 0).answer}'s range, with its "
+        "standard error. "
         "A simpler family is preferred to one that is hardly better. The curve without hysteresis is shown with its "
         "error on the fitted part."
     )
-    drawn = sum(candidate in fit.candidates for candidate in shown)
-    if len(fit.candidates) > drawn:
+    compared = sum(candidate in fit.candidates for candidate in drawn)
+    if len(fit.candidates) > compared:
         caption += f" Of {len(fit.candidates)} variants, the best of each family and the best of the rest are drawn."
-    if any(c.error_percent > reach(shown) for c in shown):
+    if any(c.error_percent > reach(drawn) for c in drawn):
         caption += " Bars with an arrow are cut; their numbers are right."
-    best = ", ".join(f"{_name(c)} {c.error_percent:.3g} %" for c in shown[:4])
+    best = ", ".join(f"{_name(c)} {c.error_percent:.3g} %" for c in drawn[:4])
     return Figure(
         "candidates",
         "What was compared",
         caption,
-        (Panel("Error on held-out loops", partial(_draw, shown), says(f"Bars: {best}.")),),
+        (Panel("Error on held-out loops", partial(_draw, drawn), says(f"Bars: {best}.")),),
     )
 
 
-def _shown(fit: Fit) -> list[Candidate]:
+def _shown(fit: AnyFit) -> list[Candidate]:
     """The chosen one, the best of each family, the curve without hysteresis, then the best of the rest."""
     ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: rank(c.error_percent))
     leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]

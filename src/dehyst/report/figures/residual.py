@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from dehyst.identification.fit import Fit
-from dehyst.report.figures.loop import parts
+from dehyst.report.figures.loop import AnyFit, parts, shown
 from dehyst.report.figures.panel import (
     NO_LABEL,
     Array,
@@ -30,14 +29,15 @@ from dehyst.report.thin import Window
 MARKS = 100
 
 
-def residual_figure(fit: Fit) -> Figure:
+def residual_figure(fit: AnyFit) -> Figure:
     """Return figure 5."""
-    unit = fit.recordings[0].output_unit
+    told, backward = shown(fit, 0), fit.model.judged_backward
     score, part = (fit.train, "fitted") if fit.test is None else (fit.test, "held-out")
     caption = (
-        f"Measured output less model. The band is ± the RMSE of the {part} part, {with_unit(score.rmse, unit)} "
-        f"({score.rmse_percent:.2g} % of the output's range). A trend over time means drift or creep; a loop that is "
-        "left over the input means rate dependence or a shape that the family cannot take."
+        f"{'Input applied less input asked for' if backward else 'Measured output less model'}. The band is ± the RMSE "
+        f"of the {part} part, {with_unit(score.rmse, told.y_unit)} ({score.rmse_percent:.2g} % of the {told.answer}'s "
+        f"range). A trend over time means drift or creep; a loop that is left over the {told.drive} means rate "
+        "dependence or a shape that the family cannot take."
     )
     breaks = sum(len(rec.breaks) for rec in fit.recordings)
     if breaks:
@@ -50,7 +50,7 @@ def residual_figure(fit: Fit) -> Figure:
         caption += " Logs are drawn one after another, with a dashed line between them."
     return Figure(
         "residual",
-        "Residual",
+        "Error of the input" if backward else "Residual",
         caption,
         (
             Panel(
@@ -59,22 +59,23 @@ def residual_figure(fit: Fit) -> Figure:
                 says("Residual over time with a band of plus and minus the RMSE."),
             ),
             Panel(
-                "Over input",
-                partial(_draw_input, fit, score.rmse),
-                says(f"Residual over {fit.recordings[0].input_label} with the same band."),
+                f"Over {told.drive}",
+                partial(_draw_drive, fit, score.rmse),
+                says(f"Residual over {told.x_label} with the same band."),
             ),
         ),
     )
 
 
-def residuals(fit: Fit) -> list[Array]:
-    """Return measured less model, (T,) per recording. [output]"""
-    return [rec.output - y for rec, y in zip(fit.recordings, fit.predictions, strict=True)]
+def residuals(fit: AnyFit) -> list[Array]:
+    """Return measured less model, (T,) per recording. [output; of a direct inverse input]"""
+    return [shown(fit, i).y - said for i, said in enumerate(fit.predictions)]
 
 
-def _label(fit: Fit) -> str:
-    unit = fit.recordings[0].output_unit
-    return f"residual [{unit}]" if unit else f"residual of {fit.recordings[0].output_name}"
+def _label(fit: AnyFit) -> str:
+    told, rec = shown(fit, 0), fit.recordings[0]
+    name = rec.input_name if told.answer == "input" else rec.output_name
+    return f"residual [{told.y_unit}]" if told.y_unit else f"residual of {name}"
 
 
 def _band(axes: Axes, rmse: float) -> None:
@@ -82,7 +83,7 @@ def _band(axes: Axes, rmse: float) -> None:
     axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
 
 
-def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
+def _draw_time(fit: AnyFit, rmse: float, axes: Axes) -> None:
     left = residuals(fit)
     times, borders, label = _one_after_another(fit)
     window = Window.around(
@@ -95,9 +96,9 @@ def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
     seen: set[str] = set()
     for i, rec in enumerate(fit.recordings):
         for mask, name, token in parts(fit, i):
-            shown = name if name not in seen else NO_LABEL
+            label_once = name if name not in seen else NO_LABEL
             seen.add(name)
-            draw_series(axes, path_of(rec, times[i]), path_of(rec, left[i], mask), token, label=shown, width=0.9)
+            draw_series(axes, path_of(rec, times[i]), path_of(rec, left[i], mask), token, label=label_once, width=0.9)
         for moment in break_times(rec, times[i])[:MARKS]:
             axes.axvline(moment, color=BAD.light, lw=1.4, ls=(0, (1, 1.5)), zorder=2.5)
     for border in borders:
@@ -105,7 +106,7 @@ def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
     add_legend(axes)
 
 
-def _one_after_another(fit: Fit) -> tuple[list[Array], list[float], str]:
+def _one_after_another(fit: AnyFit) -> tuple[list[Array], list[float], str]:
     """Abscissa of each recording, shifted behind the one before; where one ends; the axis label."""
     if len(fit.recordings) == 1:
         t, label = time_of(fit.recordings[0])
@@ -120,20 +121,19 @@ def _one_after_another(fit: Fit) -> tuple[list[Array], list[float], str]:
     return times, borders[:-1], "time, log after log [s]" if timed else "sample number, log after log"
 
 
-def _draw_input(fit: Fit, rmse: float, axes: Axes) -> None:
-    left = residuals(fit)
-    x0 = fit.recordings[0].input[:1]
+def _draw_drive(fit: AnyFit, rmse: float, axes: Axes) -> None:
+    left, across = residuals(fit), [shown(fit, i).x for i in range(len(fit.recordings))]
     window = Window.around(
-        *((rec.input, e) for rec, e in zip(fit.recordings, left, strict=True)),
-        (x0, np.array([-rmse])),
-        (x0, np.array([rmse])),
+        *zip(across, left, strict=True),
+        (across[0][:1], np.array([-rmse])),
+        (across[0][:1], np.array([rmse])),
     )
-    label_axes(axes, window, fit.recordings[0].input_label, _label(fit))
+    label_axes(axes, window, shown(fit, 0).x_label, _label(fit))
     _band(axes, rmse)
     seen: set[str] = set()
     for i, rec in enumerate(fit.recordings):
         for mask, name, token in parts(fit, i):
-            shown = name if name not in seen else NO_LABEL
+            label = name if name not in seen else NO_LABEL
             seen.add(name)
-            draw_path(axes, path_of(rec, rec.input), path_of(rec, left[i], mask), window, token, label=shown, width=0.9)
+            draw_path(axes, path_of(rec, across[i]), path_of(rec, left[i], mask), window, token, label=label, width=0.9)
     add_legend(axes)
