@@ -8,7 +8,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
-    {"visible"},
+    {"arrays", "visible"},
     {"errors", "findings", "grades", "ties", "_native"},
     {"files", "shell", "units"},
     {"recording", "loops", "gaps", "outliers", "ranges"},

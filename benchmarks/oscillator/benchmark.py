@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from oscillator import (
     BoucWenFit,
     Choice,

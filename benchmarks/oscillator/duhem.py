@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from dehyst.ties import rank
 from oscillator.linear import identify_linear
 from oscillator.model import HystereticOscillator

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ExcitationError
-from dehyst.models.arrays import Array
 from oscillator.model import HystereticOscillator
 from oscillator.records import PeriodicRecord
 

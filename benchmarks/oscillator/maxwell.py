@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from oscillator.linear import Spectrum, dynamic_stiffness, identify_linear, spectrum
 from oscillator.model import HystereticOscillator
 from oscillator.output_error import OutputErrorFit, fit_output_error, lead_time

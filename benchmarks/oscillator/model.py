@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError, SimulationError
-from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.arrays import parameter_number, signal_array
 from oscillator.upsampling import finer, finer_periodic
 
 _NONE: Array = np.empty(0)

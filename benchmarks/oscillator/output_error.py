@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares
 
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError, SimulationError
-from dehyst.models.arrays import Array
 from oscillator.model import Oscillator
 from oscillator.records import PeriodicRecord
 from oscillator.upsampling import finer_periodic

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import RecordingError
-from dehyst.models.arrays import Array, signal_array
+from dehyst.models.arrays import signal_array
 
 
 @dataclass(frozen=True)

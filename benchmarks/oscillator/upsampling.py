@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 
 _REACH = 8  # samples on each side that an interpolated value is made of
 

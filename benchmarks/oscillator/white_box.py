@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 from oscillator.linear import identify_linear
 from oscillator.model import BoucWenOscillator
 from oscillator.output_error import OutputErrorFit, fit_output_error, lead_time

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 GAP_MEDIANS = 5.0  # a step this many times the median is a gap ...
 GAP_SAMPLES = 3.0  # ... if it also misses this many samples at the usual rate

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
-
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 # A swing counts as a turn when it exceeds this share of the signal's range: above sensor noise, below any
 # loop that an identification would use.

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from dehyst.arrays import Array, Mask
+
 Run = tuple[int, int, float]  # samples [begin, end) and the smaller of the jumps at its ends
 
 SPIKE_LENGTH = 3  # samples: a longer excursion may be real

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 FEW = 0.005  # of the samples, at either end ...
 MAKE = 0.2  # ... that make more than this share of the whole range do not count ...

@@ -13,10 +13,9 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.app.requests import DriftRequest, EvaluateRequest, SimulateRequest
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding
 from dehyst.io import Signal, read_log, read_signal
@@ -18,7 +18,6 @@ from dehyst.models.converted import in_units_of
 from dehyst.recording import Recording
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
-Array = npt.NDArray[np.float64]
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
 
 # A signal that leaves the identified range by more than this share of it is worth a word.

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from dehyst.app.context import schedule_of
 from dehyst.app.requests import IdentifyRequest
 from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Score, identify_direct
@@ -18,8 +16,6 @@ from dehyst.models import Schedule
 from dehyst.recording import Recording
 from dehyst.shell import quoted
 from dehyst.units import MASS_FACTORS
-
-Array = npt.NDArray[np.float64]
 
 DIRECT = "direct-inverse"
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from rich.text import Text
 
 from dehyst.app.muscle_log import read_bench_log
@@ -18,6 +17,7 @@ from dehyst.app.muscle_print import list_models, list_text, print_bench, print_f
 from dehyst.app.requests import MuscleRequest
 from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
 from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.arrays import Array
 from dehyst.errors import OutputError, ParameterError
 from dehyst.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.muscles.bench import Bench, default_contractions, run_bench
@@ -25,8 +25,6 @@ from dehyst.muscles.fit import MuscleFit, fit_muscle
 from dehyst.muscles.storage import load_muscle, save_muscle
 from dehyst.shell import quoted, typed
 from dehyst.units import convert, dimension
-
-Array = npt.NDArray[np.float64]
 
 BAR = 1e5
 HIGHEST = 20.0  # bar

@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.app.requests import MuscleRequest
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.several import Columns, read_columns
 from dehyst.muscles.bench_log import BenchLog
 from dehyst.units import MASS_FACTORS, canonical, convert, dimension, mass_unit
-
-Array = npt.NDArray[np.float64]
 
 PERCENT = ("%", "percent", "pct", "per cent", "prozent")
 PLAIN = ("", "1", "-", "ratio", "mm/mm", "m/m")

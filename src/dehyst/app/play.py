@@ -16,14 +16,13 @@ from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
 from dehyst.app.unknown import band_columns, column, place, refuse_without_unknown_state
 from dehyst.app.verdict import verdict_findings
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, TimeError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import Model, load
 from dehyst.models.converted import in_units_of
-
-Array = npt.NDArray[np.float64]
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a word.
 JUMP = 0.1

@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.app.targets import BAND, refuse_existing
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.io import Signal
 from dehyst.models import Band, SignalCard
-
-Array = npt.NDArray[np.float64]
 
 # A band narrower than this share of its largest width has closed.
 CLOSED = 1e-6

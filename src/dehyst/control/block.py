@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.images import Words
 from dehyst.control.machine_block import Direction, SavedBlock, declared_range, refuse_direction, refuse_ramp
 from dehyst.control.reach import Operator
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel
-from dehyst.models.arrays import Array, signal_array
+from dehyst.models.arrays import signal_array
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import OutputError, ParameterError
 from dehyst.models import HysteresisModel, Model, StackStepper, Stepper, subtracted_shear
 from dehyst.models.arrays import parameter_number, signal_array
-
-Array = npt.NDArray[np.float64]
 
 PLAYS = "plays"  # form of the models whose states are known one by one
 

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.images import Words
 from dehyst.control.machine_block import MachineBlock, along, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.arrays import parameter_number, signal_array
 from dehyst.models.card import SignalCard
 
 BEYOND = 1e14  # no limit of a signal lies there

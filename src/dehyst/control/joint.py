@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.compensator import PLAYS, refuse_second_shear
 from dehyst.control.direct import DIRECT, direct_parameters
@@ -20,8 +21,6 @@ from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.reviewed import Law, law_parameters
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
-
-Array = npt.NDArray[np.float64]
 
 SWITCHES: Mapping[str, int] = MappingProxyType(
     {

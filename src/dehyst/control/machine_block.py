@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.images import Words, refuse, words_of
 from dehyst.errors import ParameterError
 from dehyst.models import Model
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 from dehyst.models.card import SignalCard
 
 Direction: TypeAlias = Literal["inverse", "forward"]

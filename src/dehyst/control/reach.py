@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
-
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 _NO_MAP = np.zeros(0)
 EPS = float(np.finfo(np.float64).eps)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.evaluation.curves import Array
+from dehyst.arrays import Array
 from dehyst.evaluation.paths import Figure
 from dehyst.evaluation.sections import check_run, crossings
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.evaluation.curves import Array, Blend, Chain, Circle, Curve, Straight
+from dehyst.evaluation.curves import Blend, Chain, Circle, Curve, Straight
 from dehyst.evaluation.paths import Figure, TestPath
 
 # C1..C4 the lower face, counter-clockwise from above, C1-C2 the edge nearest the base; C5..C8 above them. x forward,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import Chebyshev
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 
 class Curve(Protocol):

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.errors import ParameterError
@@ -42,8 +41,6 @@ from dehyst.evaluation.plan_sections import (
 )
 from dehyst.evaluation.separability import TIME_CONSTANTS, Separability, separability
 from dehyst.evaluation.strokes import PEAK_ACCELERATION, PEAK_RATE, Limits, sampled
-
-Array = npt.NDArray[np.float64]
 
 FULL_STROKE_S = 4.0  # of the whole range, where no rate is given
 LOOKS = 1500  # samples by which candidates are compared

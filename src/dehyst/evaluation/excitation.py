@@ -11,11 +11,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-
-Array = npt.NDArray[np.float64]
 
 # Shares of the range for loops that test a fit, none of them a tip of the identification: biased minor loops within
 # minor loops, a wiped-out loop, and one long stroke back, all inside +-1.

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation.homing_search import admissible, spending
 from dehyst.evaluation.strokes import Limits
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation.homing import Homing, check_room, shortest_homing
 from dehyst.evaluation.homing_search import admissible
 from dehyst.evaluation.strokes import Limits
 from dehyst.models import DirectInverse
-
-Array = npt.NDArray[np.float64]
 
 SHARES = (1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2, 0.12, 0.07)  # of the tolerance, for the stops
 MOST_STROKES = 200  # over the range, for lags along the path

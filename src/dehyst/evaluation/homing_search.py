@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation.strokes import Limits
-
-Array = npt.NDArray[np.float64]
 
 NODES = 64  # of the grid of amplitudes besides the radii themselves
 LEVELS = 400  # steps of the tolerance in which what remains is counted

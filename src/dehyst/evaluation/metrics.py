@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.evaluation.curves import Array
 from dehyst.evaluation.sections import Sections
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.evaluation.curves import Array, Chain, Curve, Straight
+from dehyst.evaluation.curves import Chain, Curve, Straight
 
 TRANSFER = -1  # figure index of the ways between figures
 

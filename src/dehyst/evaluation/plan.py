@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.evaluation.separability import Separability
 from dehyst.evaluation.strokes import PEAK_ACCELERATION, PEAK_RATE, Limits, sampled
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.evaluation.curves import Array
 from dehyst.evaluation.paths import Figure
 
 Indices = npt.NDArray[np.int64]

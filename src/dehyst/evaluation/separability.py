@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-
-Array = npt.NDArray[np.float64]
 
 TIME_CONSTANTS = (4.0, 25.0, 150.0)  # of creep, a fixed grid: a factor of three beside the truth costs little [s]
 OCTAVES = tuple(0.95 * 0.5**k for k in range(6, -1, -1))  # radii as shares of half the range

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from dehyst.evaluation.curves import Array, Curve
+from dehyst.arrays import Array
+from dehyst.evaluation.curves import Curve
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float, jerk: float) -> tuple[Array, Array]:

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation.excitation import smooth_stroke
-
-Array = npt.NDArray[np.float64]
 
 PEAK_RATE = 35.0 / 16.0  # of a smooth stroke of length and time one
 PEAK_ACCELERATION = 16.8 / math.sqrt(5.0)  # of the same: 420 u^2 (1 - u)^2 (1 - 2 u) where u (1 - u) = 1/5

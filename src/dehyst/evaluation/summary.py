@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import RecordingError
 from dehyst.evaluation.cornering import cornering_deviation
-from dehyst.evaluation.curves import Array
 from dehyst.evaluation.metrics import error_summary, path_accuracy, path_repeatability, path_velocity, tracking_error
 from dehyst.evaluation.sections import Indices, check_run, sections
 from dehyst.evaluation.timing import Timed

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.evaluation.curves import Array
 from dehyst.evaluation.paths import TestPath
 from dehyst.evaluation.speed_law import leg_limits, rest_to_rest
 

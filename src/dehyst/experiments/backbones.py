@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.loops_run import BAR
 from dehyst.experiments.recipes import Recipe
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 MOST_DEGREE = 7  # of a polynomial in the controller: DEHYST_DEGREE - 1 of core/dehyst.h
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation import triangle_sweep
 from dehyst.experiments.nominal import controller_parameters, nominal_characteristic, nominal_forces
@@ -15,8 +15,6 @@ from dehyst.experiments.results import Characteristic
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 APPROACH_S = 5.0  # pressures and the hung weight are brought to the beginning of a sweep
 SLACK = 0.1  # share of the force at zero and mean pressure below which a muscle may be slack

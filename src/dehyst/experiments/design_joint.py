@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.evaluation import ExcitationPlan, design_excitation
@@ -19,8 +19,6 @@ from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import arm_model, bias_torque
 from dehyst.units import convert
-
-Array = npt.NDArray[np.float64]
 
 INERTIA_SHARE = 0.002  # of the torque at the largest pressure difference: what acceleration may add to a log
 TRIES = 12  # to find a rate that the valves can follow

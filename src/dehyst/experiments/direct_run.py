@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.recipes import Recipe
 from dehyst.identification import DirectFit, identify_direct
 from dehyst.io import read_log
@@ -17,8 +17,6 @@ from dehyst.models import GROUPS, DirectInverse
 SHEARED, ANGLE, TIME, MEAN = "sheared_torque_Nm", "angle_rad", "time_s", "mean_pressure_bar"
 TORQUE = "torque_Nm"
 CURVE = 5  # degree of the curve over the angle that is no loop
-
-Array = npt.NDArray[np.float64]
 
 
 def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:

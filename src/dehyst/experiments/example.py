@@ -12,13 +12,11 @@ import os
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 ELEMENTS = 40
 SLIP_DISTANCE = (0.2, 16.0)  # angles at which the friction elements begin to slip [deg], log spaced

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters
 from dehyst.experiments.path import ArmPath
 from dehyst.experiments.results import TrialRun
@@ -15,8 +15,6 @@ from dehyst.experiments.scores import joint_figures
 from dehyst.experiments.trials import Equipment, follow_path, trial_arm
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import ALL_JOINTS
-
-Array = npt.NDArray[np.float64]
 
 CUTOFF_HZ = 3.0  # of the filter: beyond, the pressure loops and the nominal inertia are not known well enough
 KNOTS_HZ = 25.0  # of what is learned

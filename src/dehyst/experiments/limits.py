@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters
 from dehyst.experiments.quasistatic import pressure_room
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 SHARE = 0.85  # of pressures and of valve flow that a path may use: the rest is for the controller
 

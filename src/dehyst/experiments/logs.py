@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import save_controller
 from dehyst.errors import OutputError
 from dehyst.experiments.loops_run import BAR
 from dehyst.experiments.results import JointIdentification, TrialRun
 from dehyst.experiments.trials import Equipment
 from dehyst.io import write_csv, write_mcap
-
-Array = npt.NDArray[np.float64]
 
 MOST_ROWS = 4000  # of a log: its rows are 20 to 80 ms apart
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.direct_run import ANGLE, MEAN, SHEARED, TIME, TORQUE, identify_torque, unsheared, without_time
 from dehyst.experiments.motions import motion_of, unseen_motion
 from dehyst.experiments.nominal import controller_parameters
@@ -20,8 +20,6 @@ from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 BAR = 1e5
 INPUT, OUTPUT, HYSTERESIS = "sheared_bar", ANGLE, "hysteresis_bar"

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.evaluation import UNSEEN_TIPS, loops
 from dehyst.experiments.quasistatic import SPACING
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 
 def motion_of(robot: Robot, number: int, log: str) -> Array:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters, Pneumatics
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import ALL_JOINTS, arm_model, joint_inertia
-
-Array = npt.NDArray[np.float64]
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
 BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.evaluation import TestCube, Timed, slow_down_to, test_path, timed
 from dehyst.experiments.limits import utilisation
 from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
@@ -15,8 +15,6 @@ from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import arm_model, inverse_dynamics
 
 KNOTS = 1500  # of the motion that is checked against the limits
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

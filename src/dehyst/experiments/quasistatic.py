@@ -9,16 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import FLAGS, SWITCHES
 from dehyst.errors import SimulationError
 from dehyst.evaluation import decaying_cycles
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.arm import Arm, ArmLog, Reference
 from dehyst.plant.parameters import Robot
-
-Array = npt.NDArray[np.float64]
 
 SPACING = 0.01  # of the knots of a pressure reference [s]
 QUIET_S = 2.0  # after homing, for what still rings

@@ -12,10 +12,9 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification import DirectFit, Fit
 from dehyst.models import DirectInverse, HysteresisModel
-
-Array = npt.NDArray[np.float64]
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
 # Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.

@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import SWITCHES, InverseCompensator
 from dehyst.control.direct import DIRECT
 from dehyst.experiments.nominal import OBSERVER_RATIO
@@ -23,7 +23,6 @@ from dehyst.plant.parameters import Robot
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
 
-Array = npt.NDArray[np.float64]
 Table = Mapping[str, Array | Sequence[str]]
 
 SCALES = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5)  # true hysteresis over the identified one

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control import SWITCHES, Adaptation, Compensator, JointControllerParameters, along
 from dehyst.control.reviewed import Law
 from dehyst.errors import ParameterError
@@ -27,7 +28,6 @@ POSITION, INTEGRATOR, COMPENSATOR, ADAPT = (
     SWITCHES[name] for name in ("position", "integrator", "compensator", "adapt")
 )
 
-Array = npt.NDArray[np.float64]
 
 SETTLE_S = 1.0  # position control holds where the homing ended
 APPROACH_S = 4.0  # from there to the start of the path

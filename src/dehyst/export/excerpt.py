@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.export.signal import Signal
 from dehyst.export.subject import MOST_EXCERPT
 from dehyst.findings import Finding
@@ -16,8 +16,6 @@ from dehyst.models import SignalCard
 from dehyst.models.converted import in_units_of
 
 LEAST_SHARE = 0.1  # of the range that an excerpt should use
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

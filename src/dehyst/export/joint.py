@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.adaptation import OFF, Adaptation
 from dehyst.control.compensator import refuse_second_shear
 from dehyst.control.direct import GIVEN, direct_parameters, in_si
@@ -22,7 +23,7 @@ from dehyst.export.joint_units import in_radians
 from dehyst.export.names import check_name
 from dehyst.export.numbers import JointNumbers, ModelNumbers, direct_in, direct_numbers, model_in, rounded
 from dehyst.export.plays import model_numbers
-from dehyst.export.signal import Array, Signal
+from dehyst.export.signal import Signal
 from dehyst.export.subject import REALS, Subject, check_choice
 from dehyst.models import DirectInverse, HysteresisModel, Model
 from dehyst.models.storage import model_to_dict

@@ -12,11 +12,11 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.control.machine_block import MachineBlock, SavedBlock
 from dehyst.errors import OutputError
 from dehyst.export.numbers import BlockNumbers
 
-Array = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
 
 LADDER = 240  # samples of nested loops

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from dehyst import __version__
+from dehyst.arrays import Array
 from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.numbers import Floats
@@ -27,7 +28,7 @@ from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
 from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
-from dehyst.export.signal import Array, Whole
+from dehyst.export.signal import Whole
 from dehyst.export.subject import Subject
 
 REAL = {"double": "LREAL", "float": "REAL"}

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
-from dehyst.export.signal import Array, Signal, Whole, answers
+from dehyst.export.signal import Signal, Whole, answers
 from dehyst.export.unit import Asked, Unit
 from dehyst.models import Model, SignalCard
 from dehyst.models.storage import model_to_dict

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from dehyst.arrays import Array
 from dehyst.control.machine_block import MachineBlock
 from dehyst.export.names import identifier
 from dehyst.export.numbers import UnitNumbers
-from dehyst.export.signal import Array, Whole
+from dehyst.export.signal import Whole
 
 
 @dataclass(frozen=True)

@@ -31,31 +31,18 @@ if TYPE_CHECKING:
     from dehyst.families.training import Training as Training
 
 # Each is imported when it is first used: playing a model file must not load what identifies one.
-_HOME = {
-    "Comparison": "dehyst.families.comparison",
-    "Family": "dehyst.families.registry",
-    "FamilyFit": "dehyst.families.fitting",
-    "InverseLoop": "dehyst.families.base",
-    "LoopCompensator": "dehyst.families.controlling",
-    "LoopModel": "dehyst.families.base",
-    "LoopStepper": "dehyst.families.base",
-    "MODULES": "dehyst.families.registry",
-    "ModelMechanism": "dehyst.families.acting",
-    "ROWS": "dehyst.families.registry",
-    "STARTS": "dehyst.families.base",
-    "Scaling": "dehyst.families.base",
-    "Stretch": "dehyst.families.training",
-    "Training": "dehyst.families.training",
-    "UNSCALED": "dehyst.families.base",
-    "all_names": "dehyst.families.comparison",
-    "block": "dehyst.families.blocks",
-    "compare": "dehyst.families.comparison",
-    "example": "dehyst.families.registry",
-    "family": "dehyst.families.registry",
-    "identify": "dehyst.families.best",
-    "identify_family": "dehyst.families.fitting",
-    "names": "dehyst.families.registry",
+_ROOMS = {
+    "dehyst.families.acting": "ModelMechanism",
+    "dehyst.families.base": "InverseLoop LoopModel LoopStepper STARTS Scaling UNSCALED",
+    "dehyst.families.best": "identify",
+    "dehyst.families.blocks": "block",
+    "dehyst.families.comparison": "Comparison all_names compare",
+    "dehyst.families.controlling": "LoopCompensator",
+    "dehyst.families.fitting": "FamilyFit identify_family",
+    "dehyst.families.registry": "Family MODULES ROWS example family names",
+    "dehyst.families.training": "Stretch Training",
 }
+_HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
 __all__ = [*sorted(_HOME)]
 

@@ -44,6 +44,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, Scaling
 from dehyst.families.friction import FrictionLoop, sharpness
@@ -51,7 +52,7 @@ from dehyst.families.registry import Family
 from dehyst.families.shapes import search
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array
+from dehyst.models.arrays import parameter_array
 from dehyst.models.card import NO_CARD
 
 LENGTHS = (0.02, 0.05, 0.12, 0.25, 0.5, 0.9)

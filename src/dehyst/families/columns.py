@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.families.elements import NO_MAP, Element, Pairs
-from dehyst.models.arrays import Array
 
 Numbers = npt.NDArray[np.int64]
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
 from dehyst.families.fitting import FamilyFit, Judge, fit_one, orientation_of
@@ -24,8 +25,6 @@ from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
 
 BLOCKS = 10  # of the held-out part, for the noise of a difference
 SIGMAS = 2.0

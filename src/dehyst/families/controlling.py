@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.control.compensator import refuse_second_shear
 from dehyst.errors import ParameterError
 from dehyst.families.work import work
 from dehyst.models import Model
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 from dehyst.models.model import require_model
 
 LAGGING = 1e-3  # work of a loop over its size from which on a model lags

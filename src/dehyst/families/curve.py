@@ -7,7 +7,7 @@ from math import comb
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 
 DEGREE = 7
 FLOOR = 1e-3  # least slope of a fitted curve, scaled; what leaves an inverse

@@ -39,13 +39,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import STARTS, UNSCALED, Scaling
 from dehyst.families.friction import FrictionLoop, Mixer, best_start, positive
 from dehyst.families.registry import Family
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array
+from dehyst.models.arrays import parameter_array
 from dehyst.models.card import NO_CARD
 
 LENGTHS = np.geomspace(0.01, 2.0, 12)

@@ -45,6 +45,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar, nnls
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import STARTS, UNSCALED, LoopModel, Scaling
 from dehyst.families.curve import FLOOR, rising_polynomials, values
@@ -53,7 +54,7 @@ from dehyst.families.inversion import FARTHEST
 from dehyst.families.registry import Family
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array, parameter_number
+from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
 
 LOSSES = 6  # coefficients of a fitted loss

@@ -10,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control.images import Words
 from dehyst.control.machine_block import Direction, SavedBlock, along, declared_range, refuse_direction, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
-from dehyst.models.arrays import Array, parameter_number, signal_array
+from dehyst.models.arrays import parameter_number, signal_array
 
 BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
 LONG = 1e9  # s, after which every lag is there

@@ -41,12 +41,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling
 from dehyst.families.inversion import FARTHEST, first_input
 from dehyst.families.rising import least_slope, most_slope
 from dehyst.models import ModelCard, SignalCard
-from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
 
 KINDS = _native.ELEMENT_KINDS

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import __version__
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
 from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
@@ -29,8 +29,6 @@ from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.recording import Recording, takes_recordings
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

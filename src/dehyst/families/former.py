@@ -23,12 +23,13 @@ from typing import Any
 import numpy as np
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, LoopModel, Scaling
 from dehyst.families.elements import Element, ElementModel
 from dehyst.families.inversion import FARTHEST
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
 
 AHEAD = 2  # of the memory: the input of the sample before, the rate

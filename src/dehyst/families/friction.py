@@ -11,12 +11,13 @@ import numpy as np
 from scipy.optimize import nnls
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.curve import FLOOR, rising_polynomials, slopes, values
 from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
-from dehyst.models.arrays import Array, parameter_array
+from dehyst.models.arrays import parameter_array
 from dehyst.ties import rank
 
 M = TypeVar("M", bound="Mixable")

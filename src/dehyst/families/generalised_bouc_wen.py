@@ -45,6 +45,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, Scaling
 from dehyst.families.bouc_wen import GRID, LIMITS
@@ -53,7 +54,7 @@ from dehyst.families.registry import Family
 from dehyst.families.shapes import COARSE, FINE, first_element, simplex
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array, parameter_number
+from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
 
 PHASES = np.array(np.unravel_index(np.arange(8), (2, 2, 2))).T * 2.0 - 1.0  # signs of x', z, x in the engine's order

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 
 if TYPE_CHECKING:
     from dehyst.families.base import LoopModel

@@ -46,6 +46,7 @@ from typing import Self
 import numpy as np
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families.base import UNSCALED, LoopModel, Scaling
 from dehyst.families.curve import slopes
@@ -55,7 +56,7 @@ from dehyst.families.registry import Family
 from dehyst.families.shapes import search
 from dehyst.families.training import Training
 from dehyst.models import ModelCard
-from dehyst.models.arrays import Array, parameter_array, parameter_number
+from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
 
 LENGTHS = (0.005, 0.02, 0.06, 0.15, 0.4, 0.9)

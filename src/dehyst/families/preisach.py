@@ -48,9 +48,9 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, LoopModel, Scaling
 from dehyst.families.registry import Family
@@ -60,8 +60,6 @@ from dehyst.families.triangle_fit import beyond, fit_triangle
 from dehyst.models import ModelCard
 from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.card import NO_CARD
-
-Array = npt.NDArray[np.float64]
 
 GRIDS = (10, 20)  # cells on a side over the fitted range
 FINEST = 32  # tried where 20 are better than 10

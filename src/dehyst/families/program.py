@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
-from dehyst.models.arrays import Array
 
 Numbers = npt.NDArray[np.int64]
 Marks = npt.NDArray[np.bool_]

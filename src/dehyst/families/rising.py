@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 
 if TYPE_CHECKING:
     from dehyst.families.elements import Element

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 
 def size_of(n: int) -> int:

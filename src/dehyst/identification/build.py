@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import Estimate, map_points
 from dehyst.identification.regressors import Bank
@@ -16,8 +14,6 @@ from dehyst.models import (
     PrandtlIshlinskii,
     StopOperatorModel,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 def build_model(estimate: Estimate, data: DataSet, bank: Bank, knots: Array | None, card: ModelCard) -> HysteresisModel:

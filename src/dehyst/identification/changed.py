@@ -9,14 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array, Rows
 from dehyst.findings import Finding
 from dehyst.identification.threads import single_blas
 from dehyst.loops import turning_points
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 CHANGED = 0.15  # of its range before: so far the output stands from where it stood, at its 95 % quantile in a cycle ...
 CERTAIN = 3.0  # ... and so many times what the best description leaves of each part, and of the cycle before ...

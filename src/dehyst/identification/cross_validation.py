@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet, prepare
@@ -38,8 +39,6 @@ from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,14 +11,12 @@ from typing import Any, Protocol, cast, overload
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.memory import known_within
 from dehyst.identification.split import Split
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 # Correlation below which the overall trend of a wide loop is no evidence for a rising or falling curve.
 CLEAR_TREND = 0.3

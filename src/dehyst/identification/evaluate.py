@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.data import range_over
@@ -26,7 +27,6 @@ from dehyst.ranges import robust_range
 from dehyst.recording import Recording, require_recordings, takes_recordings
 from dehyst.ties import rank
 
-Array = npt.NDArray[np.float64]
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 FEW_TURNS = 3  # of the input: with fewer not even one loop was closed

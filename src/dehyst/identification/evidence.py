@@ -12,12 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array, Mask
 from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.identification.facts import velocity
 from dehyst.identification.least_squares import Solution, solve_bounded, triangle
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 RATE, CREEP = "rate", "creep"
 BLOCKS = 10

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.loops import turning_points
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
 from dehyst.identification.programs import FAMILIES, MAP_PIECES, Regularisation, program
 from dehyst.identification.sums import NormalEquations
@@ -34,7 +35,6 @@ __all__ = [
     "mapped",
 ]
 
-Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
 
 # The family without memory.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -22,8 +23,6 @@ from dehyst.recording import Recording
 if TYPE_CHECKING:
     from dehyst.identification.shear import ShearChoice
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 # A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
 SPEEDS = 1.5

@@ -7,12 +7,12 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.families import MAP_PIECES, Estimate, Regularisation, fit_family, mapped
 from dehyst.identification.regressors import Bank
 from dehyst.identification.short_signal import ShortSignal
 from dehyst.identification.sums import NormalEquations, ramp_columns
 
-Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
 
 BLOCKS = 5

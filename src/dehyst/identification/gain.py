@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, cast
 
-import numpy as np
-import numpy.typing as npt
-
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -30,8 +28,6 @@ from dehyst.models import (
 from dehyst.models.arrays import parameter_number
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # An output map multiplies the gain of the operator in front of it: eps is raised until their product fits.
 TRIES = 4

@@ -11,13 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import nnls
 
+from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
-
-Array = npt.NDArray[np.float64]
-
 
 NOTHING_LEFT = 1e-10
 NO_EFFECT = 1e-12

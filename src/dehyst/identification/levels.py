@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel
-
-Array = npt.NDArray[np.float64]
 
 
 def settled(data: DataSet, bank: Bank, model: HysteresisModel) -> Bank:

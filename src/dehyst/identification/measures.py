@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.identification import facts
 from dehyst.identification.data import DataSet
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
@@ -17,9 +17,6 @@ from dehyst.identification.regressors import Bank
 from dehyst.identification.scores import Part, input_error, parts, predictions, round_trip, score
 from dehyst.models import HysteresisModel, StaticCurve
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

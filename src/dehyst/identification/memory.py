@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 InitialState = Literal["zero", "origin", "rest", "rising", "falling", "unknown"]
 INITIAL_STATES: tuple[str, ...] = get_args(InitialState)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.findings import Finding
 from dehyst.identification.changed import about_change, changed_at
 from dehyst.identification.stopped import about_stop, stopped_at
 from dehyst.outliers import bridged, find_outliers
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 SHOWN = 4
 

@@ -8,15 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.least_squares import solve_bounded, triangle
 from dehyst.identification.programs import Regularisation, lower_bounds, smoothing_rows
 from dehyst.identification.regressors import Bank, blocks, ramps
 from dehyst.identification.sums import TRACE
-
-Array = npt.NDArray[np.float64]
 
 # Rows that are reduced at once: 1024 x 120 doubles, 1 MB, stay in the processor's cache, where the triangular
 # factor takes a quarter of the time of 8192 rows.

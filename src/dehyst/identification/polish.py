@@ -7,13 +7,11 @@ of the rest. Here the gradient is formed from the row itself, whose residual is 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.families import NORMAL, Estimate, estimate_of
 from dehyst.identification.programs import NORMALISATION, Program, Regularisation, program
 from dehyst.identification.sums import NormalEquations
-
-Array = npt.NDArray[np.float64]
 
 STEPS = 2
 

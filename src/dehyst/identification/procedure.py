@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.certify import certify, seen_in
@@ -53,7 +53,6 @@ from dehyst.recording import Recording, require_recordings, takes_recordings
 if TYPE_CHECKING:
     from dehyst.identification.direct.fit import DirectFit
 
-Array = npt.NDArray[np.float64]
 DIRECT = "direct-inverse"
 
 

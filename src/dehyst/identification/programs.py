@@ -19,12 +19,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.identification.sums import NormalEquations
-
-Array = npt.NDArray[np.float64]
 
 FAMILIES = ("pi", "pi-cumulative", "modified-pi", "stop")
 BASIS = {

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst._native import SLOPES, STOPS, WEIGHTS, Evaluator, Gram
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.families import NORMAL, Estimate, estimate_of
 from dehyst.identification.programs import BASIS, lower_bounds
 from dehyst.identification.regressors import Bank
 from dehyst.identification.sums import TRACE, NormalEquations
 
-Array = npt.NDArray[np.float64]
 Marks = npt.NDArray[np.bool_]
 
 

@@ -6,14 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, Piece, Signal, chunks, extremes
 from dehyst.identification.memory import state_before
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 # A play that moved less than this share of the half range over the training samples tells nothing.
 MOVED = 1e-6

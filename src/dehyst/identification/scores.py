@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.identification.data import DataSet, Piece, chunks, range_over
 from dehyst.identification.fit import InputError, Score
 from dehyst.identification.levels import started
@@ -16,9 +16,6 @@ from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 class Readable(Protocol):

@@ -14,8 +14,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, extremes
 from dehyst.identification.families import FAMILIES, STATIC, Estimate, Regularisation, gain_of, is_high
 from dehyst.identification.fit import Candidate
@@ -26,8 +26,6 @@ from dehyst.identification.short_signal import shorten
 from dehyst.identification.static_curve import fit_static, held_out_errors
 from dehyst.identification.threads import in_parallel
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
 
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000

@@ -10,15 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array, Rows
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.regressors import fitted_samples
 from dehyst.identification.sums import without_level
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 # Parts of a long signal after which what they left is looked through again.
 OFTEN = 256

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # Share that is fitted where none is given.
 HALF = 0.5

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.families import STATIC, Estimate
 from dehyst.identification.short_signal import ShortSignal
 from dehyst.models import MonotoneMap, StaticCurve
-
-Array = npt.NDArray[np.float64]
 
 PIECES = 30
 KNOTS = np.linspace(-1.0, 1.0, PIECES + 1)

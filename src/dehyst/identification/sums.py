@@ -18,11 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst._native import Gram
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.regressors import Bank
-
-Array = npt.NDArray[np.float64]
 
 # Of the level of a piece that may have any.
 TRACE = 1e-12

@@ -10,7 +10,7 @@ from math import nan
 
 import numpy as np
 
-from dehyst.io.table import Array
+from dehyst.arrays import Array
 
 MISSING = frozenset(
     [

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ExcitationError, RecordingError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
-from dehyst.io.table import Array, Table
+from dehyst.io.table import Table
 from dehyst.loops import summarise_loops
 from dehyst.units import dimension, parse_unit, words
 

@@ -22,13 +22,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, LogError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit
 from dehyst.io.columns import labels_of, run_column, select_run
 from dehyst.io.formats import BINARY, PathLike, path_of, readable, require_file
 from dehyst.io.streams import Piece, Source, open_source
-from dehyst.io.table import Array, Table, finite
+from dehyst.io.table import Table, finite
 from dehyst.io.tally import Tally
 from dehyst.units import parse_unit
 

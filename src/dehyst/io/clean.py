@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
 from dehyst.gaps import GAP_SAMPLES, gap_limit, memory_lost
-from dehyst.io.table import Array, Rows, finite, list_rows
+from dehyst.io.table import finite, list_rows
 from dehyst.loops import turning_points
 
 HELD_MOST = 0.5  # of the rows of a reference may be empty and held

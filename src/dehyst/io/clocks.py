@@ -7,10 +7,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
-from dehyst.io.table import Array, Table, finite, list_names, measured
+from dehyst.io.table import Table, finite, list_names, measured
 from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
 
 TIME_WORDS = frozenset(

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.io.clocks import TIME_WORDS, is_clock
-from dehyst.io.table import Array, Table, require_columns
+from dehyst.io.table import Table, require_columns
 from dehyst.units import canonical, parse_unit, words
 from dehyst.visible import visible
 

@@ -7,8 +7,9 @@ import difflib
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, RunError
-from dehyst.io.table import Array, Table, finite, list_names
+from dehyst.io.table import Table, finite, list_names
 from dehyst.units import parse_unit, words
 
 RUN_WORDS = frozenset(

@@ -13,6 +13,7 @@ from itertools import compress, islice
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.cells import date_order, is_data, is_date_time, parse_date_times, parse_numbers
@@ -20,8 +21,6 @@ from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undre
 from dehyst.io.layout import Layout, find_layout, is_comment, split_line
 from dehyst.io.plain import PROBE, find_plain, read_plain
 from dehyst.io.table import (
-    Array,
-    Rows,
     Table,
     finite,
     list_names,

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from dehyst.arrays import Rows
 from dehyst.findings import Finding
 from dehyst.io.cells import MISSING, comma_number
-from dehyst.io.table import Rows, list_rows
+from dehyst.io.table import list_rows
 from dehyst.units import canonical
 
 _DIGITS = r"(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?"

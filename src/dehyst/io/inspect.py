@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.gaps import gap_limit
@@ -19,7 +20,7 @@ from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.logs import read_pair
 from dehyst.io.roles import Role, guess_roles
-from dehyst.io.table import Array, Table, measured
+from dehyst.io.table import Table, measured
 from dehyst.loops import turning_points
 from dehyst.shell import typed
 from dehyst.units import parse_unit

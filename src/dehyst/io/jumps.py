@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.findings import Finding
 from dehyst.gaps import gap_limit, taken_back
 from dehyst.io.clean import Context, Samples
-from dehyst.io.table import Array, list_rows
+from dehyst.io.table import list_rows
 from dehyst.loops import turning_points
-
-Rows = npt.NDArray[np.int64]
 
 JUMPS_MOST, JUMPS_SHARE = 6, 0.01  # this many, or this share of the steps: more are no clock that was set now and then
 FEWEST = 32  # samples below which nothing is judged

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
@@ -13,7 +14,7 @@ from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_time_
 from dehyst.io.columns import count_runs, find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
-from dehyst.io.table import Array, Table
+from dehyst.io.table import Table
 from dehyst.recording import Recording
 from dehyst.units import parse_unit
 

@@ -22,8 +22,6 @@ from dehyst.files import FULL, write_atomically
 from dehyst.io.foreign import optional
 from dehyst.io.formats import PathLike
 
-Array = npt.NDArray[np.float64]
-
 TIME = "time_s"  # field with the channel's clock in all its bits; the message's stamp has nanoseconds
 CDR_HEADER = b"\x00\x01\x00\x00"  # plain CDR, little endian
 _FIELD = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")

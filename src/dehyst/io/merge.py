@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import TimeError
 from dehyst.findings import Finding
 from dehyst.gaps import gap_limit
 from dehyst.io.clean import Context, Samples
-from dehyst.io.table import Array, finite
+from dehyst.io.table import finite
 
 TOGETHER = 0.5  # fewer rows than this share hold both signals: they were logged in turns
 

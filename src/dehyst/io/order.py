@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import TimeError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
 from dehyst.io.jumps import mend_jumps
-from dehyst.io.table import Array, list_rows
+from dehyst.io.table import list_rows
 
 MAX_RESTARTS = 50
 FEW = 0.01  # of the rows: this many may stand out of order, and this far from their place

@@ -11,13 +11,12 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples, hold_last
-from dehyst.io.table import Array, list_rows
+from dehyst.io.table import list_rows
 from dehyst.outliers import FEWEST, find_outliers
 from dehyst.units import canonical
-
-Mask = npt.NDArray[np.bool_]
 
 TURN = {"deg": 360.0, "rad": 2 * math.pi}
 WRAPPED = 0.8  # of a turn: a jump from one end of the circle to the other

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant
 from dehyst.io.columns import run_column
-from dehyst.io.table import Array, Table
+from dehyst.io.table import Table
 from dehyst.units import dimension, parse_unit, words
 
 # How well a dimension drives and follows: pressure drives, angle follows, length does both.

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError, RecordingError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples, drop_unmeasured, hold_unmeasured
@@ -15,7 +16,7 @@ from dehyst.io.columns import find_column, select_run
 from dehyst.io.merge import logged_in_turns, merge_clocks
 from dehyst.io.order import order_time
 from dehyst.io.outliers import drop_outliers
-from dehyst.io.table import Array, Table
+from dehyst.io.table import Table
 from dehyst.recording import MINIMUM_SAMPLES
 
 

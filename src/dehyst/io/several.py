@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from dehyst.arrays import Array
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, drop_unmeasured
@@ -15,7 +16,6 @@ from dehyst.io.formats import PathLike, read_table
 from dehyst.io.logs import _label, _provenance
 from dehyst.io.order import order_time
 from dehyst.io.select import cut_window, parse_window, samples_of, select_rows
-from dehyst.io.table import Array
 
 
 @dataclass(frozen=True, eq=False)

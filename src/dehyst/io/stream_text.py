@@ -11,6 +11,7 @@ from typing import BinaryIO
 import numpy as np
 
 from dehyst import _native
+from dehyst.arrays import Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.cells import date_order, number, parse_date_times
@@ -18,7 +19,7 @@ from dehyst.io.delimited import layout_of, read_delimited
 from dehyst.io.layout import Layout, is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part
 from dehyst.io.streams import Column, Piece
-from dehyst.io.table import Rows, Table, list_rows
+from dehyst.io.table import Table, list_rows
 from dehyst.io.text import open_text
 
 BLOCK = 1 << 20  # bytes read at a time

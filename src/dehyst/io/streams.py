@@ -10,8 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Rows
 from dehyst.findings import Finding
-from dehyst.io.table import Rows, Table
+from dehyst.io.table import Table
 
 HEAD_ROWS = 1 << 16  # rows by which columns, clock and units are found
 

@@ -8,12 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.visible import visible
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 # No sensor reads this much; beyond it squares overflow and every later number is lost.
 LARGEST = 1e100

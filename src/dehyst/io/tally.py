@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.findings import Finding
 from dehyst.gaps import gap_limit
 from dehyst.io.columns import MAX_NUMBERED_RUNS
-from dehyst.io.table import Array, Rows, Table, list_rows
+from dehyst.io.table import Table, list_rows
 
 SHOWN = 4  # rows that are named in a finding
 

@@ -10,9 +10,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from dehyst.arrays import Rows
 from dehyst.findings import Finding
 from dehyst.io.cells import comma_number
-from dehyst.io.table import Rows, list_rows
+from dehyst.io.table import list_rows
 
 _GROUPS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+", re.ASCII) for mark in ".,"}
 _OTHER = {".": ",", ",": "."}

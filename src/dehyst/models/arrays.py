@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array as Array
 from dehyst.errors import ParameterError
-
-Array = npt.NDArray[np.float64]
 
 
 def _real(values: npt.ArrayLike) -> npt.NDArray[np.generic]:

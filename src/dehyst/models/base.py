@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst._native import StackStepper, Stepper
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, signal_array
+from dehyst.models.arrays import signal_array
 from dehyst.models.model import Band, Model
 from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 

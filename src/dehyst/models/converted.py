@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
-from dehyst.models.arrays import Array
 from dehyst.models.card import SignalCard
 from dehyst.units import canonical, convert
 

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst._native import DirectStepper
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
 from dehyst.models.follow import BEYOND, follow

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 
 if TYPE_CHECKING:
     from dehyst.models.direct import DirectInverse
 
-Array = npt.NDArray[np.float64]
 
 # How far beyond the identified range of the output a solution is looked for, share of that range.
 BEYOND = 0.1

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, Type
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 from dehyst.models.card import ModelCard, SignalCard
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_array, signal_array, strictly_increasing
+from dehyst.models.arrays import parameter_array, signal_array, strictly_increasing
 
 
 @dataclass(frozen=True, eq=False)

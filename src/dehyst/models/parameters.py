@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from dehyst.models.direct import DirectInverse
 from dehyst.models.model import Model
 from dehyst.models.modified import ModifiedPrandtlIshlinskii

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError
-from dehyst.models.arrays import Array, parameter_array, parameter_number, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper, check_state, make_stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.unknown import ROUNDING, Past, Plays, half_strokes, half_width, start_states

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.model import Model

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_array, parameter_number
+from dehyst.models.arrays import parameter_array, parameter_number
 from dehyst.models.base import HysteresisModel, StackStepper, StepMethod, Stepper
 from dehyst.models.card import NO_CARD, ModelCard
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii

@@ -19,8 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 
 # Rounding of a sum of plays, as a share of the sum of their largest values: what keeps a guarantee a guarantee.
 ROUNDING = 1e-13

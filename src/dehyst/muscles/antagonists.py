@@ -21,8 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst._native import play_bank
+from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError, RecordingError
-from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array, strictly_increasing
+from dehyst.models.arrays import parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.muscles.base import MuscleModel
 from dehyst.muscles.joint import JointCharacteristic, joint_characteristic
 from dehyst.muscles.vo_minh import VoMinh

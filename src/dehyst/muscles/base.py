@@ -23,8 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst._native import play_bank
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.models.arrays import Array, parameter_array, parameter_number, signal_array
+from dehyst.models.arrays import parameter_array, parameter_number, signal_array
 from dehyst.models.base import make_stepper
 from dehyst.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
 from dehyst.muscles.solve import solve_pressure

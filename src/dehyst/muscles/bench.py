@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
-from dehyst.models.arrays import Array
 from dehyst.muscles.base import MuscleModel
 from dehyst.muscles.force_map import ForceMap, force_map, free_contraction, lowest_pressure, reach
 from dehyst.muscles.loops import Loop, isobaric_loop, isotonic_loop

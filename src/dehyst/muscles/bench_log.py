@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
-from dehyst.models.arrays import Array, signal_array
+from dehyst.models.arrays import signal_array
 
 SLACK = 0.005  # of the largest force: below it a muscle hangs loose, and its force says nothing of the model
 FEWEST = 6  # samples of a fit

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
-from dehyst.models.arrays import Array
 from dehyst.muscles.base import MuscleModel
 from dehyst.muscles.bench_log import BenchLog
 from dehyst.muscles.force_map import free_contraction

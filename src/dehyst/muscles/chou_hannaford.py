@@ -30,7 +30,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import NEUTRAL, BraidedMuscle, contracting_angle

@@ -32,8 +32,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import BraidedMuscle, contracting_angle

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.findings import Finding
 from dehyst.identification.threads import single_blas
-from dehyst.models.arrays import Array
 from dehyst.muscles.base import MuscleModel
 from dehyst.muscles.bench_log import BenchLog
 from dehyst.muscles.cautions import cautions

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 from dehyst.muscles.base import MuscleModel
 
 FURTHEST = 0.6  # contraction; no muscle goes beyond, whatever its formula does there

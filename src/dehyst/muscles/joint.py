@@ -20,8 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_number
+from dehyst.models.arrays import parameter_number
 from dehyst.muscles.base import MuscleModel
 
 _POINTS = 401

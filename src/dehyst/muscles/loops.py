@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from dehyst.muscles.base import Memory, MuscleModel
 from dehyst.muscles.force_map import TOLERANCE, free_contraction
 

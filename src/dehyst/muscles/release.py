@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array
 from dehyst.muscles.base import MuscleModel
 
 GRAVITY = 9.81  # m/s^2

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares, lsq_linear
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError
-from dehyst.models.arrays import Array
 
 RANDOM_STARTS = 8
 POLISHED = 2  # best starts that are searched to the end

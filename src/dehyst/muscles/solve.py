@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError
-from dehyst.models.arrays import Array
 
 LOW, HIGH = 0.0, 2e6  # Pa; more than any muscle takes
 _GRID = 21  # pressures at which the sign of the slope is looked at

@@ -29,7 +29,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dehyst.models.arrays import Array
+from dehyst.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import MuscleModel, parameter
 from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle

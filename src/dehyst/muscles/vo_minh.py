@@ -30,8 +30,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.arrays import Array, parameter_array, strictly_increasing
+from dehyst.models.arrays import parameter_array, strictly_increasing
 from dehyst.muscles.arithmetic import Arithmetic, polynomial
 from dehyst.muscles.base import MuscleModel, parameter
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.control.compensator import PLAYS
 from dehyst.control.images import refuse
@@ -35,7 +36,6 @@ from dehyst.plant.rigid_body import (
     new_data,
 )
 
-Array = npt.NDArray[np.float64]
 Switches = npt.NDArray[np.uint32]
 
 SEEDS = 1 << 32

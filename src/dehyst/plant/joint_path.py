@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline, make_interp_spline
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.plant.kinematics import InverseKinematics
 from dehyst.plant.parameters import Robot
 from dehyst.plant.rigid_body import arm_model, tool_positions
-
-Array = npt.NDArray[np.float64]
 
 DEGREE = 5  # angles are four times continuously differentiable within a leg
 LEAST_KNOTS = 9  # of a leg

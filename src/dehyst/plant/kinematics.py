@@ -14,14 +14,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.plant.parameters import Robot
 from dehyst.plant.physics_engine import mink, mujoco
 from dehyst.plant.rigid_body import arm_model
-
-Array = npt.NDArray[np.float64]
 
 STRIDE = 0.05  # of the tool between two solutions: a linearised step goes no further [m]
 STEPS = 60

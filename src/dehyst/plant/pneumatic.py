@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst._native import PneumaticJoint
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.plant.mechanisms import Mechanism
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

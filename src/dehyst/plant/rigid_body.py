@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.plant.mjcf import arm_mjcf
 from dehyst.plant.parameters import Robot
@@ -34,7 +34,6 @@ __all__ = [
     "tool_positions",
 ]
 
-Array = npt.NDArray[np.float64]
 
 ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
 from matplotlib.figure import Figure as Canvas
 
+from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.report.figures.panel import Axes, add_legend, draw_series, label_axes
 from dehyst.report.svg import HEIGHT, WIDTH, png_file, svg_file
@@ -16,7 +15,6 @@ from dehyst.report.sweep import require_picture_name
 from dehyst.report.theme import DATA, MODEL, PAPER, TEST, settings, style
 from dehyst.report.thin import Window
 
-Array = npt.NDArray[np.float64]
 TITLE = "dehyst band: "  # by which a picture is known that may be drawn anew
 
 

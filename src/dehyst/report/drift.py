@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
 from dehyst.identification.drift import Drift, LogDrift
@@ -21,8 +21,6 @@ from dehyst.report.tables import Table
 from dehyst.report.text import number, plain, short, with_unit
 from dehyst.report.theme import DATA, FIFTH, MODEL, MUTED, SIXTH, STATIC, TEST, TRAIN, Token
 from dehyst.report.thin import Window
-
-Array = npt.NDArray[np.float64]
 
 GRADES = {"unchanged": Grade.GOOD, "drifted": Grade.BAD, "not comparable": Grade.CARE, "cannot tell": Grade.CARE}
 # Parts drawn over the cycles, by their unit.

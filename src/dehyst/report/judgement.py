@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, LoopFacts, Score
@@ -17,8 +17,6 @@ from dehyst.models import SignalCard
 from dehyst.ranges import robust_range
 from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

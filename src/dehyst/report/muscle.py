@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
-from dehyst.models.arrays import Array
 from dehyst.muscles.bench import Bench
 from dehyst.muscles.fit import MuscleFit
 from dehyst.muscles.force_map import reach

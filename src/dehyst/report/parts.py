@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.identification.fit import Fit
-
-Array = npt.NDArray[np.float64]
 
 
 def inverse_miss(fit: Fit) -> tuple[float, float]:

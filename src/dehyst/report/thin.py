@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.loops import turning_points
 
-Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Cells = npt.NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.export.c import JOINT_WORDS, WORDS, scales, with_warning
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
@@ -16,7 +17,7 @@ from dehyst.export.fmu.variables import Variable
 from dehyst.export.joint import controller_of
 from dehyst.export.numbers import bits
 from dehyst.export.rendering import TEMPLATES, render
-from dehyst.export.signal import Array, Signal, Whole
+from dehyst.export.signal import Signal, Whole
 from dehyst.export.subject import Subject
 
 REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import OutputError
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
@@ -15,7 +16,7 @@ from dehyst.export.fmu.companions import tolerances
 from dehyst.export.fmu.interface import interface
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import step_of
-from dehyst.export.signal import Array, Signal, Whole, same_bits
+from dehyst.export.signal import Signal, Whole, same_bits
 from dehyst.export.subject import Subject
 
 

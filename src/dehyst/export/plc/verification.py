@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
 from dehyst.export.iec import Instance, load
 from dehyst.export.plc.plcopen import text_of
 from dehyst.export.plc.ports import Ports
-from dehyst.export.signal import Array, Signal, Whole
+from dehyst.export.signal import Signal, Whole
 
 
 def forms(name: str) -> dict[str, tuple[str, ...]]:

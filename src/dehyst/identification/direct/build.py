@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.direct.columns import GROUPS, Layout
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.program import DirectEstimate
 from dehyst.models import DirectInverse, ModelCard, Schedule
-
-Array = npt.NDArray[np.float64]
 
 
 def build_direct(layout: Layout, estimate: DirectEstimate, data: DirectData, card: ModelCard) -> DirectInverse:

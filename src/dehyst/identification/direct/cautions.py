@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.identification.cautions import POOR_PERCENT, no_held_out
 from dehyst.identification.direct.columns import Shape
@@ -20,8 +20,6 @@ from dehyst.identification.judge import GOOD_PERCENT, reasons_of
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.recording import Recording
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
 
 BEYOND = 0.02
 # A forward family is called better where its error is smaller by this share, and by this many standard errors of the

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.identification.direct.data import DirectData, DirectPiece
 
-Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 # Memory before the first sample. "unknown": every stop keeps its lowest and highest admissible state.

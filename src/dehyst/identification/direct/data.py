@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.data import middle, prepare, range_over, require_gain
@@ -15,9 +16,6 @@ from dehyst.identification.memory import known_after_break, known_from
 from dehyst.identification.split import Split
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 # Fewer fitted samples than this cannot tell the terms of a direct inverse apart.
 LEAST_SAMPLES = 40

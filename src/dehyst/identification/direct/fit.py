@@ -6,17 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from dehyst.arrays import Array, Mask
 from dehyst.findings import Finding
 from dehyst.identification.evidence import CREEP, RATE, Evidence
 from dehyst.identification.fit import Candidate, LoopFacts, Score
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

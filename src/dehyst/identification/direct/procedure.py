@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst import __version__
+from dehyst.arrays import Array, Mask
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.direct.build import build_direct
@@ -30,9 +31,6 @@ from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst.models.follow import follow
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 LOAD, MEAN_PRESSURE = "load", "mean_pressure"
 Given = npt.ArrayLike | Sequence[npt.ArrayLike] | None

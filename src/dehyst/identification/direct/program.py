@@ -6,12 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.direct.columns import Layout, Shape, rising_powers
 from dehyst.identification.least_squares import solve_bounded, triangle
-
-Array = npt.NDArray[np.float64]
 
 # Square of the weight of each non-negative unknown, whose column is scaled to rms 1, relative to a sample. It keeps
 # terms that are nearly alike from trading weight; it costs nothing that could be measured.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from dehyst.arrays import Array
 from dehyst.errors import DehystError
 from dehyst.findings import Finding
 from dehyst.identification.direct.cautions import findings_of_data
@@ -20,8 +18,6 @@ from dehyst.identification.settings import PAPER_OPERATORS, eps_of_call
 from dehyst.identification.split import Split
 from dehyst.recording import Recording
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
 
 
 class Compared(NamedTuple):

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.identification.direct.data import DirectData
 from dehyst.models.arrays import parameter_array, strictly_increasing
-
-Array = npt.NDArray[np.float64]
 
 AUTO = "auto"
 MOST_TIMES = 12

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import DehystError
 from dehyst.identification.direct.fit import DirectFit
 from dehyst.identification.direct.procedure import identify_direct
@@ -24,8 +24,6 @@ from dehyst.identification.settings import AUTO
 from dehyst.identification.split import end_of
 from dehyst.models import ModelCard
 from dehyst.models.storage import model_to_dict
-
-Array = npt.NDArray[np.float64]
 
 # Share of each log that the new model is fitted to.
 FITTED = 0.5

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
 from dehyst.identification.drift.cycles import Cycle
 from dehyst.models import SignalCard, converted
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 # Share of the identified range that a log must cover, and by how much of it it may go beyond.
 COVERED, BEYOND = 0.8, 0.1

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.identification.drift import comparable, design, parts
@@ -15,8 +14,6 @@ from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Measured, Scale
 from dehyst.identification.drift.parts import Given, Parted, Subject
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 MOST_GROUPS = 12
 # A log of so many cycles is long: what counts as now is its last quarter.

@@ -9,13 +9,13 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.memory import state_before
 from dehyst.models import GROUPS, DirectInverse, HysteresisModel, PrandtlIshlinskii, SignalCard
 from dehyst.models.follow import follow
 from dehyst.models.model import Model
 from dehyst.recording import Recording
 
-Array = npt.NDArray[np.float64]
 Parted: TypeAlias = Model  # what can be taken apart: its core is one of `CORES`
 Given: TypeAlias = Mapping[str, Array]
 

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.direct.data import check_given
@@ -35,7 +36,6 @@ from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
 from dehyst.recording import Recording, require_recordings, takes_recordings
 
-Array = npt.NDArray[np.float64]
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
 Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 

@@ -6,15 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.identification.drift.parts import Subject
 from dehyst.models import Model
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
 
 UNCHANGED, DRIFTED, NOT_COMPARABLE, CANNOT_TELL = "unchanged", "drifted", "not comparable", "cannot tell"
 

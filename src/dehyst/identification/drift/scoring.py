@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.drift import design, testing
 from dehyst.identification.drift.cycles import Cycle, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.result import Blocks, LogDrift, Trend
 from dehyst.identification.drift.statistics import trend
-
-Array = npt.NDArray[np.float64]
 
 MOST_BLOCKS = 120
 

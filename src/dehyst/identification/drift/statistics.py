@@ -20,10 +20,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import stdtr, stdtrit
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 # Draws of the block bootstrap of a trend, and the blocks of cycles that it needs at least.
 DRAWS = 999

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.drift.design import (
     ERROR,
     GAIN,
@@ -21,8 +21,6 @@ from dehyst.identification.drift.design import (
 )
 from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, UNCHANGED, Change
 from dehyst.identification.drift.statistics import Contrast, contrast
-
-Array = npt.NDArray[np.float64]
 
 # Smallest change worth a word: RMS of what it does, percent of the response's range.
 LEAST = 0.1

@@ -9,14 +9,11 @@ from threading import Lock
 from typing import Any, overload
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.identification.stream.outline import Outline
 from dehyst.identification.stream.spool import BLOCK
 from dehyst.identification.stream.tape import Block, Tape
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 INPUT, OUTPUT, TIME = range(3)
 WINDOW = 4  # blocks that are kept: signals are asked for one after the other, in parts of about a block

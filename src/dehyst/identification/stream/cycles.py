@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.stream.zigzag import PLACE, TAGS, Zigzag
-
-Array = npt.NDArray[np.float64]
 
 
 class Cycles:

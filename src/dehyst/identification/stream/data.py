@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.data import (
     DataSet,
     Piece,
@@ -31,9 +31,6 @@ from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
 from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
 from dehyst.ranges import robust_range
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 # Swings that count, of the scaled input: a twentieth of its range.
 SWING = 0.1

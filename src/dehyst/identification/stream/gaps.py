@@ -6,12 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import TimeError
 from dehyst.gaps import gap_limit, memory_lost
-
-Array = npt.NDArray[np.float64]
 
 STEPS = 1 << 16  # steps that stand for all: their median and 95th percentile
 MOST = 4096  # gaps that can be told apart

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
 from dehyst.identification.stream.column import INPUT, Reader
@@ -21,9 +21,6 @@ from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.zigzag import Zigzag
 from dehyst.loops import TURN_FRACTION
 from dehyst.recording import MINIMUM_SAMPLES, Recording
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask, Rows
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import Score
@@ -22,10 +22,6 @@ from dehyst.identification.stream.log import Log
 from dehyst.loops import TURN_FRACTION
 from dehyst.models import HysteresisModel, StaticCurve
 from dehyst.ranges import robust_range
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Which samples a part of a piece belongs to.
 NEITHER, FITTED, HELD_OUT = range(3)

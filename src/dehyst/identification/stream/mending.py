@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.gaps import taken_back
 from dehyst.identification.changed import about_change, changed_at
@@ -22,7 +22,6 @@ from dehyst.identification.stream.log import Log
 from dehyst.identification.stream.source import Chunk, Source
 from dehyst.outliers import CODES, find_outliers
 
-Array = npt.NDArray[np.float64]
 Limits = tuple[float, float]
 
 BESIDE = 256  # samples on either side by which a value is judged

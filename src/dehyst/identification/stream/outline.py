@@ -7,9 +7,8 @@ stays the same and the extremes stay exact.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from dehyst.arrays import Array
 
 MOST = 1 << 15
 # Rows that stand for a bucket: its first sample and those with the least and largest x and y.

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-import numpy.typing as npt
+from dehyst.arrays import Array
 
-Array = npt.NDArray[np.float64]
 Chunk = tuple[Array | None, Array, Array]
 
 

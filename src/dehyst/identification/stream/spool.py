@@ -15,12 +15,10 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import OutputError
 from dehyst.files import FULL
-
-Array = npt.NDArray[np.float64]
 
 # Samples of a block: signals of 256 kB stay in the processor's cache together.
 BLOCK = 1 << 15

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array
 from dehyst.errors import LogError
 from dehyst.identification.stream.source import Chunk, Source
 from dehyst.identification.stream.spool import BLOCK, Spool
 from dehyst.identification.stream.watch import Watch
-
-Array = npt.NDArray[np.float64]
 
 # Blocks between two looks at the free space of the disk.
 OFTEN = 128

@@ -7,12 +7,9 @@ reduced to its own turning points and the extremes before the first and after th
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Rows
 from dehyst.loops import turning_points
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 # Columns of what is kept of a sample: its number, its value, and from there on what the caller attached to it.
 PLACE, VALUE, TAGS = range(3)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.identification.direct import DirectFit
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
@@ -28,9 +28,6 @@ from dehyst.report.text import count, number, with_unit
 from dehyst.report.theme import CYCLE, INK, MODEL, MUTED, OTHER, STATIC, TRAIN
 from dehyst.report.thin import Window
 from dehyst.ties import rank
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 def direct_figures(fit: DirectFit) -> tuple[Figure, ...]:

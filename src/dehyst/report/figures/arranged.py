@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.identification.fit import Fit
 from dehyst.report.figures.arrows import draw_arrows
 from dehyst.report.figures.panel import (
-    Array,
     Axes,
     Figure,
     Panel,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.loops import turning_points
-from dehyst.report.figures.panel import Array, Axes
+from dehyst.report.figures.panel import Axes
 from dehyst.report.theme import Token
 from dehyst.report.thin import Window
 

@@ -6,9 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.identification.fit import Candidate
 from dehyst.report.figures.loop import AnyFit, shown
-from dehyst.report.figures.panel import Array, Axes, Figure, Panel, says
+from dehyst.report.figures.panel import Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
 from dehyst.ties import rank

@@ -10,14 +10,13 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from dehyst.arrays import Array, Mask
 from dehyst.identification import DirectFit, Fit
 from dehyst.loops import turning_points
 from dehyst.report.figures.arrows import draw_arrows
 from dehyst.report.figures.panel import (
-    Array,
     Axes,
     Figure,
-    Mask,
     Panel,
     add_legend,
     break_times,

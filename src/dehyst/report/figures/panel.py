@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.recording import Recording
 from dehyst.report.tables import Table
 from dehyst.report.text import clean, power_of_ten, short, width
 from dehyst.report.theme import INK, Token
 from dehyst.report.thin import Window, interrupted, occupancy, thin_path, thin_series
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 # matplotlib's classes carry no types; an Axes is what a panel draws into.
 Axes = Any
 

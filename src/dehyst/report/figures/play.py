@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.identification.fit import Fit
 from dehyst.loops import turning_points
 from dehyst.models import PrandtlIshlinskii
 from dehyst.recording import Recording
 from dehyst.report.figures.panel import (
-    Array,
     Axes,
     Figure,
     Panel,

@@ -6,10 +6,10 @@ from functools import partial
 
 import numpy as np
 
+from dehyst.arrays import Array
 from dehyst.report.figures.loop import AnyFit, parts, shown
 from dehyst.report.figures.panel import (
     NO_LABEL,
-    Array,
     Axes,
     Figure,
     Panel,

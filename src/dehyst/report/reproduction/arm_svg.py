@@ -9,12 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.report.reproduction.lines import joined
 from dehyst.report.thin import Window
-
-Array = npt.NDArray[np.float64]
 
 WIDTH = 560.0  # of a view, in its own pixels
 # Thickness of the links [m] between which frames: column and upper arm, elbow, forearm, wrist.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import JointIdentification, PlantResult
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.figures.play import play_figure
@@ -16,8 +16,6 @@ from dehyst.report.reproduction.picture import Picture, Plate, from_panel
 from dehyst.report.text import number
 from dehyst.report.theme import DATA, MODEL, MUTED, TEST, TRAIN
 from dehyst.report.thin import Window
-
-Array = npt.NDArray[np.float64]
 
 DASHED = (0, (5, 3))
 TALL = (3.3,)  # of figure 3, whose right half is square [inch]

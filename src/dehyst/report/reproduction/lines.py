@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.report.figures.panel import Axes, label_axes, legend_label
 from dehyst.report.theme import GRID, MUTED, Token
 from dehyst.report.thin import Window, thin_path, thin_series
 
-Array = npt.NDArray[np.float64]
 Draw = Callable[[Axes], None]
 Dashes = str | tuple[float, tuple[float, ...]]
 

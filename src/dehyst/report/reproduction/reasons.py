@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import TrialRun
 from dehyst.report.reproduction.turns import TRAVEL, Turn, turn_before
 from dehyst.report.text import number
-
-Array = npt.NDArray[np.float64]
 
 # "Near a turn": within this share of the joint's range of motion. "Large": this many times its rms over the run.
 # "Standing still": slower than this share of the largest speed.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.experiments.results import Reproduction
 from dehyst.report.reproduction.numbers import joints_of, left_off
@@ -16,7 +16,6 @@ from dehyst.report.reproduction.picture import Plate
 from dehyst.report.tables import Table
 from dehyst.report.text import number, short
 
-Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Any]
 
 REST, SMALLER, DOUBLE, GAINS = "rest", "smaller hysteresis", "double compensation", "high gains"

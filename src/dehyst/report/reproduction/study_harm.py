@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import Axes, label_axes, says
 from dehyst.report.reproduction.picture import Picture, Plate
@@ -26,8 +26,6 @@ from dehyst.report.reproduction.studies import (
 from dehyst.report.text import number, short
 from dehyst.report.theme import FIFTH, MUTED, TEST, TRAIN, Token
 from dehyst.report.thin import Window
-
-Array = npt.NDArray[np.float64]
 
 WIDE = 10.0  # ratios that lie further apart are drawn over a logarithmic scale
 EQUAL = 0.1  # twice is called as bad as never when its ratio is this close to 1

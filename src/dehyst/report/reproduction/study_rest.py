@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import Reproduction
 from dehyst.report.figures.panel import says
 from dehyst.report.reproduction.lines import Line, over_time
@@ -16,8 +16,6 @@ from dehyst.report.reproduction.trials import OFF_LABEL, ON_LABEL
 from dehyst.report.tables import Table
 from dehyst.report.text import number
 from dehyst.report.theme import TEST, TRAIN
-
-Array = npt.NDArray[np.float64]
 
 # Two drifts are called equal when they differ by less than this share of the larger one.
 EQUAL = 0.2

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import PlantResult, Reproduction, TrialRun
 from dehyst.report.reproduction.corners import worst_corner
 from dehyst.report.reproduction.numbers import (
@@ -22,8 +22,6 @@ from dehyst.report.reproduction.reasons import figure_name, push_words, travelle
 from dehyst.report.reproduction.tool_tables import larger_figures
 from dehyst.report.reproduction.turns import Turn, turn_before
 from dehyst.report.text import number
-
-Array = npt.NDArray[np.float64]
 
 
 def tool_words(result: Reproduction, plant: PlantResult) -> tuple[str, ...]:

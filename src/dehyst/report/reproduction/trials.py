@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array
 from dehyst.experiments.results import PlantResult, TrialRun
 from dehyst.report.figures.panel import Axes, says
 from dehyst.report.reproduction.lines import Draw, Line, over_time, shaded
@@ -14,8 +14,6 @@ from dehyst.report.reproduction.numbers import OFF, run_of, same_run, tool_figur
 from dehyst.report.reproduction.picture import Picture, Plate
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, TEST, TRAIN, Token
-
-Array = npt.NDArray[np.float64]
 
 TIME = "time [s]"
 ON_LABEL, OFF_LABEL, SAME_LABEL = "with compensator", "without", "without; with it the same, left off"

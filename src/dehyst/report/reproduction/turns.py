@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.experiments.results import TrialRun
 from dehyst.loops import turning_points
-
-Array = npt.NDArray[np.float64]
 
 BAR = 1e5
 # A push: this share of the compensator's range at least, within this share of the joint's motion at most.
