@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,11 +13,10 @@ from rich.table import Table
 from rich.text import Text
 
 from dehyst.app.columns import named_columns, read_logs
-from dehyst.app.identify import _finite
 from dehyst.app.requests import CompareRequest
-from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
-from dehyst.app.terminal import ask_progress, print_findings, terminal
-from dehyst.errors import IdentificationError, OutputError, ParameterError
+from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_clashes, refuse_other_model, save_model
+from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
+from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import Comparison, FamilyFit, all_names, compare
 from dehyst.shell import quoted, typed
 
@@ -28,7 +26,12 @@ if TYPE_CHECKING:
 
 def run_compare(request: CompareRequest) -> None:
     """Read, identify every family, draw, print."""
-    _refuse_clashes(request)
+    refuse_clashes(
+        request.logs, request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE),
+        figure=(request.figure, FAMILIES),
+    )  # fmt: skip
+    if request.save is not None:
+        refuse_other_model(request.save, request.overwrite, request.logs, {})
     families = _families(request.families)
     request = named_columns("compare", request, request.json)
     with ask_progress("reading", request.json):
@@ -40,7 +43,7 @@ def run_compare(request: CompareRequest) -> None:
     with ask_progress("drawing", request.json):
         _draw(found, request)
     if request.json:
-        sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+        print_json(found.as_dict())
     else:
         _print(found, request)
 
@@ -64,27 +67,6 @@ def _families(text: str | None) -> tuple[str, ...] | None:
             names=unknown,
         )
     return wanted
-
-
-def _refuse_clashes(request: CompareRequest) -> None:
-    """Refuse outputs that could not be written or would be lost, before any work is done."""
-    logs = {log.resolve() for log in request.logs}
-    for path in filter(None, (request.save, request.report, request.figure)):
-        refuse_unwritable(path)
-        if path.resolve() in logs:
-            raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
-    named = [path.resolve() for path in (request.save, request.report, request.figure) if path is not None]
-    if len(set(named)) < len(named):
-        raise OutputError(f"two of --save, --report and --figure name the same file, '{named[-1].name}'. Name others.")
-    if request.save is not None:
-        refuse_existing(request.save, request.overwrite, own=MODEL)
-        refuse_other_model(request.save, request.overwrite, request.logs, {})
-    if request.report is not None:
-        refuse_existing(request.report, request.overwrite, own=PAGE)
-    if request.figure is not None:
-        from dehyst.report.sweep import require_picture_name
-
-        refuse_existing(require_picture_name(request.figure), request.overwrite, own=FAMILIES)
 
 
 @contextmanager
@@ -137,11 +119,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
         out.print()
         out.print(Text(f"Warnings of identify; where they speak of a model, of its choice, {found.auto.family}:"))
     print_findings(found.auto.warnings)
-    out.print()
-    for path, what in ((request.save, "model"), (request.report, "report"), (request.figure, "picture")):
-        if path is not None:
-            out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
+    print_end(out, _next(found, request), model=request.save, report=request.report, picture=request.figure)
 
 
 def _row(entry: FamilyFit) -> tuple[Text | str, ...]:

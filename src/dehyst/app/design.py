@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +13,7 @@ from rich.text import Text
 
 from dehyst.app.requests import DesignRequest
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import tell, terminal
+from dehyst.app.terminal import print_json, tell, terminal
 from dehyst.errors import OutputError, ParameterError, UnitError
 from dehyst.evaluation import ExcitationPlan, design_drift_motion, design_excitation
 from dehyst.evaluation.drift_motion import CYCLES
@@ -54,7 +52,7 @@ def run_design(request: DesignRequest) -> None:
 
         write_excitation_figure(request.figure, designed.plan, designed.name)
     if request.json:
-        sys.stdout.write(json.dumps(_facts(designed, request), indent=1, allow_nan=False) + "\n")
+        print_json(_facts(designed, request))
     else:
         _print(designed, request)
     for path in filter(None, (request.out, request.figure)):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -14,13 +12,12 @@ from rich.text import Text
 
 from dehyst.app.context import Read, recording_of, signals_of
 from dehyst.app.ending import concluding
-from dehyst.app.identify import _finite
 from dehyst.app.requests import DesignRequest, DriftRequest
 from dehyst.app.status import Status
-from dehyst.app.targets import PAGE, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.targets import PAGE, refuse_clashes
+from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.app.verdict import verdict_findings
-from dehyst.errors import ColumnError, DehystError, ExcitationError, OutputError, RecordingError
+from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
 from dehyst.evaluation import design_drift_motion
 from dehyst.files import write_atomically
 from dehyst.grades import Grade, grade_of
@@ -47,7 +44,8 @@ STYLES = {
 
 def run_drift(request: DriftRequest) -> None:
     """Read, compare, refit if asked to, report, print; the exit status is the verdict's."""
-    _refuse_clashes(request)
+    sources = (request.model, *request.logs, request.reference)  # a model in use is not replaced without a word
+    refuse_clashes(sources, request.overwrite, refit=(request.refit, None), report=(request.report, PAGE))
     model = load(request.model)
     with ask_progress("reading", request.json):
         read, unusable = _read_all(request, model)
@@ -74,7 +72,7 @@ def run_drift(request: DriftRequest) -> None:
             _report(found, request)
     with concluding(STATUS[found.status]):
         if request.json:
-            sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+            print_json(found.as_dict())
         else:
             _print(found, request)
             print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
@@ -95,22 +93,6 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
     if not read and fault is not None:
         raise fault
     return read, unusable
-
-
-def _refuse_clashes(request: DriftRequest) -> None:
-    """Refuse to write over a log, the old model or a stranger's file, before any work is done."""
-    sources = {path.resolve() for path in (request.model, *request.logs, request.reference) if path is not None}
-    targets = [path for path in (request.refit, request.report) if path is not None]
-    for path in targets:
-        if path.resolve() in sources:
-            raise OutputError(f"'{path}' is the old model or a log; writing there would lose it. Name another file.")
-        refuse_unwritable(path)
-    if len({path.resolve() for path in targets}) < len(targets):
-        raise OutputError(f"--refit and --report both name '{targets[0]}'. Name two files.")
-    if request.refit is not None:
-        refuse_existing(request.refit, request.overwrite)  # a model in use is not replaced without a word
-    if request.report is not None:
-        refuse_existing(request.report, request.overwrite, PAGE)
 
 
 def _report(found: Drift, request: DriftRequest) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -13,10 +11,9 @@ from rich.text import Text
 
 from dehyst.app.context import Read, recording_of, signals_of
 from dehyst.app.ending import concluding
-from dehyst.app.identify import _finite
 from dehyst.app.requests import EvaluateRequest
 from dehyst.app.status import Status
-from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.identification.evaluate import Evaluation, Scored, evaluate
@@ -36,7 +33,7 @@ def run_evaluate(request: EvaluateRequest) -> None:
         found = evaluate(models, [record for _, _, record in read], **signals)
     with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
-            sys.stdout.write(json.dumps(_finite(found.as_dict()), indent=1, allow_nan=False) + "\n")
+            print_json(found.as_dict())
         else:
             _print(found, request)
 

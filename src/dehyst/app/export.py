@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -13,7 +11,7 @@ from rich.text import Text
 from dehyst.app.export_findings import coarse, cost, outside, stalled
 from dehyst.app.export_pair import pair_findings
 from dehyst.app.requests import ExportRequest
-from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ModelFileError, ParameterError
@@ -58,7 +56,7 @@ def run_export(request: ExportRequest) -> None:
 
 def _say(written: Written, subject: Subject, request: ExportRequest, findings: list[Finding]) -> None:
     if request.json:
-        sys.stdout.write(json.dumps(_as_dict(written, subject, findings), indent=1, allow_nan=False) + "\n")
+        print_json(_as_dict(written, subject, findings))
         return
     _print(written, subject, request)
     print_findings(findings)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +10,9 @@ from dehyst.app.columns import named_columns, read_logs
 from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.requests import IdentifyRequest
-from dehyst.app.targets import MODEL, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
-from dehyst.app.terminal import ask_progress, print_findings, terminal
-from dehyst.errors import OutputError, ParameterError
+from dehyst.app.targets import MODEL, PAGE, refuse_clashes, refuse_other_model, refuse_unwritable, save_model
+from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
+from dehyst.errors import ParameterError
 from dehyst.families.best import PURPOSES, identify
 from dehyst.grades import Grade, grade_of
 from dehyst.identification import DirectFit, Fit, Score
@@ -33,7 +31,11 @@ def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     if request.purpose not in PURPOSES:
         raise ParameterError(f"--for {request.purpose!r:.40} is none; write --for {' or --for '.join(PURPOSES)}.")
-    _refuse_clashes(request)
+    refuse_clashes(request.logs, request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE))
+    if request.save is not None:
+        refuse_other_model(request.save, request.overwrite, request.logs, _known(request))
+    if request.figures is not None:
+        refuse_unwritable(request.figures, folder=True)
     refuse_options(request)
     request = named_columns("identify", request, request.json)
     fit = _identify(request)
@@ -43,7 +45,7 @@ def run_identify(request: IdentifyRequest) -> None:
         with ask_progress("drawing", request.json):
             _report(fit, request)
     if request.json:
-        sys.stdout.write(json.dumps(_finite(fit.as_dict()), indent=1, allow_nan=False) + "\n")
+        print_json(fit.as_dict())
         return
     if isinstance(fit, DirectFit):
         print_direct(fit, request)
@@ -76,25 +78,6 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
         records = read_logs(request)
     with ask_progress("identifying", request.json):
         return identify(records, purpose=request.purpose, **settings)
-
-
-def _refuse_clashes(request: IdentifyRequest) -> None:
-    """Refuse outputs that would overwrite a log, each other or a stranger's file, before any work is done."""
-    logs = {log.resolve() for log in request.logs}
-    targets = [path for path in (request.save, request.report) if path is not None]
-    for path in targets:
-        if path.resolve() in logs:
-            raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
-        refuse_unwritable(path)
-    if len({path.resolve() for path in targets}) < len(targets):
-        raise OutputError(f"--save and --report both name '{targets[0]}'. Name two files.")
-    if request.save is not None:
-        refuse_existing(request.save, request.overwrite, MODEL)
-        refuse_other_model(request.save, request.overwrite, request.logs, _known(request))
-    if request.report is not None:
-        refuse_existing(request.report, request.overwrite, PAGE)
-    if request.figures is not None:
-        refuse_unwritable(request.figures, folder=True)
 
 
 def _known(request: IdentifyRequest) -> dict[str, Any]:
@@ -160,17 +143,6 @@ def _report(fit: Fit | DirectFit, request: IdentifyRequest) -> None:
         write_figures(fit, request.figures)
 
 
-def _finite(value: Any) -> Any:
-    """Replace infinities by null: JSON has none."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return value
-
-
 def _print(fit: Fit, request: IdentifyRequest) -> None:
     from rich.table import Table
     from rich.text import Text
@@ -227,11 +199,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
             )
         )
     print_findings(fit.warnings)
-    out.print()
-    for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
-        if path is not None:
-            out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
+    print_end(out, _next(fit, request.save), model=request.save, report=request.report, figures=request.figures)
 
 
 def _compared(fit: Fit) -> Table:

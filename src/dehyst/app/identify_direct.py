@@ -7,7 +7,7 @@ from typing import Any
 
 from dehyst.app.context import schedule_of
 from dehyst.app.requests import IdentifyRequest
-from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.terminal import ask_progress, print_end, print_findings, terminal
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.grades import Grade, grade_of
@@ -139,11 +139,7 @@ def print_direct(fit: DirectFit, request: IdentifyRequest) -> None:
         )
     )
     print_findings(fit.warnings)
-    out.print()
-    for path, what in ((request.save, "model"), (request.report, "report"), (request.figures, "figures")):
-        if path is not None:
-            out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(fit, request.save)}"), soft_wrap=True)
+    print_end(out, _next(fit, request.save), model=request.save, report=request.report, figures=request.figures)
 
 
 def _schedule_words(schedule: Schedule) -> str:

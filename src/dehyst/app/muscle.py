@@ -10,15 +10,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from rich.text import Text
 
 from dehyst.app.muscle_log import read_bench_log
 from dehyst.app.muscle_print import list_models, list_text, print_bench, print_fit, title_of
 from dehyst.app.requests import MuscleRequest
-from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_existing, refuse_other_model, refuse_unwritable, save_model
-from dehyst.app.terminal import ask_progress, print_findings, terminal
+from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_clashes, refuse_other_model, save_model
+from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
 from dehyst.arrays import Array
-from dehyst.errors import OutputError, ParameterError
+from dehyst.errors import ParameterError
 from dehyst.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.muscles.bench import Bench, default_contractions, run_bench
 from dehyst.muscles.fit import MuscleFit, fit_muscle
@@ -52,7 +51,7 @@ def run_muscle(request: MuscleRequest) -> None:
     )
     _write(request, bench, fit, provenance)
     if request.json:
-        sys.stdout.write(json.dumps(_facts(bench, fit, request), indent=1, allow_nan=False) + "\n")
+        print_json(_facts(bench, fit, request))
     else:
         _print(bench, fit, request)
 
@@ -62,23 +61,12 @@ def _refuse_clashes(request: MuscleRequest) -> None:
         raise ParameterError(f"nothing says which model. Type one of: {', '.join(names())}; or: dehyst muscle --list")
     if request.save is not None and request.log is None:
         raise ParameterError("--save writes what was fitted, but there is no log. Add --log FILE, or leave --save out.")
-    targets = [path for path in (request.save, request.report, request.figure) if path is not None]
-    if len({path.resolve() for path in targets}) < len(targets):
-        raise OutputError(f"two results would be written to '{targets[0]}'. Name a file for each.")
-    for path in targets:
-        if request.log is not None and path.resolve() == request.log.resolve():
-            raise OutputError(f"'{path}' is the log itself; writing there would lose it. Name another file.")
-        refuse_unwritable(path)
-    if request.save is not None:
-        refuse_existing(request.save, request.overwrite, MUSCLE)
-        if request.log is not None:
-            refuse_other_model(request.save, request.overwrite, [request.log], {})
-    if request.report is not None:
-        refuse_existing(request.report, request.overwrite, PAGE)
-    if request.figure is not None:
-        from dehyst.report.sweep import require_picture_name
-
-        refuse_existing(require_picture_name(request.figure), request.overwrite, MUSCLES)
+    refuse_clashes(
+        [request.log], request.overwrite, save=(request.save, MUSCLE), report=(request.report, PAGE),
+        figure=(request.figure, MUSCLES),
+    )  # fmt: skip
+    if request.save is not None and request.log is not None:
+        refuse_other_model(request.save, request.overwrite, [request.log], {})
 
 
 def _model(request: MuscleRequest) -> MuscleModel:
@@ -192,12 +180,11 @@ def _write(request: MuscleRequest, bench: Bench, fit: MuscleFit | None, provenan
 
 
 def _facts(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> dict[str, Any]:
-    from dehyst.app.identify import _finite
 
     found = {"format": "dehyst-muscle-bench", "title": title_of(bench.model), **bench.as_dict()}
     found["bounds"] = {entry.name: [entry.low, entry.high] for entry in bench.model.PARAMETERS if entry.fitted}
     found["fit"] = None if fit is None else fit.as_dict()
-    return dict(_finite(found))
+    return found
 
 
 def _print(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> None:
@@ -207,11 +194,7 @@ def _print(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> None:
     print_bench(bench)
     if fit is not None:
         print_findings([*fit.log.findings, *fit.findings])
-    out.print()
-    for path, what in ((request.save, "model"), (request.report, "report"), (request.figure, "picture")):
-        if path is not None:
-            out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {_next(bench, fit, request)}"), soft_wrap=True)
+    print_end(out, _next(bench, fit, request), model=request.save, report=request.report, picture=request.figure)
 
 
 def _next(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> str:

@@ -24,6 +24,7 @@ FAMILIES = "dehyst compare: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
+PICTURES = (EXCITATION, FAMILIES, MUSCLES)
 _BEGINNING = 2000
 
 
@@ -72,6 +73,41 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",
         path=str(path),
     )
+
+
+def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: tuple[Path | None, str | None]) -> None:
+    """Refuse, before any work, outputs that cannot be written or would cost a file that is there.
+
+    Parameters
+    ----------
+    sources
+        Files that are read.
+    overwrite
+        Whether the user said ``--overwrite``.
+    **targets
+        Option -> file to be written, and its mark as for `refuse_existing`; one of a picture needs its name.
+
+    Raises
+    ------
+    OutputError
+        If one is a source, two are one, or one would be lost.
+    """
+    read = {path.resolve() for path in sources if path is not None}
+    named: dict[Path, str] = {}
+    there = {option: (path, own) for option, (path, own) in targets.items() if path is not None}
+    for option, (path, _) in there.items():
+        if path.resolve() in read:
+            raise OutputError(f"'{path}' is the log or the model itself; writing there would lose it. Name another.")
+        refuse_unwritable(path)
+        if path.resolve() in named:
+            raise OutputError(f"--{named[path.resolve()]} and --{option} both name '{path}'. Name two files.")
+        named[path.resolve()] = option
+    for path, own in there.values():
+        if own in PICTURES:
+            from dehyst.report.sweep import require_picture_name
+
+            require_picture_name(path)
+        refuse_existing(path, overwrite, own)
 
 
 def refuse_other_model(path: Path, overwrite: bool, logs: Iterable[Path], settings: Mapping[str, Any]) -> None:

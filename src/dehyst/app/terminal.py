@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import errno
+import json
+import math
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -45,6 +49,30 @@ def ask_progress(what: str, quiet: bool = False) -> Iterator[None]:
         return
     with terminal(stderr=True).status(f"{what} ..."):
         yield
+
+
+def print_json(found: Mapping[str, Any]) -> None:
+    """Write a result as JSON, which has no infinities: null stands for them."""
+    sys.stdout.write(json.dumps(_finite(found), indent=1, allow_nan=False) + "\n")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value
+
+
+def print_end(out: Console, following: str, **written: Path | None) -> None:
+    """Print what was written, and what to type next."""
+    out.print()
+    for what, path in written.items():
+        if path is not None:
+            out.print(Text(f"{what}: {path}"))
+    out.print(Text(f"next: {following}"), soft_wrap=True)
 
 
 def print_findings(findings: Iterable[Finding], stderr: bool = False) -> None:
