@@ -415,6 +415,11 @@ class Fit:
     table: tuple[Option, ...] = ()
 
     @property
+    def backward(self) -> bool:
+        """Whether `predictions` are of the input: not here."""
+        return False
+
+    @property
     def grade(self) -> Grade | None:
         """How far the model can be trusted as a compensator, as the verdict says."""
         return grade_of(self.verdict)

@@ -141,6 +141,11 @@ class DirectFit:
     family: str = "direct-inverse"
 
     @property
+    def backward(self) -> bool:
+        """Whether `predictions` are of the input, and `outputs` those of the output."""
+        return True
+
+    @property
     def judged(self) -> Score:
         """Errors of the input that count: those on held-out samples if there are any."""
         return self.train if self.test is None else self.test

@@ -54,7 +54,7 @@ class Shown(NamedTuple):
 def shown(fit: AnyFit, i: int) -> Shown:
     """Return the signals of a recording the way round the model was fitted."""
     rec = fit.recordings[i]
-    if fit.model.judged_backward:
+    if fit.backward:
         return Shown(rec.output, rec.input, "output", "input", rec.output_label, rec.input_label, rec.input_unit)
     return Shown(rec.input, rec.output, "input", "output", rec.input_label, rec.output_label, rec.output_unit)
 
@@ -62,7 +62,7 @@ def shown(fit: AnyFit, i: int) -> Shown:
 def loop_figure(fit: AnyFit) -> Figure:
     """Return figure 1."""
     drawn = min(len(fit.recordings), MAXIMUM_PANELS)
-    first, backward = shown(fit, 0), fit.model.judged_backward
+    first, backward = shown(fit, 0), fit.backward
     panels = [
         Panel(
             f"{first.answer.capitalize()} over {first.drive}"

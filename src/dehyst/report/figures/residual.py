@@ -31,7 +31,7 @@ MARKS = 100
 
 def residual_figure(fit: AnyFit) -> Figure:
     """Return figure 5."""
-    told, backward = shown(fit, 0), fit.model.judged_backward
+    told, backward = shown(fit, 0), fit.backward
     score, part = (fit.train, "fitted") if fit.test is None else (fit.test, "held-out")
     caption = (
         f"{'Input applied less input asked for' if backward else 'Measured output less model'}. The band is ± the RMSE "
