@@ -97,10 +97,12 @@ def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: t
     there = {option: (path, own) for option, (path, own) in targets.items() if path is not None}
     for option, (path, _) in there.items():
         if path.resolve() in read:
-            raise OutputError(f"'{path}' is the log or the model itself; writing there would lose it. Name another.")
+            raise OutputError(
+                f"'{path}' is the log itself, or a model that is read; writing there would lose it. Name another file."
+            )
         refuse_unwritable(path)
         if path.resolve() in named:
-            raise OutputError(f"--{named[path.resolve()]} and --{option} both name '{path}'. Name two files.")
+            raise OutputError(f"--{named[path.resolve()]} and --{option} both name '{path}'. Name a file for each.")
         named[path.resolve()] = option
     for path, own in there.values():
         if own in PICTURES:
