@@ -7,7 +7,6 @@ import struct
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.arrays import Array
@@ -16,7 +15,6 @@ from dehyst.control.machine_block import Direction, SavedBlock, declared_range, 
 from dehyst.control.reach import Operator
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel
-from dehyst.models.arrays import signal_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +153,8 @@ class Block(SavedBlock[_native.Block]):
             replace(card.output, low=p.output_low, high=p.output_high),
         )
 
+    takes_given = False
+
     @property
     def state(self) -> Array:
         """Play states z (n,), a copy. [argument of the operator]"""
@@ -182,38 +182,6 @@ class Block(SavedBlock[_native.Block]):
                 f"a sample is one number, or None for a sensor without an answer, and so is the switch True or False; "
                 f"got {type(x).__name__} and {type(on).__name__}. Whole signals go through run()."
             ) from None
-
-    def run(self, x: npt.ArrayLike, on: npt.ArrayLike = True) -> tuple[Array, Words]:
-        """Return outputs and flags of many samples, going on from the present state.
-
-        Parameters
-        ----------
-        x
-            Inputs, (T,). [input]
-        on
-            Whether the model answers, (T,) or one value for all.
-
-        Returns
-        -------
-        y : (T,)
-            Outputs, with the bits of `step`. [output]
-        flags : (T,)
-            Sums of the bits in `BLOCK_FLAGS`.
-
-        Raises
-        ------
-        ParameterError
-            If lengths differ or values are not numbers.
-        """
-        samples = signal_array(x, "input x")
-        switches = np.asarray(on)
-        if switches.dtype.kind not in "biuf" or switches.shape not in ((), samples.shape):
-            raise ParameterError(
-                f"on has shape {switches.shape} and type {switches.dtype} for {samples.size} samples; pass True or "
-                f"False, or one of them a sample."
-            )
-        full = np.ascontiguousarray(np.broadcast_to(switches != 0, samples.shape))
-        return self._native.run(samples, full)
 
     def dump(self) -> Words:
         """Return an image of all parameters, as the C function dehyst_block_load reads it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Any, ClassVar, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from dehyst.arrays import Array
 from dehyst.control.images import Words, refuse, words_of
 from dehyst.errors import ParameterError
 from dehyst.models import Model
-from dehyst.models.arrays import parameter_number
+from dehyst.models.arrays import parameter_number, signal_array
 from dehyst.models.card import SignalCard
 
 Direction: TypeAlias = Literal["inverse", "forward"]
@@ -125,6 +125,39 @@ class SavedBlock(MachineBlock[S]):
 
     model: Model
     direction: Direction
+    takes_given: ClassVar[bool] = True
+
+    def run(
+        self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None
+    ) -> tuple[Array, Words]:
+        """Return outputs and flags of many samples, going on from the present state.
+
+        Parameters
+        ----------
+        x
+            Inputs, (T,). [input]
+        on
+            Whether the model answers, (T,) or one value for all.
+        given
+            Scheduling variables by name, (T,) or a number each.
+
+        Returns
+        -------
+        y : (T,)
+            Outputs, with the bits of `step`. [output]
+        flags : (T,)
+            Sums of the bits in `BLOCK_FLAGS`.
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ, values are no numbers, or a scheduling variable is missing.
+        """
+        samples = signal_array(x, "input x")
+        table = (self._table(given, samples.size),) if self.takes_given else ()
+        native: Any = self._native
+        y, flags = native.run(samples, *table, along(on, samples.size, "on") != 0)
+        return y, flags
 
     def save(self) -> Words:
         """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""

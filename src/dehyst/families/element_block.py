@@ -7,15 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
-from dehyst.arrays import Array
-from dehyst.control.images import Words
-from dehyst.control.machine_block import Direction, SavedBlock, along, declared_range, refuse_direction, refuse_ramp
+from dehyst.control.machine_block import Direction, SavedBlock, declared_range, refuse_direction, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
-from dehyst.models.arrays import parameter_number, signal_array
+from dehyst.models.arrays import parameter_number
 
 BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
 LONG = 1e9  # s, after which every lag is there
@@ -190,35 +187,6 @@ class ElementBlock(SavedBlock[_native.ElementBlock]):
             If one of them is no number, or a scheduling variable is missing.
         """
         return self._native.step(*self._sample(given, on, x))
-
-    def run(
-        self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None
-    ) -> tuple[Array, Words]:
-        """Return outputs and flags of many samples, going on from the present state.
-
-        Parameters
-        ----------
-        x
-            Inputs, (T,). [input]
-        on
-            Whether the model answers, (T,) or one value for all.
-        given
-            Scheduling variables by name, (T,) or a number each.
-
-        Returns
-        -------
-        y : (T,)
-            Outputs, with the bits of `step`. [output]
-        flags : (T,)
-            Sums of the bits in `BLOCK_FLAGS`.
-
-        Raises
-        ------
-        ParameterError
-            If lengths differ, values are no numbers, or a scheduling variable is missing.
-        """
-        samples = signal_array(x, "input x")
-        return self._native.run(samples, self._table(given, samples.size), along(on, samples.size, "on") != 0)
 
 
 def _usual(model: ElementModel) -> float:
