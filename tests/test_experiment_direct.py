@@ -14,8 +14,7 @@ from dehyst.experiments import learning
 from dehyst.experiments.compensators import equip
 from dehyst.experiments.direct_run import unsheared
 from dehyst.experiments.learning import learned_torque, learned_trial
-from dehyst.experiments.loops_run import identify_compensators
-from dehyst.experiments.motions import motion_of
+from dehyst.experiments.loops_run import identify_compensators, motion_of
 from dehyst.experiments.quasistatic import SPACING
 from dehyst.experiments.recipes import NAMES, RECIPES, recipe
 from dehyst.experiments.trials import run_trial

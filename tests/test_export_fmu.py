@@ -28,10 +28,9 @@ from dehyst.export import Check, export, joint_subject, subject_of, verify
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu import binaries
 from dehyst.export.fmu.binaries import LINUX, WINDOWS
-from dehyst.export.fmu.description import Description, model_description
+from dehyst.export.fmu.description import Description, base_unit, model_description
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import STEP, package
-from dehyst.export.fmu.units import base_unit
 from dehyst.export.fmu.variables import Variable, placed
 from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits

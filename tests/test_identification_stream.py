@@ -21,9 +21,9 @@ from dehyst.identification.facts import branches as branches_in_memory
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.split import split_recordings
 from dehyst.identification.stream import spool as spools
-from dehyst.identification.stream.cycles import Cycles
 from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import read
+from dehyst.identification.stream.measure import Cycles
 from dehyst.identification.stream.outline import Outline
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import STAGES, Watch

@@ -11,8 +11,7 @@ import pytest
 from dehyst.errors import ParameterError
 from dehyst.plant import load_robot
 from dehyst.plant.parameters import PACKAGED
-from dehyst.plant.units_of_keys import TO_SI
-from dehyst.plant.validation import known_keys
+from dehyst.plant.validation import TO_SI, known_keys
 
 TEXT = PACKAGED.read_text(encoding="utf-8")
 LISTED = set(re.findall(r"\[(\d+)\] [A-Za-z]", "\n".join(line for line in TEXT.splitlines() if line.startswith("#"))))

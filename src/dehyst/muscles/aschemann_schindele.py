@@ -29,11 +29,6 @@ _FIT = "fitted, see SETS"
 class AschemannSchindele(MuscleModel):
     """Polynomial map.
 
-    Raises
-    ------
-    ParameterError
-        If a value is not finite, or the length not positive.
-
     Examples
     --------
     >>> AschemannSchindele.published("DMSP-40-maker").static_force([0.0, 0.1, 0.2], 3e5).round().tolist()

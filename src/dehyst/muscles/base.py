@@ -32,6 +32,7 @@ from dehyst.muscles.solve import solve_pressure
 
 PRESSURE_LIMIT = 5e6  # Pa; far beyond the 8 bar of any muscle, so that a wrong unit does not pass
 SPEED_LIMIT = 1e4  # m/s; muscles reach 1
+REFUSED = "ParameterError\n    If a value has no physical meaning."
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,8 @@ class MuscleModel(ABC):
             cls.PARAMETERS = tuple(Parameter(name, *about) for name, about in told)
             head, _, rest = cleandoc(cls.__doc__ or "").partition("\n\n")
             rows = "\n".join(f"{each.name}\n    {each.meaning}. [{each.unit}]" for each in cls.PARAMETERS)
-            cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{rest}"
+            raises = "" if "Raises\n" in rest else f"Raises\n------\n{REFUSED}\n\n"
+            cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{raises}{rest}"
 
     # -- what a model gives -------------------------------------------------------------------------------------------
 

@@ -39,11 +39,6 @@ _PAPER = "Martens, Boblan 2017, found"
 class BoblanMartens(BraidedMuscle):
     """Boblan-Martens: geometry and a wall of rubber.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     Measured at 600 kPa and 296, 282 and 267 mm: 1460, 1004 and 715 N.

@@ -42,11 +42,6 @@ _PAPER = "Chou, Hannaford 1996"
 class ChouHannaford(BraidedMuscle):
     """Chou-Hannaford: geometry and a Coulomb band.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     >>> braid = ChouHannaford.published("braid-15")

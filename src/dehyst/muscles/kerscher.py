@@ -39,11 +39,6 @@ _RATE = 40.0
 class Kerscher(MuscleModel):
     """Kerscher: corrected geometry and a damper.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     A release at 0.5 m/s and 3 bar takes 200 N at once:

@@ -41,11 +41,6 @@ _PAPER = "Klute, Czerniecki, Hannaford 2002"
 class Klute(BraidedMuscle):
     """Klute: braid, hyperelastic bladder, hydraulic damper, Hill's law.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     >>> actuator = Klute.published("triceps")

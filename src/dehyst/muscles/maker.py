@@ -31,11 +31,6 @@ _BOLEN = "maker's tool as fitted by Bolen, found"
 class Maker(MuscleModel):
     """Map of the maker's tool.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     >>> Maker.published("DMSP-40").static_force([0.0, 0.1, 0.2], 3e5).round().tolist()

@@ -37,11 +37,6 @@ def _converted(length: float, a: float, b: float, c: float, d: float, e: float, 
 class Sarosi(MuscleModel):
     """Exponential map with six parameters.
 
-    Raises
-    ------
-    ParameterError
-        If a value is not finite, or the length not positive.
-
     Examples
     --------
     >>> Sarosi.published("DMSP-40-bench").static_force([0.0, 0.1, 0.2], 3e5).round().tolist()

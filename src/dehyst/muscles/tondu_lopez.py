@@ -41,11 +41,6 @@ _PAPER = "Tondu, Lopez 2000"
 class TonduLopez(MuscleModel):
     """Tondu-Lopez: geometry with conical ends, strand friction in proportion to pressure.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     >>> muscle = TonduLopez.published("rubber-rayon")

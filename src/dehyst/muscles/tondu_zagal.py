@@ -32,11 +32,6 @@ _PAPER = "Tondu, Zagal 2006"
 class TonduZagal(MuscleModel):
     """Tondu-Zagal: geometry and a friction of the speed.
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     >>> rayon = TonduZagal.published("rayon")

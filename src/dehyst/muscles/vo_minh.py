@@ -100,11 +100,6 @@ class VoMinh(MuscleModel):
     reference_pressure
         p_r. [Pa]
 
-    Raises
-    ------
-    ParameterError
-        If a value has no physical meaning.
-
     Examples
     --------
     A stroke from rest and back: friction opposes both, 20 N when everything slips.

@@ -14,7 +14,6 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from dehyst.errors import ParameterError
 from dehyst.plant import tables
 from dehyst.plant.tables import Key
-from dehyst.plant.units_of_keys import TO_SI, key_of
 
 SINGLE: dict[str, type] = {
     "air": tables.Air,
@@ -40,6 +39,44 @@ NAMED: dict[str, type] = {
 }  # tables of tables: [joint.1], [muscle.dmsp40]
 TEXTS = ("name",)
 Nested = dict[str, Any]
+
+
+# what stands after the quantity's name -> factor to SI. Frequencies become angular: [rad/s].
+TO_SI: dict[str, float] = {
+    "": 1.0,
+    "m": 1.0,
+    "kg": 1.0,
+    "s": 1.0,
+    "K": 1.0,
+    "N": 1.0,
+    "Nm": 1.0,
+    "Nm_s": 1.0,
+    "m_s": 1.0,
+    "m_s2": 1.0,
+    "m_s3": 1.0,
+    "1_s": 1.0,
+    "deg": math.pi / 180.0,
+    "bar": 1e5,
+    "bar_rad": 1e5,
+    "N_bar": 1e-5,
+    "l": 1e-3,
+    "l_per_m": 1e-3,
+    "l_s_bar": 1e-3 / 1e5,
+    "Hz": 2.0 * math.pi,
+}
+
+
+def key_of(quantity: str, unit: str) -> str:
+    """Return the key of a quantity in a parameter file.
+
+    Examples
+    --------
+    >>> key_of("supply", "bar")
+    'supply_bar'
+    >>> key_of("ratio", "")
+    'ratio'
+    """
+    return f"{quantity}_{unit}" if unit else quantity
 
 
 def converted(values: Mapping[str, Any], source: str) -> tuple[Nested, Nested]:

@@ -10,6 +10,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
+from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Fit, LoopFacts, Score
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
@@ -60,12 +61,12 @@ def lights(fit: Fit) -> tuple[Light, ...]:
     return tuple(found)
 
 
-def overall(fit: Fit) -> Grade:
+def overall(fit: Fit | DirectFit) -> Grade:
     """Return the grade of the whole: what the verdict says; for a fit made by hand, the same rule."""
     said = grade_of(fit.verdict)
     if said is not None:
         return said
-    score, _ = _score(fit)
+    score = fit.train if fit.test is None else fit.test
     found = codes(fit)
     if not score.rmse_percent <= POOR_PERCENT or found & (UNUSABLE - {"never-turns"}):
         return Grade.BAD
@@ -74,7 +75,7 @@ def overall(fit: Fit) -> Grade:
     return Grade.CARE
 
 
-def codes(fit: Fit) -> set[str]:
+def codes(fit: Fit | DirectFit) -> set[str]:
     """Return the codes of all findings."""
     return {finding.code for finding in fit.warnings}
 

@@ -14,8 +14,6 @@ from dehyst.identification.fit import Fit
 from dehyst.report.direct.figures import direct_figures
 from dehyst.report.direct.words import (
     direct_lights,
-    direct_overall,
-    direct_steps,
     direct_tables,
     direct_tiles,
     direct_words,
@@ -169,8 +167,8 @@ def _figures(fit: Fit | DirectFit) -> tuple[Figure, ...]:
 def _content(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) -> _Content:
     if isinstance(fit, DirectFit):
         return _Content(
-            direct_lights(fit), direct_overall(fit), direct_words(fit), direct_tiles(fit), direct_tables(fit),
-            direct_steps(fit, model_file),
+            direct_lights(fit), overall(fit), direct_words(fit), direct_tiles(fit), direct_tables(fit),
+            next_steps(fit, model_file),
         )  # fmt: skip
     found = lights(fit)
     return _Content(

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import uuid
+import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
@@ -11,7 +14,6 @@ from dehyst import __version__
 from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
 from dehyst.export.c import core_functions, unit_files
-from dehyst.export.fmu.archive import archive
 from dehyst.export.fmu.binaries import Binaries, compile_binaries
 from dehyst.export.fmu.description import Description, Version, build_description, model_description
 from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input
@@ -21,6 +23,27 @@ from dehyst.export.rendering import TEMPLATES
 from dehyst.export.subject import Subject
 
 STEP = 2.0**-10  # communication step of the examples where the unit has no period: times add up without rounding [s]
+
+
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+def archive(files: Mapping[str, bytes]) -> bytes:
+    """Return the zip archive of files, path -> content; no date and no owner is in it.
+
+    Examples
+    --------
+    >>> archive({"a": b"x"}) == archive({"a": b"x"})
+    True
+    """
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as packed:
+        for path in sorted(files, key=lambda p: (p != "modelDescription.xml", p)):
+            info = zipfile.ZipInfo(path, _DATE)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = (0o755 if path.startswith("binaries/") else 0o644) << 16
+            packed.writestr(info, files[path])
+    return out.getvalue()
 
 
 @dataclass(frozen=True)

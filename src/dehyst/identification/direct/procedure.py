@@ -5,35 +5,121 @@ from __future__ import annotations
 import datetime as _datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst import __version__
 from dehyst.arrays import Array, Mask
-from dehyst.errors import ParameterError
+from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
-from dehyst.identification.direct.build import build_direct
-from dehyst.identification.direct.cautions import about_direct_fit, about_terms, direct_verdict
-from dehyst.identification.direct.columns import LENGTHS, RADII, ROWS, STARTS, Bank, Layout, Shape, rows_at, terms_along
+from dehyst.identification.direct.cautions import about_direct_fit, about_terms, direct_verdict, findings_of_data
+from dehyst.identification.direct.columns import (
+    GROUPS,
+    LENGTHS,
+    RADII,
+    ROWS,
+    STARTS,
+    Bank,
+    Layout,
+    Shape,
+    rows_at,
+    terms_along,
+)
 from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
-from dehyst.identification.direct.fit import DirectCertificate, DirectFit
+from dehyst.identification.direct.fit import DirectCertificate, DirectFit, Rival
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
-from dehyst.identification.direct.rivals import Compared, compare_forward
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
 from dehyst.identification.direct.times import AUTO, check_creep, time_constants
-from dehyst.identification.fit import Candidate, Score
-from dehyst.identification.settings import check_recordings
+from dehyst.identification.families import FAMILIES
+from dehyst.identification.fit import Candidate, Fit, LoopFacts, Score
+from dehyst.identification.measures import InMemory
+from dehyst.identification.procedure import call_of, solve_in_memory
+from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
 from dehyst.identification.split import HALF, Split, split_recordings, tested_on
 from dehyst.identification.threads import single_blas
-from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models.follow import follow
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 LOAD, MEAN_PRESSURE = "load", "mean_pressure"
 Given = npt.ArrayLike | Sequence[npt.ArrayLike] | None
+
+
+def build_direct(layout: Layout, estimate: DirectEstimate, data: DirectData, card: ModelCard) -> DirectInverse:
+    """Return the model of an estimate; terms without weight are left out, which is exact."""
+    shape, slope = estimate.shape, data.amplitude / data.half_range
+    given = tuple(Schedule(g.name, g.low, g.high, g.unit) for g in data.given)
+    low, high = data.center - data.half_range, data.center + data.half_range
+    schedules = (Schedule("output", low, high), *given) if shape.by_output else given
+    tables = _tables(layout, estimate)
+    return DirectInverse(
+        radii=layout.bank.radii * data.half_range,
+        stop_weights=tables["stops"] * slope,
+        path_lengths=layout.bank.lengths * data.half_range,
+        path_weights=tables["path"] * slope,
+        time_constants=layout.bank.time_constants,
+        creep_weights=tables["creep"] * slope,
+        polynomial=_polynomials(estimate, data, len(given)),
+        viscous=tables["viscous"][:, 0] * slope,
+        center=data.center,
+        schedules=schedules,
+        known=shape.start == "rest",
+        card=card,
+    ).pruned()
+
+
+def _tables(layout: Layout, estimate: DirectEstimate) -> dict[str, Array]:
+    """Weights (sets, terms) of every group, zero where the shape has none."""
+    sets, tables, begin = estimate.weights.shape[0], {}, 0
+    for name in GROUPS:
+        size = layout.sizes[name]
+        there = name in estimate.shape.groups
+        tables[name] = estimate.weights[:, begin : begin + size] if there else np.zeros((sets, size))
+        begin += size if there else 0
+    return tables
+
+
+def _polynomials(estimate: DirectEstimate, data: DirectData, given: int) -> Array:
+    """(sets, d): the polynomial in both sets of the output's schedule, or those of the given schedules in theirs."""
+    parts = estimate.polynomials * (data.amplitude / data.half_range ** np.arange(estimate.shape.degree + 1))
+    parts[: 2 if given else 1, 0] += data.level
+    if given == 0:
+        return np.repeat(parts, 2 if estimate.shape.by_output else 1, axis=0)
+    return np.vstack([np.zeros((2, parts.shape[1])), parts]) if estimate.shape.by_output else parts
+
+
+class Compared(NamedTuple):
+    """Rivals, the one with the best inverse first; what the data shows; findings about the data."""
+
+    rivals: tuple[Rival, ...]
+    facts: LoopFacts
+    findings: tuple[Finding, ...]
+
+
+def compare_forward(records: tuple[Recording, ...], split: Split, loads: Sequence[Sequence[Array]]) -> Compared:
+    """Identify every forward family and score it.
+
+    A family that cannot be identified is left out; if none can, the fault of the last one is raised.
+    """
+    fits: list[Fit] = []
+    fault: DehystError | None = None
+    measure = InMemory(records, loads)  # which tests rate and creep once for all of them
+    for family in FAMILIES:
+        call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
+        try:
+            fits.append(solve_in_memory(call, records, None, measure))
+        except DehystError as found:
+            fault = found
+    if not fits:
+        raise fault if fault is not None else AssertionError("no family was tried")
+    fits.sort(key=lambda fit: rank(fit.certificate.inverse_miss_percent))
+    rivals = tuple(
+        Rival(fit.family, fit.certificate.inverse_miss_percent, (fit.test or fit.train).rmse_percent) for fit in fits
+    )
+    return Compared(rivals, fits[0].facts, tuple(findings_of_data(fits[0].warnings)))
 
 
 @takes_recordings

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import os
-
-from dehyst.grades import Grade, grade_of
+from dehyst.grades import Grade
 from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.selection import STATIC_AS_GOOD
-from dehyst.report.judgement import KKT, Light
-from dehyst.report.next_steps import Lines
+from dehyst.report.judgement import KKT, Light, overall
 from dehyst.report.tables import Table, settings_rows, source_table
-from dehyst.report.text import clean, count, number, with_unit
-from dehyst.shell import quoted
+from dehyst.report.text import count, number, with_unit
 
 MAXIMUM_ROWS = 400
-
-
-def direct_overall(fit: DirectFit) -> Grade:
-    """Return the grade that the verdict pronounces; care for a fit without one."""
-    said = grade_of(fit.verdict)
-    return Grade.CARE if said is None else said
 
 
 def direct_lights(fit: DirectFit) -> tuple[Light, ...]:
@@ -63,7 +53,7 @@ def direct_words(fit: DirectFit) -> tuple[str, ...]:
         f"{with_unit(judged.max, first.input_unit)} at worst."
     ]
     says += [f"{said[0].upper()}{said[1:]}." for said in fit.evidence_words]
-    if direct_overall(fit) is Grade.BAD:
+    if overall(fit) is Grade.BAD:
         says.append("It should not drive a machine as it is; the warnings say why.")
     return tuple(says)
 
@@ -163,27 +153,3 @@ def _parameters(fit: DirectFit) -> tuple[Table, ...]:
     viscous = ("viscous", *(f"{value:.9g}" for value in model.viscous))
     note = f"Powers of y - {model.center:.9g}."
     return (*tables, Table("Parameters: curve and viscous", ("", *heads), (*curve, viscous), note, folded=True))
-
-
-def direct_steps(fit: DirectFit, model_file: str | os.PathLike[str] | None) -> tuple[Lines, ...]:
-    """Return what to type next."""
-    name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
-    output = quoted(" ".join(clean(fit.recordings[0].output_name).split()))
-    code = (
-        f"import dehyst\n\nmodel = dehyst.load({name!r})\nrun = model.run(reference, time)\n"
-        "u = run.u            # input to apply\ndoubt = run.doubt    # half width while the past is unknown\n"
-    )
-    if direct_overall(fit) is Grade.BAD:
-        warn = "Do not compensate with this model: cure what the warnings name, and identify again. To look at it"
-        return (Lines(warn, code),)
-    steps = [
-        Lines(
-            "The input that makes the actuator follow a reference",
-            f"dehyst compensate {quoted(name)} reference.csv --output {output}",
-        ),
-        Lines("The same in Python", code),
-    ]
-    if model_file is None:
-        keep = "Keep the model, in Python or with --save on the command line; this run was not told where"
-        steps.insert(0, Lines(keep, 'fit.model.save("model.json")'))
-    return tuple(steps)
