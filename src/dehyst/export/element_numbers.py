@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.export.numbers import INPUT_LIMIT, TOLERANCE, Constant, Map, UnitNumbers, inward, outward, rounded
+from dehyst.export.numbers import INPUT_LIMIT, TOLERANCE, Constant, Map, UnitNumbers, inward, outward, read, rounded
 from dehyst.families.element_block import ElementBlockParameters
 from dehyst.families.elements import KINDS
 
@@ -47,40 +47,10 @@ class ElementBlockNumbers(UnitNumbers):
         """Numbers of the block beside its sum."""
         return self.parameters.numbers
 
-    @property
-    def input_low(self) -> float:  # type: ignore[override]
-        """Inputs below are taken as this."""
-        return self.values["input_low"]
-
-    @property
-    def input_high(self) -> float:  # type: ignore[override]
-        """Inputs above are taken as this."""
-        return self.values["input_high"]
-
-    @property
-    def output_low(self) -> float:  # type: ignore[override]
-        """No output lies below."""
-        return self.values["output_low"]
-
-    @property
-    def output_high(self) -> float:  # type: ignore[override]
-        """No output lies above."""
-        return self.values["output_high"]
-
-    @property
-    def line_slope(self) -> float:  # type: ignore[override]
-        """Of the answer while off."""
-        return self.values["line_slope"]
-
-    @property
-    def line_offset(self) -> float:  # type: ignore[override]
-        """Of the answer while off."""
-        return self.values["line_offset"]
-
-    @property
-    def fade(self) -> float:  # type: ignore[override]
-        """Share of a switching that one sample makes."""
-        return self.values["fade"]
+    input_low, input_high = read("values", "input_low"), read("values", "input_high")
+    output_low, output_high = read("values", "output_low"), read("values", "output_high")
+    line_slope, line_offset = read("values", "line_slope"), read("values", "line_offset")
+    fade = read("values", "fade")
 
     @property
     def fingerprint(self) -> int:

@@ -78,6 +78,16 @@ class ModelNumbers:
                 yield Constant(f"{place}_{axis}", f"map {place} the hysteresis, breakpoints: {axis}", "", values)
 
 
+def read(member: str, name: str) -> Any:
+    """Return a property that reads a number of a member, by its key or as its attribute."""
+
+    def value(self: Any) -> float:
+        held = getattr(self, member)
+        return float(held[name] if isinstance(held, Mapping) else getattr(held, name))
+
+    return property(value, doc=f"`{name}` of its {member}.")
+
+
 class UnitNumbers(ABC):
     """What a unit says to the templates of its targets, whatever block of the core it holds.
 
@@ -320,25 +330,8 @@ class DirectBlockNumbers(UnitNumbers):
     given: tuple[str, ...] = ()
     tolerance: float = 0.0
 
-    @property
-    def input_low(self) -> float:  # type: ignore[override]
-        """Of y."""
-        return self.direct.input_low
-
-    @property
-    def input_high(self) -> float:  # type: ignore[override]
-        """Of y."""
-        return self.direct.input_high
-
-    @property
-    def output_low(self) -> float:  # type: ignore[override]
-        """Of u."""
-        return self.direct.output_low
-
-    @property
-    def output_high(self) -> float:  # type: ignore[override]
-        """Of u."""
-        return self.direct.output_high
+    input_low, input_high = read("direct", "input_low"), read("direct", "input_high")
+    output_low, output_high = read("direct", "output_low"), read("direct", "output_high")
 
     @property
     def direct_inverse(self) -> DirectNumbers | None:
