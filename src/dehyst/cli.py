@@ -44,6 +44,9 @@ def _options(
 def _command(run: str, request: type[Any]) -> None:
     """Add the command that calls `run`, "room:function" of `dehyst.app`, with a request made of what was typed."""
     hints = get_type_hints(request, include_extras=True)
+    for entry in fields(request):
+        if "typed" in entry.metadata:
+            hints[entry.name] = Annotated[hints[entry.name], entry.metadata["typed"]]
     room, _, function = run.partition(":")
 
     def command(**typed: Any) -> None:
