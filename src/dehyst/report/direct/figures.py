@@ -8,9 +8,10 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.identification.direct import DirectFit
+from dehyst.identification.fit import Candidate
 from dehyst.models import DirectInverse
 from dehyst.recording import Recording
-from dehyst.report.figures.candidates import candidates_figure
+from dehyst.report.figures.candidates import candidates_figure, draw_bars
 from dehyst.report.figures.loop import draw_parts, loop_figure
 from dehyst.report.figures.panel import (
     Axes,
@@ -25,7 +26,7 @@ from dehyst.report.figures.panel import (
 )
 from dehyst.report.figures.residual import residual_figure
 from dehyst.report.text import count, number, with_unit
-from dehyst.report.theme import CYCLE, INK, MODEL, MUTED, OTHER, STATIC, TRAIN
+from dehyst.report.theme import CYCLE, MODEL, MUTED, STATIC, TRAIN
 from dehyst.report.thin import Window
 from dehyst.ties import rank
 
@@ -165,23 +166,8 @@ def _against(fit: DirectFit) -> Figure | None:
 def _draw_against(fit: DirectFit, inverse: bool, axes: Axes) -> None:
     own = fit.judged.rmse_percent if inverse else fit.judged_forward.rmse_percent
     others = [(r.family, r.inverse_percent if inverse else r.forward_percent) for r in fit.rivals]
-    rows = sorted([("direct-inverse", own), *others], key=lambda row: rank(row[1]))
-    edge = 3.0 * max(own, rows[0][1]) or 1.0
-    for k, (name, error) in enumerate(rows):
-        colour = TRAIN.light if name == "direct-inverse" else OTHER.light
-        axes.barh([k], [min(error, edge)], height=0.34, color=colour, zorder=2)
-        axes.text(0.0, k - 0.22, name, va="bottom", ha="left", fontsize=10.0, color=INK.light)
-        axes.text(
-            min(error, edge) + 0.015 * edge, k, f"{number(error)} %", va="center", fontsize=9.5, color=MUTED.light
-        )
-    axes.set_xlim(0.0, 1.2 * edge)
-    _bars(axes, len(rows), f"RMSE [% of the {'input' if inverse else 'output'}'s range]")
-
-
-def _bars(axes: Axes, rows: int, label: str) -> None:
-    axes.set_ylim(rows - 0.4, -0.75)
-    axes.set_yticks([])
-    axes.grid(visible=False, axis="y")
-    axes.spines["left"].set_visible(False)
-    axes.locator_params(axis="x", nbins=6)
-    axes.set_xlabel(label)
+    rows = [
+        Candidate(name, "", None, error, np.nan, name == fit.family) for name, error in [(fit.family, own), *others]
+    ]
+    label = f"RMSE [% of the {'input' if inverse else 'output'}'s range]"
+    draw_bars(sorted(rows, key=lambda row: rank(row.error_percent)), label, axes)

@@ -42,7 +42,13 @@ def candidates_figure(fit: AnyFit) -> Figure | None:
         "candidates",
         "What was compared",
         caption,
-        (Panel("Error on held-out loops", partial(_draw, drawn), says(f"Bars: {best}.")),),
+        (
+            Panel(
+                "Error on held-out loops",
+                partial(draw_bars, drawn, "RMSE on held-out loops [% of range]"),
+                says(f"Bars: {best}."),
+            ),
+        ),
     )
 
 
@@ -90,7 +96,8 @@ def _spread(shown: list[Candidate]) -> Array:
     return np.array([c.uncertainty_percent if np.isfinite(c.uncertainty_percent) else 0.0 for c in shown])
 
 
-def _draw(shown: list[Candidate], axes: Axes) -> None:
+def draw_bars(shown: list[Candidate], label: str, axes: Axes) -> None:
+    """Draw errors as bars, the name above each; what was taken stands out."""
     place = np.arange(len(shown))
     error, edge = np.array([c.error_percent for c in shown]), reach(shown)
     cut = error > edge
@@ -138,4 +145,4 @@ def _draw(shown: list[Candidate], axes: Axes) -> None:
     axes.grid(visible=False, axis="y")
     axes.spines["left"].set_visible(False)
     axes.locator_params(axis="x", nbins=6)
-    axes.set_xlabel("RMSE on held-out loops [% of range]")
+    axes.set_xlabel(label)
