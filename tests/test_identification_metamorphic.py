@@ -38,9 +38,7 @@ def logs(request):
 @pytest.mark.parametrize("relation", RELATIONS, ids=lambda relation: relation.name)
 def test_what_must_not_matter_does_not(logs, relation):
     made, of, seed = logs
-    # Rates are scaled by samples, and what was logged last counts most (docs/decisions/0047): plays alone are asked.
-    own = ("every sample twice", "recordings in another order")
-    identify = identify_plays if relation.name in own else dehyst.identify
+    identify = identify_plays if relation.of_plays else dehyst.identify
     after = found_in(relation.changed(made[relation.recordings], np.random.default_rng(seed)), identify)
     assert not broken(relation, of[identify][relation.recordings], after)
 
