@@ -232,7 +232,9 @@ RELATIONS = (
     Relation("output with the other sign", lambda log, rng: scaled(log, y=-1.0)),
     Relation("both with the other sign", lambda log, rng: scaled(log, x=-1.0, y=-1.0), mirrored=True),
     Relation("every sample twice", lambda log, rng: doubled(log), exact=False, of_plays=True),
-    Relation("recordings in another order", lambda log, rng: reversed_order(log), exact=False, recordings=2, of_plays=True),
+    Relation(
+        "recordings in another order", lambda log, rng: reversed_order(log), exact=False, recordings=2, of_plays=True
+    ),
     Relation("one false output", lambda log, rng: falsified(log, rng, 1), exact=False, causes=FALSE),
     Relation("five false outputs", lambda log, rng: falsified(log, rng, 5), exact=False, causes=FALSE),
     Relation("one false input", lambda log, rng: falsified(log, rng, 1, 0), exact=False, causes=FALSE),

@@ -121,7 +121,7 @@ def test_what_has_no_form_in_the_core_says_so_and_names_what_has(tmp_path, capsy
         subject_of(model, name="unit_1")
     path = model.save(tmp_path / "loop.json")
     status, text = told(capsys, "export", path, "--target", "c", "--out", tmp_path / "out")
-    assert status == 2 and "--family elements" in text
+    assert status == 2 and "dehyst identify LOG" in text
 
 
 def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):

@@ -110,6 +110,39 @@ def test_a_stepper_is_told_its_period_once_or_says_that_it_needs_one(name):
         assert np.isfinite(untold(0.1, **held))
 
 
+@pytest.mark.parametrize("name", names())
+def test_a_stepper_goes_on_from_its_image_and_refuses_those_of_others(name):
+    step = MODELS[name].stepper(0.05)
+    first = step.save()
+    for value in X[:50].tolist():
+        step(value)
+    image = step.save()
+    ahead = [step(value) for value in X[50:90].tolist()]
+    step.restore(image)
+    assert [step(value) for value in X[50:90].tolist()] == ahead
+    sizes = () if MODELS[name].memory_grows else (image[:-1], [*image, 0.0])
+    for wrong in (*sizes, image[:2], np.full(image.size, np.nan), 3.0):
+        with pytest.raises(ParameterError, match="none of this"):
+            step.restore(wrong)
+    step.restore(first)
+    assert step(X[0]) == MODELS[name].stepper(0.05)(X[0])
+
+
+def test_time_in_the_place_of_the_switch_is_refused():
+    made = dehyst.block(PLAYS, range=(-2.0, 2.0))
+    with pytest.raises(ParameterError, match="takes no time stamps"):
+        made.run(X, T)
+    assert np.array_equal(made.run(X, np.ones(X.size))[0], dehyst.block(PLAYS, range=(-2.0, 2.0)).run(X, True)[0])
+
+
+def test_settings_that_are_the_usual_ones_change_nothing():
+    x, y = X, PLAYS.simulate(X) + 0.01 * np.cos(np.arange(240))
+    rec = dehyst.Recording(input=x, output=y, time=T)
+    chosen = dehyst.identify(rec).family
+    for usual in ({"n": 100}, {"eps": "auto"}, {"initial_state": "auto"}, {"thresholds": None}):
+        assert dehyst.identify(rec, **usual).family == chosen
+
+
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), "fast"])
 def test_a_period_that_is_none_is_refused(seconds):
     with pytest.raises(ParameterError, match=r"period|number"):

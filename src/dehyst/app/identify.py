@@ -60,7 +60,7 @@ def _identify(request: IdentifyRequest) -> Fit | DirectFit:
         return identify_from(request, records)
     typed = {
         "n": (_operators(request.n), PAPER_OPERATORS),
-        "eps": (_eps(request), None),
+        "eps": (_eps(request) if request.eps != "auto" else None, None),
         "thresholds": (_thresholds(request.thresholds), None),
         "initial_state": (request.initial_state, "auto"),
     }

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.control.images import Words
-from dehyst.control.machine_block import MachineBlock, along, refuse_ramp
+from dehyst.control.machine_block import MachineBlock, along, refuse_ramp, switched
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 from dehyst.models.arrays import parameter_number, signal_array
@@ -145,7 +145,7 @@ class DirectBlock(MachineBlock[_native.DirectBlock]):
         """
         samples = signal_array(y, "y")
         table = self._table(given, samples.size)
-        switches = along(on, samples.size, "on") != 0
+        switches = switched(on, samples.size)
         return self._native.run(samples, along(rate, samples.size, "rate"), table, switches)
 
     def __repr__(self) -> str:

@@ -156,7 +156,7 @@ class SavedBlock(MachineBlock[S]):
         samples = signal_array(x, "input x")
         table = (self._table(given, samples.size),) if self.takes_given else ()
         native: Any = self._native
-        y, flags = native.run(samples, *table, along(on, samples.size, "on") != 0)
+        y, flags = native.run(samples, *table, switched(on, samples.size))
         return y, flags
 
     def save(self) -> Words:
@@ -191,6 +191,18 @@ def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
             f"one for all."
         )
     return np.ascontiguousarray(np.broadcast_to(array.astype(np.float64), (samples,)))
+
+
+def switched(on: npt.ArrayLike, samples: int) -> npt.NDArray[np.bool_]:
+    """Whether the model answers, (T,)."""
+    values = along(on, samples, "on")
+    other = values[(values != 0.0) & (values != 1.0)]
+    if other.size:
+        raise ParameterError(
+            f"on says whether the model answers, True or False, and holds {other[0]:g}. A block takes no time stamps: "
+            f"it runs at its own period."
+        )
+    return np.asarray(values != 0.0)
 
 
 def refuse_direction(direction: str) -> None:

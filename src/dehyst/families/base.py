@@ -102,10 +102,13 @@ class LoopModel(Model):
         Name of the family.
     rate_dependent
         Whether the output depends on how fast the input moves, so that time stamps are needed.
+    memory_grows
+        Whether the memory is as long as what is remembered.
     """
 
     family: ClassVar[str] = ""
     rate_dependent: ClassVar[bool] = False
+    memory_grows: ClassVar[bool] = False
     file_kind = "dehyst-family"
     scaling: Scaling
     start: str
@@ -386,6 +389,30 @@ class LoopStepper(Steps):
     def reset(self) -> None:  # noqa: D102 - see the base class
         self._memory = None
         self.rejected = self.rejected_ever = False
+
+    def save(self) -> Array:
+        """Return an image of the state: output, flags and memory; `restore` continues from it bit for bit."""
+        memory = np.zeros(0) if self._memory is None else self._memory
+        return np.concatenate([[self.output, self.rejected, self.rejected_ever], memory])
+
+    def restore(self, image: npt.ArrayLike) -> None:
+        """Continue from a saved image.
+
+        Raises
+        ------
+        ParameterError
+            If it is none of this model; the state stays as it was.
+        """
+        values = np.asarray(image, dtype=np.float64)
+        size = self._model.before(0.0).size
+        fits = values.ndim == 1 and (values.size in (3, 3 + size) or (self._model.memory_grows and values.size > 3))
+        if not (fits and np.isfinite(values).all()):
+            raise ParameterError(
+                f"an image of shape {values.shape} is none of this {self._family} model, whose images hold {3 + size} "
+                f"finite numbers. Restore what save() of a stepper of the same model returned."
+            )
+        self.output, self.rejected, self.rejected_ever = float(values[0]), bool(values[1]), bool(values[2])
+        self._memory = values[3:].copy() if values.size > 3 else None
 
     def __call__(self, value: float, period: float | None = None, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
 PURPOSES = ("compensate", "simulate")
 CLEAR = 0.75  # of the error of plays, where blocks hardly tell sums apart
 WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
@@ -80,7 +81,8 @@ def identify(
         Of the search, for families whose fit is not convex.
     **settings
         n, eps, thresholds, initial_state, weights, shear, max_inverse_gain: those of plays, as
-        `dehyst.identification.identify` takes them. "auto" with any of them chooses among plays.
+        `dehyst.identification.identify` takes them. "auto" with one of them that is not the usual one chooses among
+        plays only.
 
     Returns
     -------
@@ -118,9 +120,15 @@ def identify(
                 settings=sorted(settings),
             )
         return _named(check_recordings(recordings), family, train_fraction, seed, purpose)
+    settings = {name: value for name, value in settings.items() if not _is_usual(name, value)}
     if family != "auto" or settings:
         return identify_plays(recordings, family, train_fraction=train_fraction, **settings)
     return best_fit(check_recordings(recordings), train_fraction, purpose)
+
+
+def _is_usual(name: str, value: object) -> bool:
+    """Whether a setting is what it is without being given."""
+    return value is None or (isinstance(value, (str, int)) and USUAL.get(name) == value)
 
 
 def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpose: str = PURPOSES[0]) -> Fit:

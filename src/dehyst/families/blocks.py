@@ -55,7 +55,7 @@ def block(
     >>> model = dehyst.identify(example_recording()).model
     >>> compensator = dehyst.block(model, range=(-4.0, 4.0), ramp=50)
     >>> [round(compensator.step(angle), 2) for angle in (0.0, 10.0, 90.0, float("nan"))]
-    [-0.01, 1.26, 4.0, 4.0]
+    [-0.06, 1.45, 4.0, 4.0]
     """
     own: Any = require_model(model, "fit.model, or what dehyst.load('model.json') returns")
     if own.core == "plays":

@@ -31,6 +31,7 @@ COARSE = (-0.4, 0.4)  # between ramps of lags: three
 CREEP_RADII = (0.0, 0.1, 0.3)
 CREEP_TIMES, VISCOUS_TIMES, LAG_TIMES = 14, 6, 6
 WAYS = tuple(np.geomspace(0.02, 1.5, 16).tolist())
+RELAXED = 16.0
 RATE_LAGS = (1.0, 3.0, 10.0)  # samples
 SATURATIONS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 3.0)  # of the rate that 95 % of the samples keep below
 EVERYWHERE = (-np.inf, np.inf)
@@ -203,9 +204,11 @@ def _viscous(pace: Pace | None) -> Group:
     return _plain([Element("creep", r, time) for time in times for r in RADII[2::3]])
 
 
-def _lag_times(pace: Pace | None) -> list[float]:
+def _lag_times(pace: Pace | None, passed: float = 2.0) -> list[float]:
+    """Time constants of lags, the longest passed so often within the training."""
     assert pace is not None
-    return [float(t) for t in np.geomspace(3.0 * pace.period, max(pace.duration / 2.0, 6.0 * pace.period), LAG_TIMES)]
+    longest = max(pace.duration / passed, 6.0 * pace.period)
+    return [float(t) for t in np.geomspace(3.0 * pace.period, longest, LAG_TIMES)]
 
 
 def _creep_by_place(pace: Pace | None) -> Group:
@@ -215,7 +218,8 @@ def _creep_by_place(pace: Pace | None) -> Group:
 
 
 def _relaxing(pace: Pace | None) -> Group:
-    return _plain([Element("relax", 0.0, time) for time in _lag_times(pace)])
+    # A longer lag is a drift, which the solution of an inverse row goes on with beyond what was fitted.
+    return _plain([Element("relax", 0.0, time) for time in _lag_times(pace, RELAXED)])
 
 
 def _relaxing_by_place(pace: Pace | None) -> Group:

@@ -92,6 +92,7 @@ class Preisach(LoopModel):
     start: str = "rest"
     card: ModelCard = NO_CARD
     family = "preisach"
+    memory_grows = True
 
     def __post_init__(self) -> None:
         """Check the parameters and lay out the table."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
+from dehyst.grades import Grade, grade_of
 from dehyst.identification.data import range_over
 from dehyst.identification.direct.data import check_given
 from dehyst.identification.drift.comparable import in_units_of, unexplained
@@ -416,6 +417,12 @@ def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:
     able = [entry for entry in entries if entry.input is not None]
     if not able:
         return None, "no model has an inverse that could be run on this log; see the reasons."
+    able = [entry for entry in able if grade_of(entry.model.card.provenance.get("verdict")) is not Grade.BAD]
+    if not able:
+        return None, (
+            "no model should be run: when each was identified, the verdict was not to compensate with it. Identify "
+            "again, from this log or a better one."
+        )
     best = able[0]
     codes = {finding.code for finding in best.findings}
     if "unexplained" in codes:
