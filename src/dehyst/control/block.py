@@ -191,8 +191,8 @@ class Block(SavedBlock[_native.Block]):
 def _check(model: HysteresisModel) -> None:
     if not isinstance(model, HysteresisModel):
         raise ParameterError(
-            f"a Block runs sums of plays, and this is a {type(model).__name__}. dehyst.block(model, ...) makes the "
-            f"block of any model."
+            f"a Block runs a hysteresis model of plays, not a {type(model).__name__}. dehyst.block(model, ...) makes "
+            f"the block of any model."
         )
 
 

@@ -195,14 +195,14 @@ def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
 
 def switched(on: npt.ArrayLike, samples: int) -> npt.NDArray[np.bool_]:
     """Whether the model answers, (T,)."""
-    values = along(on, samples, "on")
-    other = values[(values != 0.0) & (values != 1.0)]
-    if other.size:
+    values = np.asarray(on)
+    fits = values.dtype.kind in "biuf" and values.shape in ((), (samples,))
+    if not fits or np.any((values != 0) & (values != 1)):
         raise ParameterError(
-            f"on says whether the model answers, True or False, and holds {other[0]:g}. A block takes no time stamps: "
-            f"it runs at its own period."
+            f"on has shape {values.shape} and type {values.dtype} for {samples} samples; pass True or False, or one of "
+            f"them a sample. A block takes no time stamps: it runs at its own period."
         )
-    return np.asarray(values != 0.0)
+    return np.ascontiguousarray(np.broadcast_to(values != 0, (samples,)))
 
 
 def refuse_direction(direction: str) -> None:
