@@ -520,6 +520,7 @@ def test_the_command_gives_the_same_figures_in_chunks_and_chooses_by_size(tmp_pa
     assert "streamed" in codes
     assert codes.count("streamed") == 1
     whole.pop("warnings")
+    whole.pop("residual")  # of the samples that figures show: fewer of a streamed log
     for key, value in whole.items():
         if key == "input_error":
             for part in value:
