@@ -114,7 +114,7 @@ NET = [
     (TENDON, {"run": "conf0_70"}, 0.75),
     (TENDON, {"run": "conf90_60"}, 4.5),
     (PIEZO, {"run": "test", "start": 2}, 0.6),
-    (PIEZO, {"run": "test", "start": 2, "stop": 30}, 0.7),
+    (PIEZO, {"run": "test", "start": 2, "stop": 30}, 1.8),
     (ARM, {"run": "oct28_exp1", "start": 12}, 2.9),
     (ARM, {"run": "oct28_exp9", "start": 12}, 1.7),
     (ARM, {"run": "oct25_axial", "start": 12}, 2.0),
