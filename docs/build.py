@@ -20,6 +20,7 @@ ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS))
 
 from generate import (  # noqa: E402 - found beside this file
+    black_boxes,
     blocks,
     bouc_wen,
     commands,
@@ -55,18 +56,19 @@ def decisions() -> str:
     return "\n".join(lines)
 
 
-# Page -> name of the part of it that is generated, and what makes it.
+# Page, and name of the part of it that is generated -> what makes it.
 PARTS = {
-    "index.md": ("decisions", decisions),
-    "explanation/the-plant.md": ("numbers", parameters.numbers),
-    "explanation/the-experiment.md": ("sensitivity", sensitivity.table),
-    "explanation/speed.md": ("table", speed.page),
-    "how-to/run-on-a-microcontroller.md": ("instructions", targets.page),
-    "explanation/proofs.md": ("results", proofs.page),
-    "explanation/bouc-wen-benchmark.md": ("results", bouc_wen.page),
-    "explanation/which-model-when.md": ("results", which_model.page),
-    "explanation/reviewed-controllers.md": ("results", reviewed.page),
-    "../benchmarks/README.md": ("output of speed.py", speed.console),
+    ("index.md", "decisions"): decisions,
+    ("explanation/the-plant.md", "numbers"): parameters.numbers,
+    ("explanation/the-experiment.md", "sensitivity"): sensitivity.table,
+    ("explanation/speed.md", "table"): speed.page,
+    ("how-to/run-on-a-microcontroller.md", "instructions"): targets.page,
+    ("explanation/proofs.md", "results"): proofs.page,
+    ("explanation/bouc-wen-benchmark.md", "results"): bouc_wen.page,
+    ("explanation/which-model-when.md", "results"): which_model.page,
+    ("explanation/which-model-when.md", "black boxes"): black_boxes.page,
+    ("explanation/reviewed-controllers.md", "results"): reviewed.page,
+    ("../benchmarks/README.md", "output of speed.py"): speed.console,
 }
 
 
@@ -83,9 +85,9 @@ def with_part(text: str, name: str, part: str) -> str:
 def generated_pages() -> dict[Path, str]:
     """Return every page, or part of a page, that is made from the source, with its up-to-date text."""
     pages = {DOCS / "reference" / name: make() for name, make in REFERENCE.items()}
-    for name, (part, make) in PARTS.items():
+    for (name, part), make in PARTS.items():
         path = DOCS / name
-        pages[path] = with_part(path.read_text(encoding="utf-8"), part, make())
+        pages[path] = with_part(pages.get(path) or path.read_text(encoding="utf-8"), part, make())
     return pages
 
 
