@@ -10,14 +10,13 @@ import numpy.typing as npt
 
 from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import home
+from dehyst.experiments.studies import STROKE_S, there_and_part_back
 from dehyst.experiments.trials import trial_motion
 from dehyst.plant.arm import Reference
 from studies.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start
 
 Array = npt.NDArray[np.float64]
 
-REST_ANGLE = np.radians(12.0)
-STROKE_S = 2.0
 SETTLE_S = 4.0  # for the position loop to end its transient
 HOLD_S = 180.0
 SLICE_S = 0.02  # of an integrator that is computed outside of the controller
@@ -68,23 +67,12 @@ def hold(joint: Alone, switches: int = 0, *, integrator: bool = False, lasting: 
     on = POSITION | (INTEGRATOR if integrator else 0)
     on |= (COMPENSATOR | switches) if joint.model is not None else 0
     t = 0.01 * np.arange(round((1 + 2 * STROKE_S + SETTLE_S + lasting) / 0.01) + 1)
-    motion = _out_and_part_back(np.asarray(t), float(arm.angles[0]))
+    motion = there_and_part_back(np.asarray(t), float(arm.angles[0]))
     mean = joint.robot.controller.mean_pressure
     log = arm.run(Reference.motion(0.01, motion, arm.feedforward(*motion), mean, on), every_s=0.1)
     rest = log.time >= 1 + 2 * STROKE_S + SETTLE_S
     error = np.degrees(log.desired - log.angle)[rest, 0]
     return Held(log.time[rest] - log.time[rest][0], error, log.integrator[rest, 0])
-
-
-def _out_and_part_back(t: Array, start: float) -> tuple[Array, Array, Array]:
-    """Angle, velocity, acceleration (K, 1): rest for a second, to 1.5 times the angle, and back to it."""
-    angle, velocity, acceleration = np.full(t.shape, start), np.zeros(t.shape), np.zeros(t.shape)
-    for begin, way in ((1.0, 1.5 * REST_ANGLE - start), (1.0 + STROKE_S, -0.5 * REST_ANGLE)):
-        u = np.clip((t - begin) / STROKE_S, 0.0, 1.0)
-        angle += way * u**3 * (10 - 15 * u + 6 * u**2)
-        velocity += way * 30 * u**2 * (1 - u) ** 2 / STROKE_S
-        acceleration += way * 60 * u * (1 - u) * (1 - 2 * u) / STROKE_S**2
-    return angle[:, None], velocity[:, None], acceleration[:, None]
 
 
 @dataclass(frozen=True)

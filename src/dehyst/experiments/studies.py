@@ -77,7 +77,7 @@ def rest(case: Case) -> Table:
         home(arm, case.equipment.characteristics)
         spacing = 0.01
         t = np.asarray(spacing * np.arange(round((2 * STROKE_S + SETTLE_S + REST_S) / spacing) + 1))
-        angle, velocity, acceleration = _there_and_part_back(t, arm.angles[0])
+        angle, velocity, acceleration = there_and_part_back(t, arm.angles[0])
         load = arm.gravity(angle) * (1 + case.robot.controller.gravity_error)
         switches = POSITION | INTEGRATOR | switch
         mean = case.robot.controller.mean_pressure
@@ -88,7 +88,7 @@ def rest(case: Case) -> Table:
     return series
 
 
-def _there_and_part_back(t: Array, start: float) -> tuple[Array, Array, Array]:
+def there_and_part_back(t: Array, start: float) -> tuple[Array, Array, Array]:
     """Move to 1.5 times the rest angle and back to it, so that the rest begins on a loop. (K, 1) each."""
     angle = np.full(t.shape, start)
     velocity, acceleration = np.zeros_like(t), np.zeros_like(t)

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
@@ -40,8 +39,6 @@ from dehyst.recording import Recording, require_recordings, takes_recordings
 
 if TYPE_CHECKING:
     from dehyst.identification import DirectFit
-
-Array = npt.NDArray[np.float64]
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
 PURPOSES = ("compensate", "simulate")
@@ -144,9 +141,9 @@ def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpo
             training = training_of(records, data, job.seen.loop.name, seed=0)
             chosen = best_row(training, purpose != "simulate")
             late = lateness(training, chosen.candidates[0], turns_of(training))
-            used = late is not None and purpose == "simulate" and late.samples > 0 and training.period > 0.0
-            if used and late is not None:
-                chosen = best_row(training.late(late.samples), firm=False).later(late.samples * training.period)
+            ahead = late.samples if late and purpose == "simulate" and training.period > 0.0 else 0
+            if ahead > 0:
+                chosen = best_row(training.late(ahead), firm=False).later(ahead * training.period)
             rows = job.fit(chosen.model, chosen.kkt, (chosen.carrying, chosen.columns), _shown(plays, chosen))
         except DehystError:  # too few samples, or no program that could be solved: plays are what there is
             return _with_table(plays, plays)
@@ -155,7 +152,7 @@ def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpo
     fit = _with_table(taken, plays, rows)
     if late is None:
         return fit
-    return replace(fit, warnings=(*fit.warnings, _told(late, training.period, used and taken is rows)))
+    return replace(fit, warnings=(*fit.warnings, _told(late, training.period, ahead > 0 and taken is rows)))
 
 
 def _told(late: Lateness, period: float, used: bool) -> Finding:
@@ -219,7 +216,7 @@ def _with_table(fit: Fit, *fits: Fit) -> Fit:
 def option_of(fit: Fit, chosen: bool) -> Option:
     """Return a row of the table of a fit."""
     score, asked = fit.test or fit.train, fit.input_error
-    exportable = not getattr(fit.model, "no_export", "")
+    exportable = not fit.model.no_export
     return Option(fit.family, fit.direction, score.rmse_percent, asked.rms_percent, None, exportable, chosen)
 
 

@@ -266,7 +266,7 @@ def _with_reason(entry: FamilyFit, auto: Fit, curve: float) -> FamilyFit:
         way = ("counter-clockwise", "lags", "lead") if leads else ("clockwise", "leads", "lag")
         said.append("the loop is {}: its output {}, and these operators {}".format(*way))
     follows = any(finding.code == "rate-dependent" for finding in auto.warnings)
-    if follows and not getattr(entry.model, "rate_dependent", False):
+    if follows and not entry.model.rate_dependent:
         said.append(f"{' and '.join(auto.facts.depends)}, which the model does not know")
     return replace(entry, reason=f"{'; '.join(said) or NOT_FOUND}.")
 

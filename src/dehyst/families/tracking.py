@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.errors import DehystError
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
 

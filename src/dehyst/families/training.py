@@ -7,15 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from dehyst.arrays import Array, Mask
 from dehyst.families.base import LoopModel, Scaling
 from dehyst.identification.data import DataSet
 from dehyst.recording import Recording
 from dehyst.ties import rank
 
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 M = TypeVar("M", bound=LoopModel)
 
 MOST_SAMPLES = 6000  # of a thinned training part

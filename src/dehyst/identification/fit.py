@@ -444,7 +444,7 @@ class Fit:
             self.test_masks if self.test else self.train_masks,
             100.0 * score.rmse / score.rmse_percent if score.rmse_percent > 0.0 else 1.0,
             part="held-out" if self.test else "fitted",
-            knows_time=bool(getattr(self.model, "rate_dependent", False)),
+            knows_time=self.model.rate_dependent,
         )
 
     def refit(
@@ -556,7 +556,7 @@ class Fit:
             "purpose": str(self.settings.get("purpose", "compensate")),
             "direction": self.direction,
             "elements": list(elements_of(self.model)),
-            "dead_time_s": float(getattr(self.model, "dead_time", 0.0)),
+            "dead_time_s": self.model.dead_time,
             "residual": self.residual.as_dict(),
             "input_error": {
                 "train": self.input_train.as_dict(),

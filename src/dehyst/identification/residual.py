@@ -7,17 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst import _native
+from dehyst.arrays import Array, Mask, Rows
 from dehyst.identification.facts import spread
 from dehyst.identification.threads import single_blas
 from dehyst.loops import TURN_FRACTION, turning_points
 from dehyst.recording import Recording
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-Rows = npt.NDArray[np.int64]
 
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
 TITLES = {

@@ -76,6 +76,8 @@ class Model(ABC):
         k of a loop that was sheared before it was identified, else None. [input/output]
     period
         Median time between samples of the log, for what runs sample by sample; 0 where unknown. [s]
+    dead_time
+        By which the output is late in the model. [s]
     """
 
     card: ModelCard
@@ -85,6 +87,7 @@ class Model(ABC):
     judged_backward: ClassVar[bool] = False
     shear: float | None = None
     period: float = 0.0
+    dead_time: float = 0.0
     file_kind: ClassVar[str] = "dehyst-model"
     core: ClassVar[str] = ""
 

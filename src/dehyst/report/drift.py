@@ -34,6 +34,7 @@ PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
     ("s-bend", STATIC),
 )
 
+TELLING = 100.0  # percent: a part that only a larger change would show is noise, not a line
 ERRORS = (("error", "model", TRAIN),)
 INVERSE = (("inverse", "inverse", FIFTH),)
 SHIFT = (("offset", "offset", MODEL),)
@@ -140,13 +141,16 @@ def _error_figure(found: Drift, scored: Sequence[LogDrift]) -> Figure:
 
 
 def _parts_figure(scored: Sequence[LogDrift]) -> Figure:
-    told = [(part, NAMES[part], token) for part, token in PERCENT_PARTS if _series(scored, part)]
+    seen = {c.part for entry in scored for c in entry.changes if c.detectable <= TELLING or c.drifted}
+    told = [(part, NAMES[part], token) for part, token in PERCENT_PARTS if part in seen and _series(scored, part)]
+    untold = ", ".join(NAMES[part] for part, _ in PERCENT_PARTS if part not in seen and _series(scored, part))
+    left_out = f" Not drawn, as no log would show a change below {TELLING:g} %: {untold}." if untold else ""
     unit = next((c.unit for entry in scored for c in entry.changes if c.part == "offset"), "")
     return Figure(
         "parts",
         "What changed",
         "Change of each part against the model, fitted to each cycle or block of cycles by itself: hysteresis and gain "
-        "in percent of themselves, creep and curve in percent of the response's range (rms).",
+        "in percent of themselves, creep and curve in percent of the response's range (rms)." + left_out,
         (
             Panel(
                 "Parts",

@@ -71,7 +71,7 @@ def next_steps(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) 
 def _period(fit: Fit | DirectFit) -> float:
     """Seconds between two samples, as the model was identified or as the log was written."""
     time = fit.recordings[0].time
-    known: float = getattr(fit.model, "period", 0.0)
+    known = fit.model.period
     return known or (0.001 if time is None else float(np.median(np.diff(time))))
 
 

@@ -23,7 +23,7 @@ LABEL_LENGTH = 46
 # Axes whose largest value lies in this range are labelled as they are, others in powers of ten.
 PLAIN = (1e-2, 1e5)
 # Letters in a row of a legend, and how many of them the sample line of an entry takes.
-LEGEND_WIDTH, LEGEND_KEY = 62, 5
+LEGEND_WIDTH, LEGEND_KEY = 56, 5
 # A clock that starts later than this many lengths of the log is set to zero at its first sample.
 FAR_AWAY = 20.0
 # matplotlib leaves this one out of the legend: one entry for several recordings drawn alike.
@@ -180,12 +180,9 @@ def add_legend(axes: Axes) -> None:
 
 
 def _legend_width(labels: list[str], columns: int) -> int:
-    """Letters across a legend that is filled column by column."""
-    rows = -(-len(labels) // columns)
-    return sum(
-        max(width(label) for label in labels[start : start + rows]) + LEGEND_KEY
-        for start in range(0, len(labels), rows)
-    )
+    """Letters across a legend that is filled column by column, the first columns one longer."""
+    held = (chunk.tolist() for chunk in np.array_split(np.array([width(label) for label in labels]), columns))
+    return sum(max(widths) + LEGEND_KEY for widths in held)
 
 
 def path_of(recording: Recording, signal: Array, mask: Mask | None = None) -> Array:

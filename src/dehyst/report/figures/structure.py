@@ -17,6 +17,7 @@ NOISE = {
     "repeats": "noise, from strokes that were repeated",
     "differences": "noise, from sample to sample: the least it can be",
 }
+TOGETHER = "all causes together"
 
 
 def structure_figure(fit: Fit) -> Figure | None:
@@ -54,7 +55,7 @@ def _table(found: Residual) -> Table:
         for name, share, own, size in _rows(found)
     ]
     together = found.rms_percent * float(np.sqrt(found.explained))
-    rows.append(("all causes together", f"{100.0 * found.explained:.0f} %", "", f"{number(together)} %"))
+    rows.append((TOGETHER, f"{100.0 * found.explained:.0f} %", "", f"{number(together)} %"))
     return Table(
         "What it follows",
         ("", "share", "own share", "rms, % of range"),
@@ -63,15 +64,14 @@ def _table(found: Residual) -> Table:
 
 
 def _draw(found: Residual, axes: Axes) -> None:
-    rows = _rows(found)
-    for k, (name, share, own, _) in enumerate(rows):
-        colour = (FIFTH if name in NOISE.values() else TRAIN).light
+    rows = [(*row[:3], FIFTH if row[0] in NOISE.values() else TRAIN) for row in _rows(found)]
+    rows.append((TOGETHER, found.explained, found.explained, OTHER))
+    for k, (name, share, own, token) in enumerate(rows):
+        colour = token.light
         axes.barh(k, share, height=0.34, color=colour, alpha=0.4, zorder=2)
         axes.barh(k, own, height=0.34, color=colour, zorder=3)
         axes.text(0.0, k - 0.22, name, va="bottom", ha="left", fontsize=10.0, color=INK.light)
         axes.text(share + 0.015, k, f"{100.0 * share:.0f} %", va="center", ha="left", fontsize=9.5, color=MUTED.light)
-    axes.axvline(found.explained, color=OTHER.light, lw=1.2, ls=(0, (4, 3)), zorder=1)
-    axes.text(found.explained, -0.78, " together", va="top", ha="left", fontsize=9.0, color=MUTED.light)
     axes.set_xlim(0.0, 1.12)
     axes.set_ylim(len(rows) - 0.4, -0.8)
     axes.set_xticks(np.linspace(0.0, 1.0, 6), [f"{p} %" for p in range(0, 101, 20)])
