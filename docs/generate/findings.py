@@ -342,6 +342,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "number or the paper's family was asked for: then the message names it. Otherwise it names the one that is "
             "enough, and what that costs. Take it, or smooth the reference.",
         ),
+        "plays-only": (
+            "`--family auto` was given a setting of plays, or the log was read in chunks: only plays and the curve "
+            "were compared, no sums of elements with creep, rate or maps.",
+            "Leave the setting out, or take a part of a long log that fits into memory.",
+        ),
         "paper-bound": (
             "The bound of `--family pi` is the paper's, w_1 >= 0.001, which has the unit of output over input. In the "
             "units of this log it is so large a part of the slope that it costs more than {AFFORDABLE:%} of the "
@@ -546,6 +551,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "An export with `--real float` whose input or output lies so far from zero that neighbouring floats are "
             "more than {COARSE:%} of the range apart.",
             "Export with `--real double`, or identify with a signal whose mean was taken off.",
+        ),
+        "long-period": (
+            "A unit or stepper of a model that depends on time runs with a period more than {TOO_SLOW} times that of "
+            "the log: what happens within a period is lost. Often milliseconds were typed where seconds are meant.",
+            "Give `--period` in seconds, about that of the log or shorter.",
         ),
         "many-operators": (
             "{MANY_OPERATORS} operators or more are exported: the step that turns the whole stack around moves all of "

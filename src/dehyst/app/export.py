@@ -8,7 +8,7 @@ from typing import cast
 
 from rich.text import Text
 
-from dehyst.app.export_findings import coarse, cost, outside, stalled
+from dehyst.app.export_findings import coarse, cost, outside, slow, stalled
 from dehyst.app.export_pair import pair_findings
 from dehyst.app.requests import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
@@ -49,7 +49,7 @@ def run_export(request: ExportRequest) -> None:
     model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
-        more += [*coarse(subject), *stalled(subject)]
+        more += [*coarse(subject), *stalled(subject), *slow(model, subject)]
         written = export(subject, request.target, request.out, request.overwrite)
     _say(written, subject, request, [*findings, *more])
 

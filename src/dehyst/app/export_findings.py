@@ -11,6 +11,7 @@ from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 from dehyst.findings import Finding
 from dehyst.models import Model
+from dehyst.models.model import too_slow_words
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
@@ -31,6 +32,12 @@ def outside(model: Model, request: ExportRequest) -> Iterator[Finding]:
             f"--range goes from {low:.4g} to {high:.4g}, the model's {card.label} was identified from {card.low:.4g} "
             f"to {card.high:.4g}; beyond, the model guesses. Narrow --range, or identify from a log that goes so far.",
         )
+
+
+def slow(model: Model, subject: Subject) -> Iterator[Finding]:
+    """Say that the unit runs so seldom that what the model knows of time is lost."""
+    if subject.period is not None and model.too_slow(subject.period):
+        yield Finding("long-period", too_slow_words(model, subject.period))
 
 
 def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:

@@ -170,6 +170,8 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     if fit.table:
         out.print()
         out.print(_compared(fit))
+        if fit.test:
+            out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
     memory = (
         f"{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
         f"'{certificate.initial_state}'"

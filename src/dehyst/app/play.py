@@ -55,7 +55,7 @@ def run_compensate(request: SimulateRequest) -> None:
     y, findings = in_units_of(model.card.output, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     inverse = model.inverse()
-    played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else MODEL)
+    played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else REST)
     if not request.unknown_state:
         findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")

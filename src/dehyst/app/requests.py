@@ -55,7 +55,7 @@ Begin = Annotated[
     typer.Option(
         "--start",
         metavar="unknown|rest|model",
-        help="Past of the actuator: unknown (compensate, plays), at rest, or as the model's log began (simulate).",
+        help="Past of the actuator: unknown (compensate, plays), at rest (compensate, others), or model (simulate).",
     ),
 ]
 Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]

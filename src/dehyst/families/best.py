@@ -22,7 +22,7 @@ from dehyst.families.training import training_of
 from dehyst.findings import Finding
 from dehyst.identification import facts
 from dehyst.identification import identify as identify_plays
-from dehyst.identification.cautions import Knows
+from dehyst.identification.cautions import Knows, plays_only
 from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import Seen, fit_of, seen_in
 from dehyst.identification.data import DataSet, prepare
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from dehyst.identification import DirectFit
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
+SETTINGS = ("n", "eps", "thresholds", "initial_state", "weights", "shear", "max_inverse_gain")
 PURPOSES = ("compensate", "simulate")
 CLEAR = 0.75  # of the error of plays, where blocks hardly tell sums apart
 WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
@@ -117,10 +118,19 @@ def identify(
                 settings=sorted(settings),
             )
         return _named(check_recordings(recordings), family, train_fraction, seed, purpose)
+    unknown = [name for name in settings if name not in SETTINGS]
+    if unknown:
+        raise ParameterError(
+            f"{', '.join(unknown)}: no such setting; they are {', '.join(SETTINGS)}.", settings=unknown
+        )
     settings = {name: value for name, value in settings.items() if not _is_usual(name, value)}
-    if family != "auto" or settings:
-        return identify_plays(recordings, family, train_fraction=train_fraction, **settings)
-    return best_fit(check_recordings(recordings), train_fraction, purpose)
+    if family == "auto" and not settings:
+        return best_fit(check_recordings(recordings), train_fraction, purpose)
+    fit = identify_plays(recordings, family, train_fraction=train_fraction, **settings)
+    if family != "auto":
+        return fit
+    told = plays_only(f"settings of theirs were given ({', '.join(settings)})", "Leave them out")
+    return replace(fit, warnings=(*fit.warnings, told))
 
 
 def _is_usual(name: str, value: object) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 from dehyst.control.block import Block
@@ -10,7 +11,7 @@ from dehyst.control.machine_block import Direction, MachineBlock
 from dehyst.errors import ParameterError
 from dehyst.families.element_block import ElementBlock
 from dehyst.models import Model
-from dehyst.models.model import require_model
+from dehyst.models.model import require_model, too_slow_words
 
 
 def block(
@@ -58,6 +59,8 @@ def block(
     [-0.06, 1.45, 4.0, 4.0]
     """
     own: Any = require_model(model, "fit.model, or what dehyst.load('model.json') returns")
+    if period is not None and own.too_slow(period):
+        warnings.warn(too_slow_words(own, period), UserWarning, stacklevel=2)
     if own.core == "plays":
         return Block(own, direction, range=range, ramp=ramp)
     if own.core == "elements":

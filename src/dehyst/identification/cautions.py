@@ -291,6 +291,15 @@ def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Fi
     )
 
 
+def plays_only(cause: str, cure: str) -> Finding:
+    """Say that auto chose among plays alone, why, and what to do for more."""
+    return Finding(
+        "plays-only",
+        f"auto chose among plays and the curve only, as {cause}: models with creep, rate or maps, which often err "
+        f"less, were not tried. {cure}.",
+    )
+
+
 def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:
     """What to say where a curve is the answer."""
     curve = next(each for each in candidates if each.family == STATIC)

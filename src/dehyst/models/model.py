@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
 
 M = TypeVar("M", bound="Model")
+TOO_SLOW = 10.0  # periods of the log: a unit that runs more seldom passes over what the log knows of time
 
 
 class Band(NamedTuple):
@@ -197,6 +199,10 @@ class Model(ABC):
         """Return at how many samples of a simulated output (T,) the model had none for its input."""
         return 0
 
+    def too_slow(self, period: float) -> bool:
+        """Whether a period [s] is so long that what the log knows of time would be lost."""
+        return self.rate_dependent and 0.0 < TOO_SLOW * self.period < period
+
     @abstractmethod
     def stepper(self, period: float | None = None) -> Any:
         """Return the model as a function of one sample, ``step(x)``.
@@ -258,8 +264,8 @@ class Model(ABC):
             If the memory is not bounded.
         """
         raise ParameterError(
-            f"an unknown past (--unknown-state, --start unknown) needs a model whose memory is bounded, of `dehyst "
-            f"identify`; this is a {self.family} model. Leave it out, or choose --start rest."
+            f"an unknown past (--unknown-state, --start unknown) needs a model whose memory is bounded, as plays "
+            f"have (--family modified-pi); this is {self.family}. Leave it out, or choose --start rest."
         )
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -393,6 +399,8 @@ class Steps(ABC):
         self._needs, self._family, self._timed = model.needs, model.family, model.rate_dependent
         self.period = model.period if period is None else _positive(period)
         self.output = 0.0
+        if model.too_slow(self.period):
+            warnings.warn(too_slow_words(model, self.period), UserWarning, stacklevel=3)
 
     @abstractmethod
     def reset(self) -> None:
@@ -411,6 +419,15 @@ class Steps(ABC):
                 f"model.stepper(period) with the period of your loop [s], or step(x, seconds)."
             )
         return passed
+
+
+def too_slow_words(model: Model, period: float) -> str:
+    """What `Model.too_slow` means, and what to type."""
+    return (
+        f"a period of {period:g} s is {period / model.period:.3g} times that of the log, {model.period:g} s: this "
+        f"{model.family} model depends on time, and what happens within a period is lost. Give it in seconds: "
+        f"{model.period:g}, or less."
+    )
 
 
 def require_model(model: object, wanted: str) -> Model:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
+from dehyst.identification.cautions import plays_only
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import Call, call_of, solve
 from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, check_settings, eps_of_call
@@ -23,6 +24,8 @@ from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import Progress, Watch
 from dehyst.identification.threads import single_blas
+
+PLAYS_ONLY = plays_only("the log was read in chunks", "Take a part of it that fits into memory (--from, --to)")
 
 
 def identify_stream(
@@ -104,7 +107,8 @@ def identify_stream(
             logs = [_noted(_mended(source, first_pass)) for source in listed]
             check_recordings([log.recording for log in logs])
             split = split_logs(logs, train_fraction)
-            return _identify(call_of(family, n, (begun, chosen), given, initial_state, split), logs, watch)
+            fit = _identify(call_of(family, n, (begun, chosen), given, initial_state, split), logs, watch)
+            return fit if family != "auto" else replace(fit, warnings=(*fit.warnings, PLAYS_ONLY))
     finally:
         for tape in tapes:
             tape.close()
