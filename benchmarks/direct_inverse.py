@@ -50,15 +50,16 @@ def measure(log: tuple[str, str, str], window: dict[str, Any]) -> dict[str, Any]
     begin = time.perf_counter()
     fit = dehyst.identify_direct(recording, train_fraction=1.0 if log is WRIST else 0.5)
     seconds = time.perf_counter() - begin
-    output = min(fit.rivals, key=lambda rival: rival.forward_percent)
+    own, *others, _ = fit.table  # the last one is the curve
+    output = min(others, key=lambda row: row.test_percent)
     return {
         "log": name_of(log, window),
         "held_out": fit.test is not None,
-        "input": fit.judged.rmse_percent,
-        "input_forward": fit.rivals[0].inverse_percent,
-        "input_family": fit.rivals[0].family,
-        "output": fit.judged_forward.rmse_percent,
-        "output_forward": output.forward_percent,
+        "input": own.input_percent,
+        "input_forward": others[0].input_percent,
+        "input_family": others[0].family,
+        "output": own.test_percent,
+        "output_forward": output.test_percent,
         "output_family": output.family,
         "terms": [name for name in fit.settings["groups"] if name != "stops"]
         + ["by output"] * fit.settings["by_output"],

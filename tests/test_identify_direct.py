@@ -49,11 +49,11 @@ def codes(fit):
 
 
 def test_stops_and_curve_are_found_again_on_loops_that_were_not_fitted(plain_fit):
-    assert plain_fit.test.rmse_percent < 0.1
+    assert plain_fit.input_test.rms_percent < 0.1
     assert plain_fit.settings["groups"] == ["stops"]
     assert plain_fit.settings["degree"] >= 3
     assert not plain_fit.model.schedules
-    assert plain_fit.certificate.rises
+    assert plain_fit.details["rises"]
     t, y = motion(UNSEEN)
     truth = asked(t, y, np.gradient(y, t), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002))
     assert np.sqrt(np.mean((plain_fit.model.run(y, t).u - truth) ** 2)) < 0.002 * np.ptp(truth)
@@ -73,7 +73,7 @@ def test_weights_sit_at_the_radii_that_made_the_data_when_these_are_offered():
 def test_the_prediction_is_what_the_saved_model_answers(plain, plain_fit, tmp_path):
     model = dehyst.load(plain_fit.model.save(tmp_path / "m.json"))
     run = model.run(plain.output, plain.time)
-    np.testing.assert_allclose(run.u, plain_fit.predictions[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.u, plain_fit.inverse_predictions[0], rtol=0, atol=1e-9)
     assert model.card == plain_fit.model.card
     assert model.card.provenance["verdict"] == plain_fit.verdict
 
@@ -130,10 +130,10 @@ def test_creep_is_found_and_what_holds_still_is_told_apart_from_stops():
     assert "creep" in fit.settings["groups"]
     assert found["creep"].there and found["creep"].p < 0.01
     assert "creep-without-holds" not in codes(fit)
-    assert fit.test.rmse_percent < 0.5
+    assert fit.input_test.rms_percent < 0.5
     without = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
     assert without.model.time_constants.size == 0
-    assert fit.test.rmse < 0.5 * without.test.rmse
+    assert fit.input_test.rms_percent < 0.5 * without.input_test.rms_percent
 
 
 def test_time_constants_wrong_by_a_factor_of_three_cost_little():
@@ -142,7 +142,7 @@ def test_time_constants_wrong_by_a_factor_of_three_cost_little():
     for factor in (1 / 3, 3.0):
         times = np.array([1.0, 6.0]) * factor
         fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep_times=times)
-        assert fit.test.rmse_percent < 1.5
+        assert fit.input_test.rms_percent < 1.5
         assert set(fit.model.time_constants) <= set(times)
 
 
@@ -196,13 +196,12 @@ def test_the_reason_is_given_where_a_small_error_is_not_enough(plain):
 
 
 def test_a_difference_within_the_spread_of_blocks_does_not_make_a_forward_family_better(plain, plain_fit):
+    asked = plain_fit.input_error
+    other = dehyst.identify(plain, "modified-pi")
+
     def found(rival_percent, uncertainty):
-        rivals = (replace(plain_fit.rivals[0], inverse_percent=rival_percent * plain_fit.judged.rmse_percent),)
-        data = prepared(plain, 0.5)
-        findings = about_direct_fit(
-            (plain,), data, plain_fit.judged, plain_fit.static_test, rivals, plain_fit.certificate, False,
-            uncertainty * plain_fit.judged.rmse_percent, True,
-        )  # fmt: skip
+        best = replace(other, input_test=asked.times(rival_percent))
+        findings = about_direct_fit(asked, best, True, uncertainty * asked.rms_percent)
         return "forward-better" in {finding.code for finding in findings}
 
     assert not found(0.94, 0.0)
@@ -254,7 +253,7 @@ def test_a_path_lag_is_found():
     u = asked(t, y, np.zeros(y.size), paths=((1.5, 0.6),), curve=(0.0, 0.5))
     fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
     assert "path" in fit.settings["groups"]
-    assert fit.test.rmse_percent < 0.3
+    assert fit.input_test.rms_percent < 0.3
 
 
 def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit):
@@ -262,11 +261,11 @@ def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit
     u = asked(t, y, np.zeros(y.size), stops=STOPS, share=0.2 + 1.6 * np.clip((y + 10) / 20, 0, 1))
     fit = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0)
     assert [schedule.name for schedule in fit.model.schedules] == ["output"]
-    assert fit.test.rmse_percent < 0.5
+    assert fit.input_test.rms_percent < 0.5
     assert not plain_fit.model.schedules
     held = dehyst.identify_direct(log(t, y, u), initial_state="rest", creep=0, position_schedule=False)
-    assert not held.model.schedules and held.certificate.rises
-    assert held.test.rmse > 3 * fit.test.rmse
+    assert not held.model.schedules and held.details["rises"]
+    assert held.input_test.rms_percent > 3 * fit.input_test.rms_percent
 
 
 @pytest.mark.parametrize("name", ["load", "mean_pressure"])
@@ -281,10 +280,10 @@ def test_a_schedule_is_learnt_and_asked_for(name):
     assert (schedule.name, schedule.unit) == (name, "N")
     assert (schedule.low, schedule.high) == pytest.approx((low, high))
     without = dehyst.identify_direct(rec, initial_state="rest", creep=0)
-    assert fit.test.rmse_percent < 0.5
-    assert fit.test.rmse < 0.3 * without.test.rmse
+    assert fit.input_test.rms_percent < 0.5
+    assert fit.input_test.rms_percent < 0.3 * without.input_test.rms_percent
     answer = fit.model.run(y, t, given={name: sigma}).u
-    np.testing.assert_allclose(answer, fit.predictions[0], atol=1e-9)
+    np.testing.assert_allclose(answer, fit.inverse_predictions[0], atol=1e-9)
     with pytest.raises(ParameterError, match=name):
         fit.model.run(y, t)
 
@@ -309,7 +308,7 @@ def test_after_a_gap_memory_begins_anew_and_samples_count_once_it_is_known(plain
     part = plain.output[k:begins]
     reach = np.ptp(plain.output)
     assert part.min() < plain.output.min() + 0.03 * reach or part.max() > plain.output.max() - 0.03 * reach
-    assert fit.train.rmse_percent < 0.2
+    assert fit.input_train.rms_percent < 0.2
 
 
 def test_uneven_sampling_is_no_noise():
@@ -319,13 +318,13 @@ def test_uneven_sampling_is_no_noise():
     turns = dehyst.loops.turning_points(y)
     kept = np.union1d(kept, turns)
     fit = dehyst.identify_direct(log(t[kept], y[kept], u[kept]), initial_state="rest", creep_times=[2.0])
-    assert fit.test.rmse_percent < 1.0
+    assert fit.input_test.rms_percent < 1.0
 
 
 def test_without_time_stops_are_found_and_creep_is_refused(plain):
     bare = dehyst.Recording(input=plain.input, output=plain.output)
     fit = dehyst.identify_direct(bare, initial_state="rest")
-    assert fit.test.rmse_percent < 0.1
+    assert fit.input_test.rms_percent < 0.1
     assert fit.evidence == ()
     with pytest.raises(ParameterError, match="--time"):
         dehyst.identify_direct(bare, creep=3)
@@ -339,19 +338,44 @@ def test_an_unknown_past_is_not_taken_for_rest():
     fit = dehyst.identify_direct(late, creep=0)
     assert fit.settings["start"] != "rest"
     assert not fit.model.known
-    assert fit.train.rmse_percent < 0.5
+    assert fit.input_train.rms_percent < 0.5
     assert dehyst.identify_direct(late, creep=0, initial_state="rest").train.rmse > 3 * fit.train.rmse
 
 
 def test_the_comparison_is_that_of_the_forward_families_on_the_same_samples(plain, plain_fit):
-    assert [rival.family for rival in plain_fit.rivals] != []
-    for rival in plain_fit.rivals:
-        fit = dehyst.identify(plain, rival.family)
-        assert rival.inverse_percent == pytest.approx(fit.certificate.inverse_miss_percent)
-        assert rival.forward_percent == pytest.approx(fit.test.rmse_percent)
-    best = plain_fit.rivals[0]
-    assert best.inverse_percent == min(rival.inverse_percent for rival in plain_fit.rivals)
-    assert best.family in plain_fit.verdict
+    own, *rows = plain_fit.table
+    assert own.chosen and own.family == plain_fit.family and own.input_percent == plain_fit.input_error.rms_percent
+    assert {row.family for row in rows} == {"pi", "pi-cumulative", "modified-pi", "stop", "static"}
+    for row in rows[:-1]:
+        fit = dehyst.identify(plain, row.family)
+        assert row.input_percent == pytest.approx(fit.input_error.rms_percent)
+        assert row.test_percent == pytest.approx(fit.output_error.rmse_percent)
+    inputs = [row.input_percent for row in rows[:-1]]
+    assert inputs == sorted(inputs)
+    assert all(row.tracking_percent is not None for row in (own, *rows)) and plain_fit.tracking == own.tracking_percent
+
+
+def test_the_one_verdict_judges_it_by_both_errors_and_the_json_has_the_one_shape(plain, plain_fit):
+    other = dehyst.identify(plain, "pi")
+    assert isinstance(plain_fit, type(other))
+    mine, theirs = plain_fit.as_dict(), other.as_dict()
+    assert set(mine) - set(theirs) == {"degree", "groups", "schedules", "time_constants", "rises", "missed"}
+    assert set(theirs) <= set(mine) and mine["grade"] == str(plain_fit.grade) == f"{plain_fit.grade}" == "good"
+    assert plain_fit.output_error == plain_fit.test and mine["test"]["rmse_percent"] == plain_fit.test.rmse_percent
+    assert plain_fit.size in plain_fit.verdict and plain_fit.size in repr(plain_fit)
+    assert mine["elements"] == ["stop"] and mine["direction"] == "inverse"
+
+
+def test_a_family_that_is_named_stands_beside_the_curve_in_its_table(plain):
+    for name in ("pi", "creep-pi", "dahl"):
+        fit = dehyst.identify(plain, name)
+        assert [(row.family, row.chosen) for row in fit.table] == [(fit.family, True), ("static", False)]
+        assert fit.tracking is None  # there is no other model with a memory to play its inverse on
+
+
+def test_creep_without_holds_is_told_of_every_row_with_creep(plain):
+    assert "creep-without-holds" in codes(dehyst.identify(plain, "creep-pi"))
+    assert "creep-without-holds" not in codes(dehyst.identify(plain, "generalised-pi"))
 
 
 def test_a_forward_family_that_is_better_is_named():
@@ -377,7 +401,7 @@ def test_a_long_log_is_chosen_on_a_part_and_fitted_to_all_of_it(plain, plain_fit
     fit = dehyst.identify_direct(plain, initial_state="rest")
     assert fit.settings["groups"] == plain_fit.settings["groups"]
     if fit.settings["degree"] == plain_fit.settings["degree"]:
-        np.testing.assert_allclose(fit.predictions[0], plain_fit.predictions[0], atol=1e-6)
+        np.testing.assert_allclose(fit.inverse_predictions[0], plain_fit.inverse_predictions[0], atol=1e-6)
 
 
 # Reading the model forward.
@@ -465,7 +489,7 @@ def test_signals_that_tell_nothing_are_refused_with_a_cure(plain):
 
 def test_identify_leads_there_and_refuses_settings_of_other_families(plain, plain_fit):
     fit = dehyst.identify(plain, "direct-inverse", initial_state="rest")
-    assert isinstance(fit, dehyst.DirectFit)
+    assert isinstance(fit, dehyst.Fit)
     assert fit.test == plain_fit.test
     for change in ({"n": 50}, {"eps": 0.1}, {"thresholds": [0.0, 1.0]}, {"weights": np.ones(len(plain))}):
         with pytest.raises(ParameterError, match=next(iter(change))):
@@ -484,8 +508,8 @@ def test_several_recordings_are_fitted_together(plain):
     t, y = motion(UNSEEN)
     second = log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS, curve=(1.0, 0.4, 0.0, 0.002)))
     fit = dehyst.identify_direct([plain, second], initial_state="rest")
-    assert [p.size for p in fit.predictions] == [len(plain), len(second)]
-    assert fit.test.rmse_percent < 0.2
+    assert [p.size for p in fit.inverse_predictions] == [len(plain), len(second)]
+    assert fit.input_test.rms_percent < 0.2
 
 
 def test_what_a_log_separates_is_measured():

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from dehyst.families import identify_family as identify_family
     from dehyst.findings import Finding as Finding
     from dehyst.identification import CrossValidation as CrossValidation
-    from dehyst.identification import DirectFit as DirectFit
     from dehyst.identification import Fit as Fit
     from dehyst.identification import Refit as Refit
     from dehyst.identification import choose_shear as choose_shear
@@ -116,9 +115,7 @@ _ROOMS = {
     "dehyst.experiments.trials": "Equipment run_trial",
     "dehyst.families": "Comparison FamilyFit LoopModel block compare identify identify_family",
     "dehyst.findings": "Finding",
-    "dehyst.identification": (
-        "CrossValidation DirectFit Fit Refit choose_shear cross_validate identify_direct identify_paper"
-    ),
+    "dehyst.identification": ("CrossValidation Fit Refit choose_shear cross_validate identify_direct identify_paper"),
     "dehyst.identification.drift": "Drift drift",
     "dehyst.identification.evaluate": "Evaluation evaluate",
     "dehyst.identification.stream": "Progress identify_stream",

@@ -19,6 +19,14 @@ class Grade(IntEnum):
         """The grade in words, so that no light depends on its colour."""
         return ("good", "usable with care", "do not use")[self]
 
+    def __str__(self) -> str:
+        """As in ``--json``: "good", "care" or "no"."""
+        return ("good", "care", "no")[self]
+
+    def __format__(self, spec: str) -> str:
+        """As `str`."""
+        return format(str(self), spec)
+
     @property
     def css(self) -> str:
         """Name of its style class."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dehyst.app.columns import named_columns, read_logs
-from dehyst.app.identify_direct import DIRECT, identify_from, print_direct, refuse_options
+from dehyst.app.identify_direct import DIRECT, identify_from, refuse_options
 from dehyst.app.identify_stream import open_streams, progress_bar
 from dehyst.app.requests import IdentifyRequest
 from dehyst.app.targets import MODEL, PAGE, refuse_clashes, refuse_other_model, refuse_unwritable, save_model
@@ -15,7 +15,7 @@ from dehyst.app.terminal import ask_progress, print_end, print_findings, print_j
 from dehyst.errors import ParameterError
 from dehyst.families.best import PURPOSES, identify
 from dehyst.grades import Grade, grade_of
-from dehyst.identification import DirectFit, Fit, Score
+from dehyst.identification import Fit, Score
 from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import identify_stream
 from dehyst.shell import quoted
@@ -47,13 +47,10 @@ def run_identify(request: IdentifyRequest) -> None:
     if request.json:
         print_json(fit.as_dict())
         return
-    if isinstance(fit, DirectFit):
-        print_direct(fit, request)
-    else:
-        _print(fit, request)
+    _print(fit, request)
 
 
-def _identify(request: IdentifyRequest) -> Fit | DirectFit:
+def _identify(request: IdentifyRequest) -> Fit:
     if request.family == DIRECT:
         with ask_progress("reading", request.json):
             records = read_logs(request)
@@ -134,7 +131,7 @@ def _thresholds(text: str | None) -> list[float] | None:
         ) from None
 
 
-def _report(fit: Fit | DirectFit, request: IdentifyRequest) -> None:
+def _report(fit: Fit, request: IdentifyRequest) -> None:
     from dehyst.report import write_figures, write_report
 
     if request.report is not None:
@@ -170,14 +167,9 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
     if fit.table:
         out.print()
         out.print(_compared(fit))
-        if fit.test:
+        if fit.test and fit.settings.get("family") == "auto":
             out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
-    memory = (
-        f"{certificate.nonzero_weights} of {certificate.operators} operators carry weight; start state "
-        f"'{certificate.initial_state}'"
-        if certificate.operators
-        else "no operators"
-    )
+    memory = f"{fit.size} carry weight; start state '{certificate.initial_state}'" if fit.size else "no operators"
     out.print(
         Text(
             f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
@@ -192,6 +184,9 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
             )
         )
     )
+    if fit.model.remarks:
+        out.print(Text("; ".join(fit.model.remarks)))
+        out.print(Text("\n".join(filter(None, (*fit.evidence_words, fit.lacking)))))
     left = fit.residual.largest
     if left is not None and left.share > MUCH and left.size_percent > FELT:
         out.print(

@@ -10,7 +10,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.experiments.recipes import Recipe
-from dehyst.identification import DirectFit, identify_direct
+from dehyst.identification import Fit, identify_direct
 from dehyst.io import read_log
 from dehyst.models import GROUPS, DirectInverse
 
@@ -19,7 +19,7 @@ TORQUE = "torque_Nm"
 CURVE = 5  # degree of the curve over the angle that is no loop
 
 
-def identify_torque(files: Sequence[Path], chosen: Recipe) -> DirectFit:
+def identify_torque(files: Sequence[Path], chosen: Recipe) -> Fit:
     """Fit a direct inverse to logs of a joint: angle -> torque of the muscles, sheared so that it rises with the angle.
 
     ``dehyst identify LOG --family direct-inverse --input sheared_torque_Nm --output angle_rad`` has the same code path.

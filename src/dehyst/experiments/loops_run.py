@@ -16,7 +16,7 @@ from dehyst.experiments.nominal import controller_parameters
 from dehyst.experiments.quasistatic import SPACING, excite, home, known_torque
 from dehyst.experiments.recipes import Recipe, recipe
 from dehyst.experiments.results import Characteristic, JointIdentification
-from dehyst.identification import DirectFit, Fit, choose_shear, identify
+from dehyst.identification import Fit, choose_shear, identify
 from dehyst.io import read_log, write_csv
 from dehyst.plant.arm import Arm, ArmLog
 from dehyst.plant.mechanisms import MechanismFactory, mechanisms_of
@@ -251,11 +251,10 @@ def _identified(
 ) -> JointIdentification:
     """Fit what the recipe says to the written log, and ask it for the hysteresis of loops that it has not seen."""
     shear, direct = _shear(robot, chosen, log.files[0]), None
-    fit: Fit | DirectFit
     if chosen.direct:
-        fit = torques = identify_torque(log.files, chosen)
+        fit = identify_torque(log.files, chosen)
         stiffness = characteristic.stiffness(robot.controller.mean_pressure)
-        direct = unsheared(torques.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
+        direct = unsheared(fit.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
     else:
         fit = _played(robot, log.files[0], shear)
 

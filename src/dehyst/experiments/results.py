@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.identification import DirectFit, Fit
+from dehyst.identification import Fit
 from dehyst.models import DirectInverse, HysteresisModel
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
@@ -112,7 +112,7 @@ class JointIdentification:
     joint: int
     characteristic: Characteristic
     log: Mapping[str, Array]
-    fit: Fit | DirectFit
+    fit: Fit
     shear: float
     unseen: Mapping[str, Array]
     inverse_rms_ratio: float
@@ -123,7 +123,7 @@ class JointIdentification:
     @property
     def plays(self) -> Fit | None:
         """The fit, unless it is that of a direct inverse."""
-        return self.fit if isinstance(self.fit, Fit) else None
+        return self.fit if self.direct is None else None
 
     @property
     def accepted(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -247,7 +247,7 @@ class LoopModel(Model):
         """Return the fit of the same family to other recordings."""
         from dehyst.families.best import identify  # knows all families
 
-        return cast("Fit", identify(records, self.family, train_fraction=train_fraction))
+        return identify(records, self.family, train_fraction=train_fraction)
 
     def with_start(self, start: str) -> Self:
         """Return the same model that begins in another state, one of `STARTS`."""

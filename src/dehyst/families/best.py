@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from dehyst.families.lateness import Lateness, lateness
 from dehyst.families.registry import MODULES, ROWS
 from dehyst.families.registry import family as family_of
 from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
-from dehyst.families.tracking import tracking_errors
+from dehyst.families.table import ROWS as TABLE
 from dehyst.families.training import training_of
 from dehyst.findings import Finding
 from dehyst.identification import facts
@@ -27,18 +27,17 @@ from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import Seen, fit_of, seen_in
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import FAMILIES, STATIC
-from dehyst.identification.fit import Candidate, Certificate, Fit, Option
+from dehyst.identification.fit import Candidate, Certificate, Fit, elements_of, size_of
 from dehyst.identification.measures import InMemory, Measured
 from dehyst.identification.procedure import DIRECT, call_of, solve
+from dehyst.identification.scores import parts
 from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
 from dehyst.identification.split import split_recordings
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas
+from dehyst.identification.tracking import with_table
 from dehyst.models import StaticCurve
 from dehyst.recording import Recording, require_recordings, takes_recordings
-
-if TYPE_CHECKING:
-    from dehyst.identification import DirectFit
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
 SETTINGS = ("n", "eps", "thresholds", "initial_state", "weights", "shear", "max_inverse_gain")
@@ -46,6 +45,7 @@ PURPOSES = ("compensate", "simulate")
 CLEAR = 0.75  # of the error of plays, where blocks hardly tell sums apart
 WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
 PERCENT = 50.0  # of the range, for an error scaled to -1..1
+CREEPING = frozenset(("creep", "relax", "creep-by-place", "relax-by-place"))  # elements and groups of columns
 PROGRAM = "normal equations of the columns"
 TRIED = 20_000  # samples of the round trip
 
@@ -59,7 +59,7 @@ def identify(
     train_fraction: float | None = None,
     seed: int = 0,
     **settings: Any,
-) -> Fit | DirectFit:
+) -> Fit:
     """Identify a model from one recording or several: by default the best there is for this log.
 
     Parameters
@@ -85,7 +85,7 @@ def identify(
     Returns
     -------
     fit : Fit
-        Model, scores, certificate and findings; a `DirectFit` for "direct-inverse".
+        Model, scores, certificate, findings, and the table of what it was compared with.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def identify(
                 f"out, or take {', '.join(FAMILIES)} or auto.",
                 settings=sorted(settings),
             )
-        return _named(check_recordings(recordings), family, train_fraction, seed, purpose)
+        return with_table(_named(check_recordings(recordings), family, train_fraction, seed, purpose))
     unknown = [name for name in settings if name not in SETTINGS]
     if unknown:
         raise ParameterError(
@@ -127,6 +127,7 @@ def identify(
     if family == "auto" and not settings:
         return best_fit(check_recordings(recordings), train_fraction, purpose)
     fit = identify_plays(recordings, family, train_fraction=train_fraction, **settings)
+    fit = fit if fit.table else with_table(fit)
     if family != "auto":
         return fit
     told = plays_only(f"settings of theirs were given ({', '.join(settings)})", "Leave them out")
@@ -156,10 +157,10 @@ def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpo
                 chosen = best_row(training.late(ahead), firm=False).later(ahead * training.period)
             rows = job.fit(chosen.model, chosen.kkt, (chosen.carrying, chosen.columns), _shown(plays, chosen))
         except DehystError:  # too few samples, or no program that could be solved: plays are what there is
-            return _with_table(plays, plays)
+            return with_table(plays)
     untold = turns_of(training) < ENOUGH_TURNS or any(len(record.pieces) > 1 for record in records)
-    taken = plays if _plays_do(plays, chosen, untold) else rows
-    fit = _with_table(taken, plays, rows)
+    taken, other = (plays, rows) if _plays_do(plays, chosen, untold) else (rows, plays)
+    fit = with_table(taken, other)
     if late is None:
         return fit
     return replace(fit, warnings=(*fit.warnings, _told(late, training.period, ahead > 0 and taken is rows)))
@@ -209,27 +210,6 @@ def _shown(plays: Fit, chosen: Chosen) -> tuple[Candidate, ...]:
     return (*map(shown, chosen.candidates), *(replace(each, chosen=False) for each in plays.candidates))
 
 
-def _with_table(fit: Fit, *fits: Fit) -> Fit:
-    """Fit with the table of what it was compared with, the curve among them."""
-    models = [each.model for each in fits]
-    options = [option_of(each, each is fit) for each in fits]
-    if all(each.family != STATIC for each in fits):
-        curve = fit.static_test or fit.static_train
-        models.append(fit.static)
-        options.append(Option(STATIC, "forward", curve.rmse_percent, fit.curve_input.rms_percent, None, True, False))
-    remembers = [option.family != STATIC for option in options]
-    tracked = tracking_errors(models, remembers, fit.recordings, fit.test_masks if fit.test else fit.train_masks)
-    shown = (None if np.isnan(error) else error for error in tracked)
-    return replace(fit, table=tuple(replace(each, tracking_percent=e) for each, e in zip(options, shown, strict=True)))
-
-
-def option_of(fit: Fit, chosen: bool) -> Option:
-    """Return a row of the table of a fit."""
-    score, asked = fit.test or fit.train, fit.input_error
-    exportable = not fit.model.no_export
-    return Option(fit.family, fit.direction, score.rmse_percent, asked.rms_percent, None, exportable, chosen)
-
-
 class _Job:
     """Everything that judging a model of this log takes."""
 
@@ -260,8 +240,10 @@ class _Job:
             initial_state=model.start,
             route=PROGRAM if np.isfinite(kkt) else "its own search",
         )
-        knows = Knows(leads=True, crosses=True, time=model.rate_dependent)
-        name = f"{model.family}, {terms[0]} of {terms[1]} terms"
+        groups = {group for row in TABLE if row.name == model.family for each in row.sums for group in each.groups}
+        creep = not CREEPING.isdisjoint(groups) and not CREEPING.isdisjoint(elements_of(model))
+        knows = Knows(leads=True, crosses=True, time=model.rate_dependent, creep=creep)
+        name = f"{model.family}, {size_of(model, *terms)}"
         return fit_of(
             model, model.family, name, knows, self.data, self.seen, self.static, measured, certificate, self.settings,
             candidates, no_inverse=model.no_inverse,
@@ -275,7 +257,8 @@ class _Job:
         nothing = tuple(np.full(len(record), np.nan) for record in records)
         demands = nothing if model.no_inverse else demanded(model, records, data)
         trip = float("nan") if model.no_inverse else _round_trip(model, records[0])
-        return self.measure.compared(data, model.start, outputs, demands, trip, self.static, self.seen.counts[1])
+        scored = parts(records, data, model.start)
+        return self.measure.compared(data, scored, outputs, demands, trip, self.static, self.seen.counts[1])
 
 
 def _round_trip(model: LoopModel, record: Recording) -> float:

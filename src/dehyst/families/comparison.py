@@ -17,7 +17,7 @@ from dehyst.families.fitting import FamilyFit, Judge, fit_one, orientation_of
 from dehyst.families.registry import TITLES, names, title_of
 from dehyst.families.table import ROWS
 from dehyst.families.training import Training, training_of
-from dehyst.identification import Fit, identify, identify_direct
+from dehyst.identification import Fit, identify
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.scores import parts
 from dehyst.identification.settings import check_recordings
@@ -237,13 +237,6 @@ def compare(
 def _entry(name: str, judge: Judge, data: DataSet, training: Training, train_fraction: float | None) -> FamilyFit:
     begun = time.thread_time()
     try:
-        if name == "direct-inverse":
-            direct = identify_direct(judge.records, train_fraction=train_fraction)
-            return judge.scored(
-                name, direct.model, direct.outputs, inverse_percent=direct.judged.rmse_percent,
-                parameters=direct.certificate.nonzero_weights + direct.model.polynomial.size,
-                seconds=time.thread_time() - begun, start=direct.certificate.initial_state,
-            )  # fmt: skip
         if name in TITLES:
             fit = identify(judge.records, name, train_fraction=train_fraction)
             return judge.identified(fit, time.thread_time() - begun)

@@ -157,10 +157,9 @@ class Judge:
 
     def identified(self, fit: Fit, seconds: float) -> FamilyFit:
         """Return what was identified otherwise."""
-        curve = sum(each.v.size for each in fit.model.maps if each is not None) or 1
         return self.scored(
             fit.family, fit.model, fit.predictions, inverse_percent=fit.certificate.inverse_miss_percent,
-            parameters=fit.certificate.nonzero_weights + curve, seconds=seconds, start=fit.certificate.initial_state,
+            parameters=fit.model.free_parameters, seconds=seconds, start=fit.certificate.initial_state,
         )  # fmt: skip
 
     def curve_of(self, fit: Fit) -> FamilyFit:

@@ -1,7 +1,7 @@
 """Identification: data -> model, with what the data can and cannot tell."""
 
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
-from dehyst.identification.direct import DirectFit, Rival, identify_direct
+from dehyst.identification.direct import identify_direct
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
 from dehyst.identification.procedure import identify, identify_paper
@@ -11,12 +11,10 @@ __all__ = [
     "Candidate",
     "Certificate",
     "CrossValidation",
-    "DirectFit",
     "Evidence",
     "Fit",
     "LoopFacts",
     "Refit",
-    "Rival",
     "Score",
     "ShearChoice",
     "Trial",

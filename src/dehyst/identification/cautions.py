@@ -9,6 +9,7 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
+from dehyst.identification.evidence import CREEP, TOLD
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
 from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.measures import Measured
@@ -50,11 +51,14 @@ class Knows:
         Loops that lead in one part of the input and lag in another.
     time
         Rate and creep.
+    creep
+        It has terms of creep.
     """
 
     leads: bool = False
     crosses: bool = False
     time: bool = False
+    creep: bool = False
 
 
 def of_range(percent: float) -> str:
@@ -103,6 +107,14 @@ def about_data(
             f"rate-independent model can follow. Take a family that knows them (--family auto looks for one), identify "
             f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
+        )
+    creep = next((found for found in loop.evidence if found.group == CREEP), None)
+    if knows.creep and creep is not None and creep.own < TOLD:
+        yield Finding(
+            "creep-without-holds",
+            f"creep was fitted, but hysteresis imitates {100 - 100 * creep.own:.0f} % of its course in this log: the "
+            f"split between the two is arbitrary, and wrong at other speeds. Log with holds after reversals and at "
+            f"different speeds; `dehyst design` plans them.",
         )
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(

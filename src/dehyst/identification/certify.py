@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import datetime as _datetime
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from dehyst import __version__
+from dehyst.findings import Finding
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
 from dehyst.identification.cautions import Knows, no_hysteresis
 from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import STATIC, Estimate
-from dehyst.identification.fit import Candidate, Certificate, Fit, Score
+from dehyst.identification.fit import Candidate, Certificate, Fit, Score, size_of
 from dehyst.identification.folds import output_knots
 from dehyst.identification.levels import settled
 from dehyst.identification.measures import Measure, Measured
@@ -72,7 +74,7 @@ def certify(
         condition=estimate.condition,
     )
     knows = Knows(leads=choice.family in ("stop", "pi-cumulative"))
-    name = f"{choice.family}, {certificate.nonzero_weights} of {certificate.operators} operators"
+    name = f"{choice.family}, {size_of(model, model.nonzero_weights, operators)}"
     return fit_of(
         model, choice.family, name if operators else STATIC, knows, data, seen, static, measured,
         certificate, settings, candidates, refitter,
@@ -106,6 +108,7 @@ def fit_of(
     candidates: tuple[Candidate, ...],
     refitter: Refitter | None = None,
     no_inverse: str = "",
+    more: tuple[Finding, ...] = (),
 ) -> Fit:
     """Return the fit of a model of any family: findings, verdict, provenance.
 
@@ -117,19 +120,23 @@ def fit_of(
         What the family can show.
     no_inverse
         Why there is no inverse, "" if there is one.
+    more
+        Findings that only this family has.
     """
     loop_facts, findings = judge.examine(
         measured.recordings, data, *seen, measured, certificate, knows,
         paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
     )  # fmt: skip
     if family == STATIC and candidates:
-        findings = (*findings, no_hysteresis(candidates))
+        more = (*more, no_hysteresis(candidates))
+    findings = (*findings, *more)
     verdict = judge.verdict(name, measured, findings, tested_on(settings), no_inverse)
     train, test = measured.train, measured.test
     card = _card(measured.recordings, settings, family, certificate.initial_state, train, test, verdict)
+    own: ModelCard = model.card  # of a model that names its ranges, they are part of it
     return Fit(
         family=family,
-        model=model.with_card(card),
+        model=model.with_card(card if own.output.low is None else replace(own, provenance=card.provenance)),
         recordings=measured.recordings,
         predictions=measured.outputs,
         inverse_predictions=measured.demands,

@@ -14,7 +14,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
-from dehyst.identification.evidence import LEAST, Evidence
+from dehyst.identification.evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.identification.residual import Residual, residual_structure
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
@@ -377,7 +377,9 @@ class Fit:
         `recordings`, `predictions` and the scores are those of the sheared loop, whose input is u + k y; `model`, the
         inverse's gain and its miss are those of the log's own input u.
     table
-        From what "auto" chose.
+        From what the model was chosen, or what it is to be compared with; the curve among them.
+    details
+        What only this family says of itself, by the name under which ``--json`` shows it.
 
     Examples
     --------
@@ -413,11 +415,7 @@ class Fit:
     input_test: InputError | None = None
     curve_input: InputError = UNKNOWN
     table: tuple[Option, ...] = ()
-
-    @property
-    def backward(self) -> bool:
-        """Whether `predictions` are of the input: not here."""
-        return False
+    details: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def grade(self) -> Grade | None:
@@ -428,6 +426,42 @@ class Fit:
     def direction(self) -> str:
         """ "forward", or "inverse" where the input was identified as a function of the output."""
         return str(getattr(self.model, "direction", "forward"))
+
+    @property
+    def size(self) -> str:
+        """How many of the operators or terms that were offered carry weight; "" for a curve."""
+        c = self.certificate
+        return size_of(self.model, c.nonzero_weights, c.operators) if c.operators else ""
+
+    @property
+    def evidence(self) -> tuple[Evidence, ...]:
+        """What the log shows of rate and creep; empty without time stamps."""
+        return self.facts.evidence
+
+    @property
+    def evidence_words(self) -> tuple[str, ...]:
+        """What the log shows of rate and creep, a sentence each, and what the model has of them where that differs."""
+        has = {RATE: ("viscous", "rate"), CREEP: ("creep", "relax")}
+        kinds = elements_of(self.model)
+        return tuple(
+            f"{found}{_kept(found, any(k in kinds for k in has[found.group]))}" for found in self.facts.evidence
+        )
+
+    @property
+    def lacking(self) -> str:
+        """What this log cannot tell of rate and creep, and the line that plans a motion that does; "" if nothing."""
+        card = self.model.card.input
+        return "" if card.low is None or card.high is None else self.facts.lacking(card.low, card.high)
+
+    @property
+    def output_error(self) -> Score:
+        """Error of the output, over held-out samples if there are any."""
+        return self.test or self.train
+
+    @property
+    def tracking(self) -> float | None:
+        """Predicted error of open-loop tracking with the model, percent of the output's range; None where unknown."""
+        return next((row.tracking_percent for row in self.table if row.chosen), None)
 
     @property
     def input_error(self) -> InputError:
@@ -518,10 +552,10 @@ class Fit:
 
     def __repr__(self) -> str:
         """One line: family, operators and the error that counts."""
-        judged, where = (self.train, "fitted") if self.test is None else (self.test, "held out")
+        where = "fitted" if self.test is None else "held out"
         return (
-            f"<Fit {self.family!r}: {self.certificate.nonzero_weights} of {self.certificate.operators} operators, "
-            f"{judged.rmse_percent:.2f} % of range rms {where}, {len(self.warnings)} warnings>"
+            f"<Fit {self.family!r}: {self.size or 'a curve'}, {self.output_error.rmse_percent:.2f} % of range rms "
+            f"{where}, {len(self.warnings)} warnings>"
         )
 
     def __str__(self) -> str:
@@ -562,9 +596,9 @@ class Fit:
                 "train": self.input_train.as_dict(),
                 "test": None if self.input_test is None else self.input_test.as_dict(),
             },
-            "tracking_percent": next((row.tracking_percent for row in self.table if row.chosen), None),
+            "tracking_percent": self.tracking,
             "table": [row.as_dict() for row in self.table],
-            "grade": None if self.grade is None else ("good", "care", "no")[self.grade],
+            "grade": None if self.grade is None else str(self.grade),
             "initial_state": self.certificate.initial_state,
             "route": self.certificate.route,
             "condition": self.certificate.condition,
@@ -573,7 +607,13 @@ class Fit:
             "verdict": self.verdict,
             "evidence": [found.as_dict() for found in self.facts.evidence],
             "warnings": [finding.as_dict() for finding in self.warnings],
+            **self.details,
         }
+
+
+def size_of(model: Any, nonzero: int, offered: int) -> str:
+    """How large a model is: of so many operators of a sum of plays, or terms of another sum, those with weight."""
+    return f"{nonzero} of {offered} {'terms' if model.play_core is None else 'operators'}"
 
 
 BUILT_OF = {
@@ -584,6 +624,15 @@ BUILT_OF = {
 def elements_of(model: Any) -> tuple[str, ...]:
     """Kinds of elements that a model is made of; the name of its family where it is no sum of elements."""
     return tuple(getattr(model, "kinds", ())) or BUILT_OF.get(model.family, (model.family,))
+
+
+def _kept(found: Evidence, kept: bool) -> str:
+    """What is to be said where a model has what was not found, or has not what was found."""
+    if kept == found.there:
+        return ""
+    if kept:
+        return "; the model has a term of it, which made the fit better"
+    return "; not in the model, whose other terms do as well there" if found.told else ""
 
 
 def _sheared(found: Refit, k: float) -> Refit:

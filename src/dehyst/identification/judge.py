@@ -25,6 +25,8 @@ SERIOUS = {
     "recordings-differ",
     "swapped-columns",
     "output-stopped",
+    "forward-better",
+    "schedule-once",
 }
 FEW_LOOPS = {"few-loops", "never-turns"}
 # And those that forbid compensation.
@@ -63,6 +65,8 @@ def examine(
     )
     judged = [*about_data(data, loop_facts, abs(change), doubt, knows)]
     judged += about_fit(records, data, measured, certificate, paper, held_out, knows)
+    if loop_facts.turns == 0:  # one branch is no loop that a curve could be as good on
+        judged = [finding for finding in judged if finding.code != "static-as-good"]
     # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
     said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
     read = [finding for record in records for finding in record.findings if finding.code not in said]

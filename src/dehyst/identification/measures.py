@@ -115,21 +115,21 @@ class InMemory:
         """Compare a model whose memory before each piece a bank tells."""
         outputs, demands = predictions(self._records, data, bank, model)
         trip = round_trip(model, self._records[0].input)
-        return self.compared(data, bank.initial_state, outputs, demands, trip, static, turns)
+        scored = parts(self._records, data, bank.initial_state)
+        return self.compared(data, scored, outputs, demands, trip, static, turns)
 
     def compared(
         self,
         data: DataSet,
-        start: str,
+        scored: tuple[Part, Part],
         outputs: tuple[Array, ...],
         demands: tuple[Array, ...],
         trip: float,
         static: StaticCurve,
         turns: int,
     ) -> Measured:
-        """Compare what a model answers, and what its inverse asks for, whatever model it is."""
-        records = self._records
-        fitted, held_out = parts(records, data, start)
+        """Compare what a model answers, and what its inverse asks for, over fitted and held-out samples."""
+        records, (fitted, held_out) = self._records, scored
         curves = tuple(Answers(static, record.input) for record in records)
         train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
         static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import Any
 
 import numpy.typing as npt
 
@@ -50,9 +50,6 @@ from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
 from dehyst.recording import Recording, require_recordings, takes_recordings
 
-if TYPE_CHECKING:
-    from dehyst.identification.direct.fit import DirectFit
-
 DIRECT = "direct-inverse"
 
 
@@ -63,38 +60,6 @@ class _Problem:
     eps: float
     given: Array | None
     entering: Callable[[str], object]
-
-
-@overload
-def identify(  # type: ignore[overload-overlap]
-    recordings: Recording | Sequence[Recording],
-    family: Literal["direct-inverse"],
-    *,
-    n: int | str = ...,
-    eps: float | str | None = ...,
-    thresholds: npt.ArrayLike | None = ...,
-    initial_state: str = ...,
-    train_fraction: float | None = ...,
-    weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
-    shear: float | str | None = ...,
-    max_inverse_gain: float | None = ...,
-) -> DirectFit: ...
-
-
-@overload
-def identify(
-    recordings: Recording | Sequence[Recording],
-    family: str = ...,
-    *,
-    n: int | str = ...,
-    eps: float | str | None = ...,
-    thresholds: npt.ArrayLike | None = ...,
-    initial_state: str = ...,
-    train_fraction: float | None = ...,
-    weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = ...,
-    shear: float | str | None = ...,
-    max_inverse_gain: float | None = ...,
-) -> Fit: ...
 
 
 @takes_recordings
@@ -110,7 +75,7 @@ def identify(
     weights: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
     shear: float | str | None = None,
     max_inverse_gain: float | None = None,
-) -> Fit | DirectFit:
+) -> Fit:
     r"""Identify a hysteresis model from one recording or several.
 
     The paper's problem, with the input centred and an offset c identified along:
@@ -129,7 +94,7 @@ def identify(
         "modified-pi" (with an output map, for loops that saturate or are asymmetric), "stop" (for clockwise loops),
         "static" (a curve without memory), or "auto": the one with the least error on loops held out within the
         training part, the simpler one within 2 %, and the curve where none is 5 % better. "direct-inverse" is
-        `identify_direct` with its usual settings and returns its `DirectFit`.
+        `identify_direct` with its usual settings.
     n
         Number of operators, at thresholds r_i = (i - 1)/n max|x|; ((i - 1)/n)^2 max|x| for "stop", whose
         loops are steep right after a reversal. Memory grows with n^2: 10 000 operators take several gigabytes.
@@ -233,7 +198,7 @@ def _identify_direct(
     initial_state: str,
     train_fraction: float | None,
     given: dict[str, bool],
-) -> DirectFit:
+) -> Fit:
     from dehyst.identification.direct import identify_direct  # which compares itself with the families of this module
 
     set_here = [name for name, there in given.items() if there]

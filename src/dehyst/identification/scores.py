@@ -116,6 +116,15 @@ def parts(records: tuple[Recording, ...], data: DataSet, initial_state: str) -> 
     return first, second
 
 
+def part_of(masks: Sequence[Mask]) -> Part:
+    """Return the samples that masks (T,) of all recordings choose."""
+    spans = []
+    for mask in masks:
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))).reshape(-1, 2)
+        spans.append(tuple(slice(int(low), int(high)) for low, high in ends))
+    return Part(tuple(spans), (None,) * len(spans))
+
+
 def predictions(
     records: tuple[Recording, ...], data: DataSet, bank: Bank, model: HysteresisModel
 ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:

@@ -19,7 +19,7 @@ from dehyst.models.arrays import parameter_array, parameter_number, signal_array
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
 from dehyst.models.follow import BEYOND, follow
-from dehyst.models.model import Band, Inverted, Model, Steps
+from dehyst.models.model import Band, Inverted, Model, Steps, WeightTable
 from dehyst.models.schedule import Schedule
 
 NONE = np.zeros(0)
@@ -159,6 +159,38 @@ class DirectInverse(Model):
         """Number of terms that carry weight in some set, the polynomial left out."""
         tables = (self.stop_weights, self.path_weights, self.creep_weights, self.viscous[:, None])
         return int(sum(np.count_nonzero(table.max(axis=0)) for table in tables if table.size))
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of its terms that carry weight."""
+        tables = (self.stop_weights, self.path_weights, self.creep_weights, self.viscous)
+        return tuple(k for k, table in zip(("stop", "path", "creep", "viscous"), tables, strict=True) if table.any())
+
+    @property
+    def free_parameters(self) -> int:
+        """Terms with weight, and coefficients of the polynomials."""
+        return self.nonzero_weights + self.polynomial.size
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Degree, schedules, creep, and whether the input rises with the output."""
+        times = ", ".join(f"{value:.3g}" for value in self.time_constants)
+        rises = self.no_forward == "" and self.least_slope() > 0.0
+        return (
+            f"degree {self.polynomial.shape[1] - 1}",
+            f"schedules {', '.join(map(str, self.schedules)) or 'none'}",
+            f"terms of creep {times + ' s' if times else 'none'}",
+            f"the input {'rises with the output whatever the past' if rises else 'may fall after some past'}",
+        )
+
+    @property
+    def weight_tables(self) -> tuple[WeightTable, ...]:
+        """Stops, path lags and creep."""
+        return (
+            WeightTable("stops", "radius r", self.card.output.unit, self.radii, self.stop_weights),
+            WeightTable("path lags", "length x", self.card.output.unit, self.path_lengths, self.path_weights),
+            WeightTable("creep lags", "time constant τ", "s", self.time_constants, self.creep_weights),
+        )
 
     @property
     def parts(self) -> tuple[int, str]:

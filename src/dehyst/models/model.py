@@ -48,6 +48,24 @@ class Band(NamedTuple):
     certainty: Array
 
 
+class WeightTable(NamedTuple):
+    """Weights of the terms of one kind over their scale.
+
+    Attributes
+    ----------
+    name, label, unit
+        "stops", "radius r", and its unit.
+    scale, weights
+        (n,), (sets, n). [unit], [input/output]
+    """
+
+    name: str
+    label: str
+    unit: str
+    scale: Array
+    weights: Array
+
+
 class Model(ABC):
     """A frozen relation between the two signals of a card, with a memory: from its input to its output.
 
@@ -138,6 +156,21 @@ class Model(ABC):
     @abstractmethod
     def nonzero_weights(self) -> int:
         """Number of terms that carry weight."""
+
+    @property
+    def free_parameters(self) -> int:
+        """Number of identified values; zero weights do not count."""
+        return self.nonzero_weights + (sum(each.v.size for each in self.maps if each is not None) or 1)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What only this kind of model says of itself, a few words each."""
+        return ()
+
+    @property
+    def weight_tables(self) -> tuple[WeightTable, ...]:
+        """Weights of its terms by their scale, of a model that is no sum of plays."""
+        return ()
 
     @property
     def play_core(self) -> PrandtlIshlinskii | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
+from dehyst.units import MASS_FACTORS
 
 OUTPUT = "output"
 
@@ -47,6 +48,13 @@ class Schedule:
                 f"schedule '{self.name}' has the range {self.low:g} to {self.high:g}: nothing can be blended over it. "
                 f"Pass low < high, or leave the schedule out."
             )
+
+    def __str__(self) -> str:
+        """Name and, from outside, range; a mass is said to be one."""
+        if not self.outside:
+            return self.name
+        mass = " (a mass; no joint controller takes it)" if self.unit in MASS_FACTORS else ""
+        return f"{self.name} {self.low:z.4g} to {self.high:z.4g} {self.unit}".rstrip() + mass
 
     @property
     def outside(self) -> bool:

@@ -10,7 +10,6 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
-from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Fit, LoopFacts, Score
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
@@ -61,7 +60,7 @@ def lights(fit: Fit) -> tuple[Light, ...]:
     return tuple(found)
 
 
-def overall(fit: Fit | DirectFit) -> Grade:
+def overall(fit: Fit) -> Grade:
     """Return the grade of the whole: what the verdict says; for a fit made by hand, the same rule."""
     said = grade_of(fit.verdict)
     if said is not None:
@@ -75,7 +74,7 @@ def overall(fit: Fit | DirectFit) -> Grade:
     return Grade.CARE
 
 
-def codes(fit: Fit | DirectFit) -> set[str]:
+def codes(fit: Fit) -> set[str]:
     """Return the codes of all findings."""
     return {finding.code for finding in fit.warnings}
 
@@ -167,11 +166,14 @@ def _inverse(fit: Fit) -> Light:
     miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     share = miss[0] / _input_range(fit)
-    grade = max(_grade(error, ROUND_TRIP), _grade(share, INVERSE_MISS))
+    grade = _grade(share, INVERSE_MISS)
+    if not math.isnan(error):
+        grade = max(grade, _grade(error, ROUND_TRIP))
     if codes(fit) & {"inverse-misses", "inverse-useless"}:
         grade = Grade.BAD
     reason = (
-        f"misses the applied input by {of_range(100.0 * share)} its range (RMS); undoes the model to {number(error, 2)}"
+        f"misses the applied input by {of_range(100.0 * share)} its range (RMS)"
+        f"{'' if math.isnan(error) else f'; undoes the model to {number(error, 2)}'}"
     )
     if "high-inverse-gain" in codes(fit):
         grade = max(grade, Grade.CARE)
@@ -220,8 +222,7 @@ def _data(fit: Fit) -> Light:
         reasons.append("of some pieces after gaps the level is unknown")
     if "one-loop-size" in found:
         reasons.append("all loops are of one size, so smaller ones are untested")
-    card = fit.model.card.input
-    missing = "" if card.low is None or card.high is None else facts.lacking(card.low, card.high)
+    missing = fit.lacking
     if reasons:
         grade = Grade.BAD if "two-actuators" in found else Grade.CARE
         return Light("The data", grade, "; ".join([*reasons, missing] if missing else reasons))

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.grades import Grade
-from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Fit
 from dehyst.recording import Recording
 from dehyst.report.judgement import overall
@@ -24,7 +23,7 @@ class Lines:
     code: str
 
 
-def next_steps(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) -> tuple[Lines, ...]:
+def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Lines, ...]:
     """Return what to type next."""
     rec = fit.recordings[0]
     name = clean(os.fspath(model_file)) if model_file is not None else "model.json"
@@ -68,7 +67,7 @@ def next_steps(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) 
     return tuple(steps)
 
 
-def _period(fit: Fit | DirectFit) -> float:
+def _period(fit: Fit) -> float:
     """Seconds between two samples, as the model was identified or as the log was written."""
     time = fit.recordings[0].time
     known = fit.model.period

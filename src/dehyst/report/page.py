@@ -4,31 +4,21 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import NamedTuple
 
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
-from dehyst.grades import Grade
-from dehyst.identification.direct import DirectFit
 from dehyst.identification.fit import Fit
-from dehyst.report.direct.figures import direct_figures
-from dehyst.report.direct.words import (
-    direct_lights,
-    direct_tables,
-    direct_tiles,
-    direct_words,
-)
 from dehyst.report.figures import Figure, all_figures
-from dehyst.report.judgement import Light, in_words, lights, overall
-from dehyst.report.next_steps import Lines, next_steps
+from dehyst.report.judgement import in_words, lights, overall
+from dehyst.report.next_steps import next_steps
 from dehyst.report.rendering import pictures, rendered
 from dehyst.report.svg import write_figure
-from dehyst.report.tables import Table, key_figures, tables
+from dehyst.report.tables import key_figures, tables
 from dehyst.report.text import short
 
 
 def write_report(
-    fit: Fit | DirectFit,
+    fit: Fit,
     path: str | os.PathLike[str],
     *,
     figures: str | os.PathLike[str] | None = None,
@@ -42,7 +32,7 @@ def write_report(
     Parameters
     ----------
     fit
-        Result of `dehyst.identify` or `dehyst.identify_direct`.
+        Result of `dehyst.identify`.
     path
         File to write, for example ``"report.html"``.
     figures
@@ -70,20 +60,20 @@ def write_report(
     >>> page.read_text(encoding="utf-8")[:15]
     '<!DOCTYPE html>'
     """
-    drawn = _figures(fit)
+    drawn = all_figures(fit)
     page = write_atomically(path, _render(fit, drawn, model_file))
     if figures is not None:
         _write_drawn(drawn, figures)
     return page
 
 
-def write_figures(fit: Fit | DirectFit, folder: str | os.PathLike[str]) -> Path:
+def write_figures(fit: Fit, folder: str | os.PathLike[str]) -> Path:
     """Write every figure of the report as SVG and PNG, without the page.
 
     Parameters
     ----------
     fit
-        Result of `dehyst.identify` or `dehyst.identify_direct`.
+        Result of `dehyst.identify`.
     folder
         Where to; made if it does not exist.
 
@@ -107,7 +97,7 @@ def write_figures(fit: Fit | DirectFit, folder: str | os.PathLike[str]) -> Path:
     >>> (folder / "figure-1-loop.svg").is_file()
     True
     """
-    return _write_drawn(_figures(fit), folder)
+    return _write_drawn(all_figures(fit), folder)
 
 
 def _write_drawn(drawn: tuple[Figure, ...], figures: str | os.PathLike[str]) -> Path:
@@ -131,52 +121,25 @@ def make_folder(figures: str | os.PathLike[str]) -> Path:
     return folder
 
 
-def _render(fit: Fit | DirectFit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
+def _render(fit: Fit, drawn: tuple[Figure, ...], model_file: str | os.PathLike[str] | None) -> str:
     first = fit.recordings[0]
-    content = _content(fit, model_file)
+    found = lights(fit)
     return rendered(
         "page.html",
         title=_title(fit),
         relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
         fit=fit,
-        lights=content.lights,
-        grade=content.grade,
-        words=content.words,
-        tiles=content.tiles,
+        lights=found,
+        grade=overall(fit),
+        words=in_words(fit, found),
+        tiles=key_figures(fit),
         figures=pictures(drawn),
-        tables=content.tables,
-        steps=content.steps,
+        tables=tables(fit),
+        steps=next_steps(fit, model_file),
     )
 
 
-class _Content(NamedTuple):
-    """What the page says beside its figures."""
-
-    lights: tuple[Light, ...]
-    grade: Grade
-    words: tuple[str, ...]
-    tiles: tuple[tuple[str, str, str, str], ...]
-    tables: tuple[Table, ...]
-    steps: tuple[Lines, ...]
-
-
-def _figures(fit: Fit | DirectFit) -> tuple[Figure, ...]:
-    return direct_figures(fit) if isinstance(fit, DirectFit) else all_figures(fit)
-
-
-def _content(fit: Fit | DirectFit, model_file: str | os.PathLike[str] | None) -> _Content:
-    if isinstance(fit, DirectFit):
-        return _Content(
-            direct_lights(fit), overall(fit), direct_words(fit), direct_tiles(fit), direct_tables(fit),
-            next_steps(fit, model_file),
-        )  # fmt: skip
-    found = lights(fit)
-    return _Content(
-        found, overall(fit), in_words(fit, found), key_figures(fit), tables(fit), next_steps(fit, model_file)
-    )
-
-
-def _title(fit: Fit | DirectFit) -> str:
+def _title(fit: Fit) -> str:
     first = fit.recordings[0]
     others = f" and {len(fit.recordings) - 1} more" if len(fit.recordings) > 1 else ""
     return f"{short(first.name, 80)}{others}"

@@ -11,6 +11,7 @@ import numpy as np
 
 from dehyst.identification.fit import Fit, Score
 from dehyst.models import MonotoneMap
+from dehyst.models.model import WeightTable
 from dehyst.report.text import count, number, plain, with_unit
 
 # Rows of a parameter table; a model of 10 000 operators belongs in its file, not on a page.
@@ -56,7 +57,7 @@ def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
         ("Without hysteresis", number(static.rmse_percent), "%", "RMSE of the best curve"),
         ("Inverse gain", number(fit.certificate.inverse_gain), slope, "largest slope"),
         ("Round trip error", number(fit.certificate.round_trip_error, 2), "", "of the range"),
-        ("Weights", str(fit.certificate.nonzero_weights), "", _of_operators(fit)),
+        ("Weights", str(fit.certificate.nonzero_weights), "", fit.size or "a curve without memory"),
         ("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
     ]
     test = ("Test RMSE", "–", "", "nothing was held out")
@@ -66,16 +67,13 @@ def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
     return tuple(tiles)
 
 
-def _of_operators(fit: Fit) -> str:
-    return f"of {fit.certificate.operators} operators" if fit.certificate.operators else "a curve without memory"
-
-
 def tables(fit: Fit) -> tuple[Table, ...]:
     """Return the tables of the page, in order."""
     return (
         _scores(fit),
         *_compared(fit),
         _certificate(fit),
+        *_own(fit),
         _facts(fit),
         _settings(fit),
         *(source_table(recording.name, recording.provenance, len(recording)) for recording in fit.recordings[:20]),
@@ -138,12 +136,19 @@ def _certificate(fit: Fit) -> Table:
             ("Solved by", c.route + (f", condition {number(c.condition, 2)}" if np.isfinite(c.condition) else "")),
             ("Round trip error, of the range", number(c.round_trip_error, 2)),
             ("Largest slope of the inverse", with_unit(c.inverse_gain, gain_unit)),
-            ("Operators with weight", f"{c.nonzero_weights} of {c.operators}"),
+            ("With weight", fit.size or "a curve without memory"),
             ("Thresholds the data did not determine", f"{missing} {unit}".strip() if c.undetermined else "none"),
             ("Memory before the first sample", c.initial_state),
         ),
         "The residual: how exactly the optimum was reached. The round trip: how exactly the inverse undoes the model.",
     )
+
+
+def _own(fit: Fit) -> tuple[Table, ...]:
+    """What only this kind of model says."""
+    rows = [(str(name).replace("_", " "), plain(value)) for name, value in fit.details.items()]
+    rows += [("evidence", said) for said in fit.evidence_words]
+    return (Table(f"What a {fit.family} model says of itself", (), tuple(rows)),) if fit.details else ()
 
 
 def _facts(fit: Fit) -> Table:
@@ -201,7 +206,19 @@ def _parameters(fit: Fit) -> tuple[Table, ...]:
         scalars = f"{beside}centre c = {core.center:.9g}, offset = {core.offset:.9g}"
         found.append(_operators(core.thresholds, weights, core.state, head, scalars))
     maps = (("output map S", after), ("input map", before))
+    found += [_weights(each) for each in fit.model.weight_tables if each.scale.size]
     return (*found, *(_map_table(title, mapping) for title, mapping in maps if mapping is not None))
+
+
+def _weights(table: WeightTable) -> Table:
+    sets = table.weights.shape[0]
+    heads = tuple(f"weight, set {k + 1}" if sets > 1 else "weight" for k in range(sets))
+    rows = tuple(
+        (str(i + 1), f"{table.scale[i]:.9g}", *(f"{value:.9g}" for value in table.weights[:, i]))
+        for i in range(min(table.scale.size, MAXIMUM_ROWS))
+    )
+    label = f"{table.label} [{table.unit}]" if table.unit else table.label
+    return Table(f"Parameters: {count(table.scale.size, table.name[:-1])}", ("", label, *heads), rows, folded=True)
 
 
 def _operators(r: Any, w: Any, z: Any, head: tuple[str, ...], scalars: str) -> Table:

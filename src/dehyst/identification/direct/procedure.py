@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import datetime as _datetime
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import __version__
-from dehyst.arrays import Array, Mask
+from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
-from dehyst.findings import Finding
-from dehyst.identification.direct.cautions import about_direct_fit, about_terms, direct_verdict, findings_of_data
+from dehyst.identification import facts
+from dehyst.identification.cautions import Knows
+from dehyst.identification.certify import fit_of, seen_in
+from dehyst.identification.data import prepare
+from dehyst.identification.direct.cautions import about_direct_fit, about_terms
 from dehyst.identification.direct.columns import (
     GROUPS,
     LENGTHS,
@@ -28,22 +29,25 @@ from dehyst.identification.direct.columns import (
     terms_along,
 )
 from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
-from dehyst.identification.direct.fit import DirectCertificate, DirectFit, Rival
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
 from dehyst.identification.direct.times import AUTO, check_creep, time_constants
 from dehyst.identification.families import FAMILIES
-from dehyst.identification.fit import Candidate, Fit, LoopFacts, Score
+from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
 from dehyst.identification.measures import InMemory
 from dehyst.identification.procedure import call_of, solve_in_memory
+from dehyst.identification.scores import Part, part_of
 from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
-from dehyst.identification.split import HALF, Split, split_recordings, tested_on
+from dehyst.identification.split import HALF, Split, split_recordings
+from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas
+from dehyst.identification.tracking import with_table
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models.follow import follow
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
+ROUTE = "non-negative least squares of the terms"
 LOAD, MEAN_PRESSURE = "load", "mean_pressure"
 Given = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 
@@ -91,22 +95,13 @@ def _polynomials(estimate: DirectEstimate, data: DirectData, given: int) -> Arra
     return np.vstack([np.zeros((2, parts.shape[1])), parts]) if estimate.shape.by_output else parts
 
 
-class Compared(NamedTuple):
-    """Rivals, the one with the best inverse first; what the data shows; findings about the data."""
-
-    rivals: tuple[Rival, ...]
-    facts: LoopFacts
-    findings: tuple[Finding, ...]
-
-
-def compare_forward(records: tuple[Recording, ...], split: Split, loads: Sequence[Sequence[Array]]) -> Compared:
-    """Identify every forward family and score it.
+def compare_forward(records: tuple[Recording, ...], split: Split, measure: InMemory) -> tuple[Fit, ...]:
+    """Identify every forward family on the same samples, the one with the best inverse first.
 
     A family that cannot be identified is left out; if none can, the fault of the last one is raised.
     """
     fits: list[Fit] = []
     fault: DehystError | None = None
-    measure = InMemory(records, loads)  # which tests rate and creep once for all of them
     for family in FAMILIES:
         call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
         try:
@@ -115,11 +110,7 @@ def compare_forward(records: tuple[Recording, ...], split: Split, loads: Sequenc
             fault = found
     if not fits:
         raise fault if fault is not None else AssertionError("no family was tried")
-    fits.sort(key=lambda fit: rank(fit.certificate.inverse_miss_percent))
-    rivals = tuple(
-        Rival(fit.family, fit.certificate.inverse_miss_percent, (fit.test or fit.train).rmse_percent) for fit in fits
-    )
-    return Compared(rivals, fits[0].facts, tuple(findings_of_data(fits[0].warnings)))
+    return tuple(sorted(fits, key=lambda fit: rank(fit.input_error.rms_percent)))
 
 
 @takes_recordings
@@ -135,7 +126,7 @@ def identify_direct(
     initial_state: str = AUTO,
     train_fraction: float | None = None,
     stops_only: bool = False,
-) -> DirectFit:
+) -> Fit:
     r"""Identify the compensator itself: the input that an actuator needs, as a function of its measured output.
 
     .. math::
@@ -177,8 +168,8 @@ def identify_direct(
 
     Returns
     -------
-    fit : DirectFit
-        Model, errors in both directions, comparison with the forward families, evidence, findings.
+    fit : Fit
+        Model, errors in both directions, findings; its table compares it with the forward families.
 
     Raises
     ------
@@ -228,8 +219,8 @@ def identify_direct(
             [np.clip((given[g.name][0][k] - g.low) / (g.high - g.low), 0.0, 1.0) for g in data.given]
             for k in range(len(records))
         ]
-        compared = compare_forward(records, split, loads)
-        return _fitted(records, data, layout, trials, chosen, bool(required), settings, compared)
+        measure = InMemory(records, loads)  # which tests rate and creep once for all of them
+        return _fitted(records, split, data, layout, trials, chosen, bool(required), settings, measure)
 
 
 def _check_start(initial_state: str) -> tuple[str, ...]:
@@ -284,101 +275,82 @@ def _settings(
     }
 
 
-@dataclass(frozen=True)
-class _Answers:
-    """What a model says about every recording, in the units of the log."""
+class _Answers(NamedTuple):
+    """What a model says about every recording, in the units of the log, over which samples; inputs nothing needs."""
 
-    inputs: tuple[Array, ...]
-    statics: tuple[Array, ...]
+    demands: tuple[Array, ...]
     outputs: tuple[Array, ...]
-    train: tuple[Mask, ...]
-    test: tuple[Mask, ...]
+    scored: tuple[Part, Part]
     missed: int
 
 
 def _fitted(
     records: tuple[Recording, ...],
+    split: Split,
     data: DirectData,
     layout: Layout,
     trials: Trials,
     chosen: TriedShape,
     asked: bool,
     settings: dict[str, Any],
-    compared: Compared,
-) -> DirectFit:
+    measure: InMemory,
+) -> Fit:
     shape = chosen.shape
-    rows, samples = trials.rows(shape.start)
-    estimate = solve_shape(layout, shape, rows, samples)
-    curve = solve_shape(layout, Shape(7, (), False, shape.start), rows, samples)
-    model = build_direct(layout, estimate, data, _signals(records, data, {}))
-    answers = _answers(records, data, layout, estimate, curve, model)
-    inputs, outputs = [r.input for r in records], [r.output for r in records]
-    train, test = (_score(inputs, answers.inputs, part, data.input_range) for part in (answers.train, answers.test))
-    forward = [_score(outputs, answers.outputs, part, data.output_range) for part in (answers.train, answers.test)]
-    curves = [_score(inputs, answers.statics, part, data.input_range) for part in (answers.train, answers.test)]
-    (forward_train, forward_test), (static_train, static_test) = forward, curves
-    if train is None or forward_train is None or static_train is None:
-        raise AssertionError("no fitted samples")  # prepare_direct has counted them
-    certificate = DirectCertificate(
-        estimate.kkt_residual, model.nonzero_weights, layout.terms_of(shape).size * len(layout.sets_of(shape)),
-        shape.start, model.least_slope() > 0.0, answers.missed,
-    )  # fmt: skip
-    judged, static = test or train, static_test or static_train
-    findings: list[Finding] = [finding for record in records for finding in record.findings]
-    findings += compared.findings
-    findings += about_terms(data, shape, layout.bank.time_constants, asked, trials, compared.facts.evidence)
-    findings += about_direct_fit(
-        records, data, judged, static, compared.rivals, certificate,
-        test is None and settings["train_fraction"] < 1.0,
-        100.0 * data.amplitude / data.input_range * chosen.uncertainty,
-        all(finding.code != "never-turns" for finding in findings),
-    )  # fmt: skip
-    unique = tuple({(finding.code, finding.message): finding for finding in findings}.values())
-    verdict = direct_verdict(
-        judged,
-        forward_test or forward_train,
-        static,
-        compared.rivals,
-        certificate,
-        None if test is None else tested_on(settings),
-        unique,
+    estimate = solve_shape(layout, shape, *trials.rows(shape.start))
+    model = build_direct(layout, estimate, data, _signals(records, data))
+    answers = _answers(records, data, layout, estimate, model)
+    others = compare_forward(records, split, measure)
+    prepared = prepare(records, split)
+    seen = seen_in(facts.branches(prepared))
+    static = curve_of(fit_static(prepared, "zero")[0], prepared)
+    measured = measure.compared(
+        prepared, answers.scored, answers.outputs, answers.demands, float("nan"), static, seen.counts[1]
     )
-    provenance = _provenance(records, settings, train, test, verdict)
-    return DirectFit(
-        model=model.with_card(_signals(records, data, provenance)),
-        recordings=records,
-        predictions=answers.inputs,
-        outputs=answers.outputs,
-        train_masks=answers.train,
-        test_masks=answers.test,
-        train=train,
-        test=test,
-        forward_train=forward_train,
-        forward_test=forward_test,
-        static_train=static_train,
-        static_test=static_test,
-        certificate=certificate,
-        rivals=compared.rivals,
-        facts=compared.facts,
-        candidates=_candidates(trials, chosen, data),
-        warnings=unique,
-        settings=settings,
-        verdict=verdict,
+    terms, rises = int(layout.terms_of(shape).size), model.least_slope() > 0.0
+    certificate = Certificate(
+        kkt_residual=estimate.kkt_residual,
+        round_trip_error=measured.round_trip,
+        inverse_gain=float("nan"),
+        inverse_miss_percent=measured.input_error.rms_percent,
+        affordable_eps=None,
+        nonzero_weights=model.nonzero_weights,
+        operators=terms,
+        undetermined=(),
+        initial_state=shape.start,
+        route=ROUTE,
     )
+    more = (
+        *about_terms(data, shape, layout.bank.time_constants, asked, trials, measured.evidence),
+        *about_direct_fit(
+            measured.input_error, others[0], rises, 100.0 * data.amplitude / data.input_range * chosen.uncertainty
+        ),
+    )
+    creep = "creep" in shape.groups and layout.bank.time_constants.size > 0
+    fit = fit_of(
+        model, model.family, f"{model.family}, {size_of(model, model.nonzero_weights, terms)}",
+        Knows(leads=True, crosses=True, time=True, creep=creep), prepared, seen, static, measured, certificate,
+        settings, _candidates(trials, chosen, data), more=more,
+    )  # fmt: skip
+    return with_table(replace(fit, details=_details(model, settings, rises, answers.missed)), *others)
+
+
+def _details(model: DirectInverse, settings: dict[str, Any], rises: bool, missed: int) -> dict[str, Any]:
+    """What only this family says of itself; `missed`: samples at which no output near the range needs the input."""
+    return {
+        "degree": settings["degree"],
+        "groups": settings["groups"],
+        "schedules": [schedule.name for schedule in model.schedules],
+        "time_constants": model.time_constants.tolist(),
+        "rises": rises,
+        "missed": missed,
+    }
 
 
 def _answers(
-    records: tuple[Recording, ...],
-    data: DirectData,
-    layout: Layout,
-    estimate: DirectEstimate,
-    curve: DirectEstimate,
-    model: DirectInverse,
+    records: tuple[Recording, ...], data: DirectData, layout: Layout, estimate: DirectEstimate, model: DirectInverse
 ) -> _Answers:
-    inputs, statics = [np.empty(len(r)) for r in records], [np.empty(len(r)) for r in records]
-    outputs = [np.empty(len(r)) for r in records]
-    train = [np.zeros(len(r), dtype=np.bool_) for r in records]
-    test = [np.zeros(len(r), dtype=np.bool_) for r in records]
+    demands, outputs = [np.empty(len(r)) for r in records], [np.empty(len(r)) for r in records]
+    train, test = ([np.zeros(len(r), dtype=np.bool_) for r in records] for _ in range(2))
     missed, start = 0, estimate.shape.start
     for piece in data.pieces:
         at, k = piece.span, piece.recording
@@ -386,25 +358,13 @@ def _answers(
         for begin in range(0, piece.y.size, ROWS):
             part = slice(begin, min(begin + ROWS, piece.y.size))
             rows, there = rows_at(layout, piece, terms, part), slice(at.start + part.start, at.start + part.stop)
-            inputs[k][there] = data.level + data.amplitude * predict(layout, estimate, rows)
-            statics[k][there] = data.level + data.amplitude * predict(layout, curve, rows)
+            demands[k][there] = data.level + data.amplitude * predict(layout, estimate, rows)
         given = {g.name: g.low + (g.high - g.low) * xi for g, xi in zip(data.given, piece.given, strict=True)}
         found = follow(model, records[k].input[at], piece.time, given, start)
         outputs[k][at] = found.y
         missed += found.missed
         train[k][at], test[k][at] = piece.mask(True), piece.mask(False)
-    return _Answers(tuple(inputs), tuple(statics), tuple(outputs), tuple(train), tuple(test), missed)
-
-
-def _score(measured: list[Array], said: tuple[Array, ...], masks: tuple[Mask, ...], span: float) -> Score | None:
-    left = np.concatenate([(y - m)[k] for y, m, k in zip(measured, said, masks, strict=True)])
-    if left.size == 0:
-        return None
-    values = np.concatenate([y[k] for y, k in zip(measured, masks, strict=True)])
-    rmse, scatter = float(np.sqrt(np.mean(left**2))), float(np.std(values))
-    return Score(
-        rmse, 100.0 * rmse / span, rmse / scatter if scatter > 0.0 else float("inf"), float(np.max(np.abs(left)))
-    )
+    return _Answers(tuple(demands), tuple(outputs), (part_of(train), part_of(test)), missed)
 
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:
@@ -419,27 +379,10 @@ def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[C
     )  # fmt: skip
 
 
-def _signals(records: tuple[Recording, ...], data: DirectData, provenance: Mapping[str, Any]) -> ModelCard:
+def _signals(records: tuple[Recording, ...], data: DirectData) -> ModelCard:
     """Signals with the ranges that were fitted: beyond them the model holds its polynomials."""
     first = records[0]
     return ModelCard(
         SignalCard(first.input_name, first.input_unit, data.level - data.amplitude, data.level + data.amplitude),
         SignalCard(first.output_name, first.output_unit, data.center - data.half_range, data.center + data.half_range),
-        provenance,
     )
-
-
-def _provenance(
-    records: tuple[Recording, ...], settings: dict[str, Any], train: Score, test: Score | None, verdict: str
-) -> dict[str, Any]:
-    return {
-        "logs": [dict(record.provenance) | {"name": record.name, "samples": record.samples} for record in records],
-        "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
-        "dehyst": __version__,
-        "settings": dict(settings),
-        "identified_family": DirectInverse.family,
-        "initial_state": settings["start"],
-        "train": train.as_dict(),
-        "test": None if test is None else test.as_dict(),
-        "verdict": verdict,
-    }

@@ -10,7 +10,6 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import DehystError
-from dehyst.identification.direct.fit import DirectFit
 from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.drift.cycles import groups_of, samples_of
 from dehyst.identification.drift.design import Scale
@@ -69,7 +68,7 @@ def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
     return replace(decision, model=_signed(whole, fit.model, subject.model, decision.reason))
 
 
-def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit | DirectFit:
+def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
     """Fit the first part of each log with the settings of a model; hostile ones are refused by the identification."""
     records = [log.record for log in logs]
     listed = model.card.provenance.get("settings")

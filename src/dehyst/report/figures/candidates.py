@@ -7,8 +7,7 @@ from functools import partial
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.identification.fit import Candidate
-from dehyst.report.figures.loop import AnyFit, shown
+from dehyst.identification.fit import Candidate, Fit
 from dehyst.report.figures.panel import Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
@@ -21,16 +20,16 @@ CUT = 3.0
 _STARTS = {"zero": "at zero", "rest": "at rest"}
 
 
-def candidates_figure(fit: AnyFit) -> Figure | None:
+def candidates_figure(fit: Fit) -> Figure | None:
     """Return figure 8, or None if a family was named and nothing compared."""
     if not fit.candidates:
         return None
     drawn = _shown(fit)
+    range_of = "input" if fit.model.judged_backward else "output"
     caption = (
-        f"RMSE on loops held out inside the fitted part, in percent of the {shown(fit, 0).answer}'s range, with its "
-        "standard error. "
-        "A simpler family is preferred to one that is hardly better. The curve without hysteresis is shown with its "
-        "error on the fitted part."
+        f"RMSE on loops held out inside the fitted part, in percent of the {range_of}'s range, with its standard "
+        "error. A simpler family is preferred to one that is hardly better. The curve without hysteresis is shown with "
+        "its error on the fitted part."
     )
     compared = sum(candidate in fit.candidates for candidate in drawn)
     if len(fit.candidates) > compared:
@@ -52,7 +51,7 @@ def candidates_figure(fit: AnyFit) -> Figure | None:
     )
 
 
-def _shown(fit: AnyFit) -> list[Candidate]:
+def _shown(fit: Fit) -> list[Candidate]:
     """The chosen one, the best of each family, the curve without hysteresis, then the best of the rest."""
     ranked = sorted((c for c in fit.candidates if np.isfinite(c.error_percent)), key=lambda c: rank(c.error_percent))
     leaders = [next(c for c in ranked if c.family == family) for family in dict.fromkeys(c.family for c in ranked)]

@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.report.figures.loop import AnyFit, parts, shown
+from dehyst.identification.fit import Fit
+from dehyst.report.figures.loop import parts
 from dehyst.report.figures.panel import (
     NO_LABEL,
     Axes,
@@ -29,14 +30,14 @@ from dehyst.report.thin import Window
 MARKS = 100
 
 
-def residual_figure(fit: AnyFit) -> Figure:
+def residual_figure(fit: Fit) -> Figure:
     """Return figure 5."""
-    told, backward = shown(fit, 0), fit.backward
+    rec = fit.recordings[0]
     score, part = (fit.train, "fitted") if fit.test is None else (fit.test, "held-out")
     caption = (
-        f"{'Input applied less input asked for' if backward else 'Measured output less model'}. The band is ± the RMSE "
-        f"of the {part} part, {with_unit(score.rmse, told.y_unit)} ({score.rmse_percent:.2g} % of the {told.answer}'s "
-        f"range). A trend over time means drift or creep; a loop that is left over the {told.drive} means rate "
+        f"Measured output less model. The band is ± the RMSE "
+        f"of the {part} part, {with_unit(score.rmse, rec.output_unit)} ({score.rmse_percent:.2g} % of the output's "
+        f"range). A trend over time means drift or creep; a loop that is left over the input means rate "
         "dependence or a shape that the family cannot take."
     )
     breaks = sum(len(rec.breaks) for rec in fit.recordings)
@@ -50,7 +51,7 @@ def residual_figure(fit: AnyFit) -> Figure:
         caption += " Logs are drawn one after another, with a dashed line between them."
     return Figure(
         "residual",
-        "Error of the input" if backward else "Residual",
+        "Residual",
         caption,
         (
             Panel(
@@ -59,23 +60,22 @@ def residual_figure(fit: AnyFit) -> Figure:
                 says("Residual over time with a band of plus and minus the RMSE."),
             ),
             Panel(
-                f"Over {told.drive}",
+                "Over input",
                 partial(_draw_drive, fit, score.rmse),
-                says(f"Residual over {told.x_label} with the same band."),
+                says(f"Residual over {rec.input_label} with the same band."),
             ),
         ),
     )
 
 
-def residuals(fit: AnyFit) -> list[Array]:
-    """Return measured less model, (T,) per recording. [output; of a direct inverse input]"""
-    return [shown(fit, i).y - said for i, said in enumerate(fit.predictions)]
+def residuals(fit: Fit) -> list[Array]:
+    """Return measured less model, (T,) per recording. [output]"""
+    return [rec.output - said for rec, said in zip(fit.recordings, fit.predictions, strict=True)]
 
 
-def _label(fit: AnyFit) -> str:
-    told, rec = shown(fit, 0), fit.recordings[0]
-    name = rec.input_name if told.answer == "input" else rec.output_name
-    return f"residual [{told.y_unit}]" if told.y_unit else f"residual of {name}"
+def _label(fit: Fit) -> str:
+    rec = fit.recordings[0]
+    return f"residual [{rec.output_unit}]" if rec.output_unit else f"residual of {rec.output_name}"
 
 
 def _band(axes: Axes, rmse: float) -> None:
@@ -83,7 +83,7 @@ def _band(axes: Axes, rmse: float) -> None:
     axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
 
 
-def _draw_time(fit: AnyFit, rmse: float, axes: Axes) -> None:
+def _draw_time(fit: Fit, rmse: float, axes: Axes) -> None:
     left = residuals(fit)
     times, borders, label = _one_after_another(fit)
     window = Window.around(
@@ -106,7 +106,7 @@ def _draw_time(fit: AnyFit, rmse: float, axes: Axes) -> None:
     add_legend(axes)
 
 
-def _one_after_another(fit: AnyFit) -> tuple[list[Array], list[float], str]:
+def _one_after_another(fit: Fit) -> tuple[list[Array], list[float], str]:
     """Abscissa of each recording, shifted behind the one before; where one ends; the axis label."""
     if len(fit.recordings) == 1:
         t, label = time_of(fit.recordings[0])
@@ -121,14 +121,14 @@ def _one_after_another(fit: AnyFit) -> tuple[list[Array], list[float], str]:
     return times, borders[:-1], "time, log after log [s]" if timed else "sample number, log after log"
 
 
-def _draw_drive(fit: AnyFit, rmse: float, axes: Axes) -> None:
-    left, across = residuals(fit), [shown(fit, i).x for i in range(len(fit.recordings))]
+def _draw_drive(fit: Fit, rmse: float, axes: Axes) -> None:
+    left, across = residuals(fit), [rec.input for rec in fit.recordings]
     window = Window.around(
         *zip(across, left, strict=True),
         (across[0][:1], np.array([-rmse])),
         (across[0][:1], np.array([rmse])),
     )
-    label_axes(axes, window, shown(fit, 0).x_label, _label(fit))
+    label_axes(axes, window, fit.recordings[0].input_label, _label(fit))
     _band(axes, rmse)
     seen: set[str] = set()
     for i, rec in enumerate(fit.recordings):

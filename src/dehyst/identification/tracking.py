@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array, Mask
 from dehyst.errors import DehystError
+from dehyst.identification.families import STATIC
+from dehyst.identification.fit import Fit, Option
 from dehyst.recording import Recording
 
 MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
@@ -70,3 +73,26 @@ def _demand(model: Any, x: Array, y: Array, time: Array | None, every: int) -> A
         return np.asarray(np.clip(model.ahead(model.inverse().simulate(y, time), every), x.min(), x.max()))
     except DehystError:  # no inverse
         return None
+
+
+def with_table(fit: Fit, *others: Fit) -> Fit:
+    """Return a fit with the table of it, others, and the curve; tracking is not known of a loop that was sheared."""
+    fits = (fit, *others)
+    models, options = [each.model for each in fits], [_option_of(each, each is fit) for each in fits]
+    if all(each.family != STATIC for each in fits):
+        curve = fit.static_test or fit.static_train
+        models.append(fit.static)
+        options.append(Option(STATIC, "forward", curve.rmse_percent, fit.curve_input.rms_percent, None, True, False))
+    if fit.model.shear is None:
+        remembers = [row.family != STATIC and not model.needs for row, model in zip(options, models, strict=True)]
+        tracked = tracking_errors(models, remembers, fit.recordings, fit.test_masks if fit.test else fit.train_masks)
+        options = [
+            replace(row, tracking_percent=None if np.isnan(error) else error)
+            for row, error in zip(options, tracked, strict=True)
+        ]
+    return replace(fit, table=tuple(options))
+
+
+def _option_of(fit: Fit, chosen: bool) -> Option:
+    asked, exportable = fit.input_error.rms_percent, not fit.model.no_export
+    return Option(fit.family, fit.direction, fit.output_error.rmse_percent, asked, None, exportable, chosen)

@@ -1,1 +1,0 @@
-"""The report of a direct inverse: figures, lights, tables, next steps."""
