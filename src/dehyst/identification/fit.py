@@ -613,7 +613,12 @@ class Fit:
 
 def size_of(model: Any, nonzero: int, offered: int) -> str:
     """How large a model is: of so many operators of a sum of plays, or terms of another sum, those with weight."""
-    return f"{nonzero} of {offered} {'terms' if model.play_core is None else 'operators'}"
+    return f"{nonzero} of {offered} {word_of(model)}"
+
+
+def word_of(model: Any) -> str:
+    """What a model is a sum of: "operators" where these are plays or stops alone, else "terms"."""
+    return "terms" if model.play_core is None else "operators"
 
 
 BUILT_OF = {

@@ -10,7 +10,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
-from dehyst.identification.fit import Fit, LoopFacts, Score
+from dehyst.identification.fit import Fit, LoopFacts, Score, word_of
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import SignalCard
@@ -193,7 +193,11 @@ def _determined(fit: Fit) -> Light:
     if not fit.certificate.operators:
         return Light("Determined", Grade.GOOD, "a curve has no operators; do not go beyond the logged range")
     if missing == 0:
-        return Light("Determined", Grade.GOOD, f"all {fit.certificate.operators} operators moved in the fitted samples")
+        return Light(
+            "Determined",
+            Grade.GOOD,
+            f"all {fit.certificate.operators} {word_of(fit.model)} moved in the fitted samples",
+        )
     grade = min(_grade(missing / max(1, fit.certificate.operators), UNDETERMINED_SHARE), Grade.CARE)
     reason = f"{missing} of {fit.certificate.operators} operators never moved; do not go beyond the logged range"
     return Light("Determined", grade, reason)
