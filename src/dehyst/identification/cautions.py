@@ -9,7 +9,7 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
-from dehyst.identification.evidence import CREEP, TOLD
+from dehyst.identification.evidence import without_holds
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
 from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.measures import Measured
@@ -108,14 +108,8 @@ def about_data(
             f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
-    creep = next((found for found in loop.evidence if found.group == CREEP), None)
-    if knows.creep and creep is not None and creep.own < TOLD:
-        yield Finding(
-            "creep-without-holds",
-            f"creep was fitted, but hysteresis imitates {100 - 100 * creep.own:.0f} % of its course in this log: the "
-            f"split between the two is arbitrary, and wrong at other speeds. Log with holds after reversals and at "
-            f"different speeds; `dehyst design` plans them.",
-        )
+    if knows.creep:
+        yield from without_holds(loop.evidence)
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
             "drift",

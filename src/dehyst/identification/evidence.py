@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.arrays import Array, Mask
+from dehyst.findings import Finding
 from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.identification.facts import velocity
 from dehyst.identification.least_squares import Solution, solve_bounded, triangle
@@ -356,3 +357,15 @@ def _cut(parts: list[Array]) -> Iterator[_Block]:
             if first < end and last > begin
         ]
         yield _Block(triangle(np.concatenate([part - part.mean(axis=0) for part in inside])), end - begin)
+
+
+def without_holds(tested: Sequence[Evidence]) -> Iterator[Finding]:
+    """Yield what to say of a model with terms of creep where hysteresis imitates most of the course of creep."""
+    for found in tested:
+        if found.group == CREEP and found.own < TOLD:
+            yield Finding(
+                "creep-without-holds",
+                f"creep was fitted, but hysteresis imitates {100 - 100 * found.own:.0f} % of its course in this log: "
+                f"the split between the two is arbitrary, and wrong at other speeds. Log with holds after reversals "
+                f"and at different speeds; `dehyst design` plans them.",
+            )
