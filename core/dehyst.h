@@ -551,6 +551,52 @@ int32_t dehyst_element_block_save(const dehyst_element_block *block, const dehys
 int32_t dehyst_element_block_restore(const dehyst_element_block *block, dehyst_element_block_state *state,
                                      const uint32_t *image, int32_t words);
 
+/* ---- An offset that follows the last cycle: for an actuator whose loop keeps its shape and wanders as a whole.
+ *
+ *   d = measured - said,   said: what a forward block answered, or what an inverse one was asked for
+ *   target = mean of d over the last cycle, two strokes of x between turning points, within +-limit
+ *   applied goes towards the target by at most part |x - x'|, x' the sample before
+ *
+ * Added to what a forward block answers, taken from what an inverse one is asked for. It moves with the way of x only:
+ * where x rests, the offset rests; what is given on is continuous in x, and with part < 1 it turns where x turns. A step
+ * uses measurements of samples before it alone. A stroke of which more than an eighth was off, limited or without a
+ * measurement teaches nothing. */
+
+typedef struct dehyst_offset {
+    dehyst_real limit;    /* >= 0, [output of the actuator] */
+    dehyst_real turn;     /* way back of x that makes a turning point, > 0, [x] */
+    dehyst_real part;     /* of the offset that comes in along a way of 1, >= 0, [output/x] */
+    uint32_t fingerprint; /* images of another one are refused */
+} dehyst_offset;
+
+typedef struct dehyst_offset_state {
+    dehyst_real target;  /* of the last cycle, within +-limit, [output] */
+    dehyst_real applied; /* in use, within +-limit, [output] */
+    dehyst_real last;    /* x of the sample before, [x] */
+    dehyst_real extreme; /* farthest x of this stroke, [x] */
+    dehyst_real mean[2]; /* of d in this stroke and in the one before, [output] */
+    int32_t good[2];     /* samples in them; 0: the one before does not count */
+    int32_t bad;         /* samples of this stroke that do not count */
+    int32_t phase;       /* 0 nothing seen, 1 never turned, 2 falling, 3 rising */
+} dehyst_offset_state;
+
+void dehyst_offset_reset(dehyst_offset_state *state);
+
+/* Offset for a sample x, from before its measurement; where `on` is 0 it is held. */
+dehyst_real dehyst_offset_next(const dehyst_offset *offset, const dehyst_offset_state *state, dehyst_real x, int on);
+
+/* The same, and then what was measured is taken in. `share` and `flags` are those of the block after this sample: where
+ * it was rejected nothing is done, and limited or not wholly on it does not count. Nor does a measurement that
+ * dehyst_accept refuses. */
+dehyst_real dehyst_offset_step(const dehyst_offset *offset, dehyst_offset_state *state, dehyst_real x,
+                               dehyst_real said, dehyst_real measured, dehyst_real share, uint32_t flags,
+                               int on);
+
+/* Image of the state in DEHYST_OFFSET_WORDS words. */
+#define DEHYST_OFFSET_WORDS (7 + 6 * DEHYST_REAL_WORDS)
+void dehyst_offset_save(const dehyst_offset *offset, const dehyst_offset_state *state, uint32_t *image);
+int32_t dehyst_offset_restore(const dehyst_offset *offset, dehyst_offset_state *state, const uint32_t *image);
+
 /* ---- Learning while running: scales of the groups and an offset, from what the actuator needed at its measured output.
  *
  *   e = measured - (curve + offset + sum_g scale_g part_g)

@@ -138,6 +138,17 @@ def element_block_step(quick: bool) -> tuple[str, str, str]:
     )
 
 
+def offset_step(quick: bool) -> tuple[str, str, str]:
+    """An offset that follows the last cycle: any state leads to such a state."""
+    files = ("offset.c", "image.c", "block.c", "model.c", "pi.c", "map.c")
+    assertions = sum(analysed("offset.c", inverse(2), files, 2, defines) for defines in PRECISIONS)
+    return (
+        _tool(),
+        "an offset that follows the last cycle, 2 runs",
+        (f"0 alarms, {assertions} bounds proved: offset within its limit, all finite, counts within theirs"),
+    )
+
+
 def _tool() -> str:
     return f"Frama-C {version(tool(CURE, 'frama-c'))}, EVA"
 
@@ -163,5 +174,10 @@ PROOFS = (
         "eva-element-block",
         "a block of elements, for every input and state: no undefined behaviour, output within its range",
         element_block_step,
+    ),
+    Proof(
+        "eva-offset",
+        "an offset that follows the last cycle, for every input and state: no undefined behaviour, within its limit",
+        offset_step,
     ),
 )

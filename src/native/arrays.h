@@ -97,5 +97,6 @@ void bind_direct_forward(nb::module_ &m);
 void bind_friction(nb::module_ &m);
 void bind_triangle(nb::module_ &m);
 void bind_oscillator(nb::module_ &m);
+void bind_offset(nb::module_ &m);
 
 #endif

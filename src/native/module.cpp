@@ -22,6 +22,7 @@ NB_MODULE(_native, m)
     bind_direct_forward(m);
     bind_triangle(m);
     bind_oscillator(m);
+    bind_offset(m);
     bind_text(m);
     bind_friction(m);
 }

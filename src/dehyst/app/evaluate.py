@@ -30,7 +30,7 @@ def run_evaluate(request: EvaluateRequest) -> None:
         read = _read(request, list(models.values()))
         signals = signals_of(request, read, models.values())
     with ask_progress("evaluating", request.json):
-        found = evaluate(models, [record for _, _, record in read], **signals)
+        found = evaluate(models, [record for _, _, record in read], follow_offset=request.follow_offset, **signals)
     with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
             print_json(found.as_dict())

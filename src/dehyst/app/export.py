@@ -111,6 +111,10 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
+    if request.follow_offset is not None and (request.what == "joint-controller" or request.log is not None):
+        other = "--what joint-controller" if request.log is None else "--log"
+        why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
+        raise ParameterError(f"--follow-offset does not go with {other}, which {why}. Leave one of them out.")
     if request.log is None and _part(request) != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
@@ -149,6 +153,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     subject = subject_of(
         model, request.what, name=name, period=request.period, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",
+        follow_offset=request.follow_offset,
     )  # fmt: skip
     if excerpt is None:
         return subject, []

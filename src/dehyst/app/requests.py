@@ -288,6 +288,11 @@ class ExportRequest:
     column: str | None = option("--column", "Its column that is the input of what is exported; else the model's.")
     controller: Path | None = option("--controller", "Parameters of the joint controller, JSON.")
     period: float | None = option("--period", "Of a unit that depends on time: between two samples [s].")
+    follow_offset: float | None = option(
+        "--follow-offset",
+        "One more input, what was measured: an offset follows the last cycle, within this share of the output's range.",
+        metavar="LIMIT",
+    )
     name: str | None = option("--name", "C identifier; made of the model's file name without it.")
     prune: bool = option("--prune", "Drop operators of weight zero, which is exact.", default=False)
     overwrite: Overwrite = False
@@ -323,6 +328,11 @@ class EvaluateRequest:
     stop: Stop = None
     load: LoadColumn = None
     mean_pressure: MeanPressureColumn = None
+    follow_offset: float | None = option(
+        "--follow-offset",
+        "Score with an offset that follows the last cycle, within this share of the output's range.",
+        metavar="LIMIT",
+    )
     json: Json = False
 
 

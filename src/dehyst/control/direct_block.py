@@ -64,6 +64,8 @@ class DirectBlock(MachineBlock[_native.DirectBlock]):
     [0.0, 2.0, -1.0, -1.0]
     """
 
+    leading = ("y", "rate")
+
     def __init__(
         self, model: DirectInverse, period: float, range: tuple[float, float] | None = None, ramp: int = 500
     ) -> None:

@@ -48,6 +48,11 @@ class MachineBlock(ABC, Generic[N]):
         Names of the scheduling variables from outside, in their order.
     """
 
+    model: Any
+    direction: Direction = "inverse"
+    takes_given: ClassVar[bool] = True
+    leading: ClassVar[tuple[str, ...]] = ("x",)
+
     def __init__(self, native: N, input: SignalCard, output: SignalCard, given: tuple[str, ...] = ()) -> None:
         self._native = native
         self._signals = input, output
@@ -124,8 +129,6 @@ class SavedBlock(MachineBlock[S]):
     """A block of a model in one of its directions, whose state has an image."""
 
     model: Model
-    direction: Direction
-    takes_given: ClassVar[bool] = True
 
     def run(
         self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None

@@ -68,7 +68,10 @@ def budget(subject: Subject) -> Budget:
     size = 4 if subject.real == "float" else 8
     words = size // 4
     if subject.block is not None:
-        return Budget(*subject.block.bytes(size), _instructions(subject))
+        own, offset = subject.block.bytes(size), subject.block.offset
+        more = offset.bytes(size) if offset else (0, 0, 0)
+        constants, state, image = (a + b for a, b in zip(own, more, strict=True))
+        return Budget(constants, state, image if subject.block.saved else 0, _instructions(subject))
     assert subject.joint is not None  # one of both
     direct, model = subject.joint.direct, subject.joint.compensator
     n, points = (model.operators, sum(model.points)) if model else (0, 0)

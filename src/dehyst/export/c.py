@@ -54,7 +54,9 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def core_functions(subject: Subject) -> tuple[str, ...]:
     """Return the functions of the core that the unit calls."""
-    return subject.block.functions if subject.block else core_files.JOINT
+    if subject.block is None:
+        return core_files.JOINT
+    return (*subject.block.functions, *(subject.block.offset.functions if subject.block.offset else ()))
 
 
 def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:

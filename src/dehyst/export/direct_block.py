@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from dehyst.control.direct_block import DirectBlock
@@ -36,7 +38,7 @@ def unit_of(model: DirectInverse, asked: Asked) -> Unit:
     block = DirectBlock(model, asked.period, asked.range, asked.ramp)
     exact = direct_numbers(block.parameters)
     direct = direct_in(exact, asked.real)
-    line = {what: rounded(value, asked.real) for what, value in (
+    line: dict[str, Any] = {what: rounded(value, asked.real) for what, value in (
         ("line_slope", block.line_slope), ("line_offset", block.line_offset), ("fade", block.fade)
     )}  # fmt: skip
     if asked.real == "float":

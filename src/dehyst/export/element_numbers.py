@@ -9,7 +9,18 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.export.numbers import INPUT_LIMIT, TOLERANCE, Constant, Map, UnitNumbers, inward, outward, read, rounded
+from dehyst.export.numbers import (
+    INPUT_LIMIT,
+    TOLERANCE,
+    Constant,
+    Map,
+    OffsetUnit,
+    UnitNumbers,
+    inward,
+    outward,
+    read,
+    rounded,
+)
 from dehyst.families.element_block import ElementBlockParameters
 from dehyst.families.elements import KINDS
 
@@ -41,6 +52,7 @@ class ElementBlockNumbers(UnitNumbers):
     parameters: ElementBlockParameters
     given: tuple[str, ...] = ()
     tolerance: float = 0.0
+    offset: OffsetUnit | None = None
 
     @property
     def values(self) -> Mapping[str, float]:

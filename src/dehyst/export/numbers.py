@@ -88,6 +88,25 @@ def read(member: str, name: str) -> Any:
     return property(value, doc=f"`{name}` of its {member}.")
 
 
+@dataclass(frozen=True)
+class OffsetUnit:
+    """``dehyst_offset``, fields named as there, and whether it is added behind a forward block."""
+
+    limit: float
+    turn: float
+    part: float
+    fingerprint: int
+    forward: bool
+    functions = (
+        "dehyst_offset_reset", "dehyst_offset_next", "dehyst_offset_step", "dehyst_offset_save",
+        "dehyst_offset_restore",
+    )  # fmt: skip
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
+        return {4: 16, 8: 32}[size], 6 * size + 16, 4 * (7 + 6 * size // 4)
+
+
 class UnitNumbers(ABC):
     """What a unit says to the templates of its targets, whatever block of the core it holds.
 
@@ -113,6 +132,8 @@ class UnitNumbers(ABC):
         How many of what it has, for people.
     tolerance
         Largest error in float. [output]
+    offset
+        That follows the last cycle, or None.
     """
 
     core: ClassVar[str] = "block"
@@ -124,6 +145,7 @@ class UnitNumbers(ABC):
     kind: ClassVar[str] = "operators"
     given: tuple[str, ...] = ()
     tolerance: float = 0.0
+    offset: OffsetUnit | None = None
     fade: float
     input_low: float
     input_high: float
@@ -135,7 +157,30 @@ class UnitNumbers(ABC):
     @property
     def inputs(self) -> tuple[str, ...]:
         """C names of all inputs of a step."""
-        return (*self.leading, *self.given)
+        return (*self.leading, *self.given, *(("measured",) if self.offset else ()))
+
+    @property
+    def least(self) -> float:
+        """No answer lies below. [output]"""
+        return self._within(self.output_low, -1.0)
+
+    @property
+    def most(self) -> float:
+        """No answer lies above. [output]"""
+        return self._within(self.output_high, 1.0)
+
+    def _within(self, end: float, side: float) -> float:
+        return end + side * self.offset.limit if self.offset and self.offset.forward else end
+
+    @property
+    def allowed(self) -> float:
+        """Largest error of an answer in float, the offset's part included. [output]"""
+        if not self.offset:
+            return self.tolerance
+        if self.offset.forward:
+            return 3.0 * self.tolerance + TOLERANCE * self.offset.limit
+        own = TOLERANCE * (self.input_high - self.input_low)
+        return self.tolerance + 10.0 * abs(self.line_slope) * own
 
     def avr_ram(self, fixed: int) -> int:
         """Return bytes of RAM on AVR, where constants are copied there; `fixed` of plays beside their operators."""
@@ -195,6 +240,7 @@ class BlockNumbers(UnitNumbers):
     line_offset: float
     fade: float
     fingerprint: int
+    offset: OffsetUnit | None = None
 
     @property
     def tolerance(self) -> float:  # type: ignore[override]
@@ -329,6 +375,7 @@ class DirectBlockNumbers(UnitNumbers):
     fade: float
     given: tuple[str, ...] = ()
     tolerance: float = 0.0
+    offset: OffsetUnit | None = None
 
     input_low, input_high = read("direct", "input_low"), read("direct", "input_high")
     output_low, output_high = read("direct", "output_low"), read("direct", "output_high")
@@ -418,14 +465,18 @@ def block_in(numbers: BlockNumbers, real: str) -> BlockNumbers:
     """Return the block in that precision; its values stay doubles."""
     if real == "double":
         return numbers
-    single = {name: rounded(getattr(numbers, name), real) for name in ("line_slope", "line_offset", "fade")}
+    single: dict[str, Any] = {
+        name: rounded(getattr(numbers, name), real) for name in ("line_slope", "line_offset", "fade")
+    }
     pairs = {name: (getattr(numbers, f"{name}_low"), getattr(numbers, f"{name}_high")) for name in _LIMITS}
     limits = {name: inward(*pair, real) for name, pair in pairs.items()}
     if not numbers.holds_back:
         # What a model reaches is no limit of a machine: the answers in float must not be cut off by their rounding.
         limits["output"] = outward(*_reached_in_float(numbers), real)
         limits["reach"] = (-FLOAT_LIMIT, FLOAT_LIMIT)
-    ends = {f"{name}_{end}": pair[k] for name, pair in limits.items() for k, end in enumerate(("low", "high"))}
+    ends: dict[str, Any] = {
+        f"{name}_{end}": pair[k] for name, pair in limits.items() for k, end in enumerate(("low", "high"))
+    }
     return BlockNumbers(model_in(numbers.model, real), **ends, **single, fingerprint=numbers.fingerprint)
 
 

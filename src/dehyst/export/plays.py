@@ -68,7 +68,7 @@ def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
 def block_numbers(block: Block) -> BlockNumbers:
     """Return the numbers of a block, in double precision."""
     values = {entry.name: getattr(block.parameters, entry.name) for entry in fields(block.parameters)}
-    own = {entry.name: float(values[entry.name]) for entry in fields(BlockNumbers)[1:-1]}
+    own: dict[str, Any] = {entry.name: float(values[entry.name]) for entry in fields(BlockNumbers)[1:-2]}
     return BlockNumbers(model_numbers(values), **own, fingerprint=int(values["fingerprint"]))
 
 

@@ -17,7 +17,7 @@ from dehyst.errors import ParameterError
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
 from dehyst.export.signal import Signal, Whole, answers
-from dehyst.export.unit import Asked, Unit
+from dehyst.export.unit import Asked, Unit, followed
 from dehyst.models import Model, SignalCard
 from dehyst.models.storage import model_to_dict
 
@@ -137,7 +137,7 @@ class Subject:
     @property
     def tolerance(self) -> float:
         """Largest error of a block's answers in float. [output]"""
-        return self.block.tolerance if self.block else 0.0
+        return self.block.allowed if self.block else 0.0
 
     @property
     def title(self) -> str:
@@ -168,6 +168,7 @@ def subject_of(
     ramp: int = RAMP,
     excerpt: Array | None = None,
     excerpt_source: str = "",
+    follow_offset: float | None = None,
 ) -> Subject:
     """Return a model or its inverse as something that targets can write.
 
@@ -191,6 +192,8 @@ def subject_of(
         Logged input of what is exported, (T,); `MOST_EXCERPT` samples at most are kept.
     excerpt_source
         Which log and column that is.
+    follow_offset
+        Limit of an offset that follows the last cycle, as a share of the output's range; None: there is none.
 
     Raises
     ------
@@ -212,7 +215,8 @@ def subject_of(
     check_name(name)
     if model.no_export:
         raise ParameterError(f"the model cannot be exported: {model.no_export}")
-    made = import_module(UNITS[model.core]).unit_of(model, Asked(what, real, range, ramp, period))
+    asked = Asked(what, real, range, ramp, period, follow_offset)
+    made = followed(import_module(UNITS[model.core]).unit_of(model, asked), asked)
     block, numbers = made.block, made.numbers
     names = block.input.name or "input", *made.heads, block.output.name or "output"
     content = model_to_dict(model)
@@ -229,7 +233,7 @@ def subject_of(
         block=numbers,
         joint=None,
         input=_limited(block.input, numbers.input_low, numbers.input_high),
-        output=_limited(block.output, numbers.output_low, numbers.output_high),
+        output=_limited(block.output, numbers.least, numbers.most),
         model=model,
         model_text=json.dumps(content, indent=1, allow_nan=False) + "\n",
         checksum=str(content["sha256"]),
@@ -241,6 +245,7 @@ def subject_of(
             "range": None if range is None else [float(end) for end in range],
             "ramp": int(ramp),
             **({} if made.period is None else {"period": made.period}),
+            **({} if follow_offset is None else {"follow_offset": float(follow_offset)}),
         },
         test=answers(block, made.inputs, made.on, names, numbers.saved),
         period=made.period,

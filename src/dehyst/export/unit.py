@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from dehyst.arrays import Array
-from dehyst.control.machine_block import MachineBlock
+from dehyst.control.following_block import FollowingBlock
+from dehyst.control.machine_block import BLOCK_FLAGS, MachineBlock
 from dehyst.export.names import identifier
-from dehyst.export.numbers import UnitNumbers
+from dehyst.export.numbers import OffsetUnit, UnitNumbers, rounded
 from dehyst.export.signal import Whole
 
 
@@ -21,6 +24,7 @@ class Asked:
     range: tuple[float, float] | None
     ramp: int
     period: float | None
+    follow_offset: float | None = None
 
 
 @dataclass(frozen=True)
@@ -58,8 +62,57 @@ class Unit:
     period: float | None = None
 
 
+MEASURED = "measured"
+
+
+def followed(unit: Unit, asked: Asked) -> Unit:
+    """Return the unit with an offset that follows the last cycle, if that was asked for: one more input."""
+    if asked.follow_offset is None:
+        return unit
+    block = FollowingBlock(unit.block, asked.follow_offset)
+    told = block.numbers
+    offset = OffsetUnit(
+        rounded(told.limit, asked.real), rounded(told.turn, asked.real), rounded(told.part, asked.real),
+        told.fingerprint, block.direction == "forward",
+    )  # fmt: skip
+    card = block.model.card.output
+    about = f"measured {card.label} of this sample, no number where there is none; it counts from the next one on"
+    measured = _measured(unit, offset, asked)
+    middle = unit.numbers.line_offset if offset.forward else 0.0
+    return replace(
+        unit, block=block, numbers=replace(unit.numbers, offset=offset),  # type: ignore[type-var]
+        inputs=np.column_stack((unit.inputs, measured)),
+        more=(*unit.more, (MEASURED, about)), heads=(*unit.heads, f"{card.name or 'output'}_measured"),
+        middle=(*unit.middle, middle),
+    )  # fmt: skip
+
+
+def _measured(unit: Unit, offset: OffsetUnit, asked: Asked) -> Array:
+    """An actuator on the unit's line whose offset wanders to and fro beyond the limit, with gaps, (T,).
+
+    Nothing is measured near a limit nor near the end of a switching: in float the last digit decides there which
+    sample counts.
+    """
+    near = np.zeros(unit.inputs.shape[0])
+    for shift in (0.0,) if offset.forward else (-offset.limit, 0.0, offset.limit):
+        unit.block.reset()
+        shifted = np.column_stack((unit.inputs[:, 0] + shift, unit.inputs[:, 1:]))
+        near += (unit.block.answer(shifted, unit.on)[1] & BLOCK_FLAGS["limited"]) != 0
+    unit.block.reset()
+    for k in np.flatnonzero(np.diff(unit.on) > 0):
+        near[k + 1 : k + asked.ramp + 20] = 1.0
+    x, n = np.nan_to_num(unit.inputs[:, 0], posinf=0.0, neginf=0.0), unit.numbers
+    x = np.clip(x, n.input_low, n.input_high)
+    y = n.line_offset + n.line_slope * x if offset.forward else x
+    y = y + 1.5 * offset.limit * np.sin(np.arange(y.size) * (2.0 * np.pi / 700.0))
+    y[np.convolve(near, np.ones(3), "same") > 0.0] = np.nan
+    strange = (np.nan, np.inf, -np.inf, -0.0)
+    y[np.random.default_rng(7).choice(y.size, len(strange), replace=False)] = strange
+    return np.array(y if asked.real == "double" else y.astype(np.float32), dtype=np.float64)
+
+
 def c_names(names: tuple[str, ...], taken: tuple[str, ...]) -> tuple[str, ...]:
     """C names of further inputs: their own where that is possible."""
     words = [identifier(name) for name in names]
-    plain = len(set(words)) == len(words) and not set(words) & {*taken, "on", "self", "given", "values"}
+    plain = len(set(words)) == len(words) and not set(words) & {*taken, MEASURED, "on", "self", "given", "values"}
     return tuple(words) if plain else tuple(f"given_{k + 1}" for k in range(len(names)))

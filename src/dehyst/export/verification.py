@@ -214,13 +214,14 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
         bounds, ramp = settings.get("range"), int(settings["ramp"])
         range = None if bounds is None else (float(bounds[0]), float(bounds[1]))
         period = None if settings.get("period") is None else float(settings["period"])
+        followed = None if settings.get("follow_offset") is None else float(settings["follow_offset"])
         excerpt = None
         if EXCERPT in manifest["files"]:
             excerpt = from_csv(_text(content, EXCERPT), 1, EXCERPT).inputs[:, 0]
         source = str(manifest.get("excerpt_source", ""))
         return subject_of(
             model, "inverse" if what == WHAT else what, name=name, period=period, real=real, range=range, ramp=ramp,
-            excerpt=excerpt, excerpt_source=source,
+            excerpt=excerpt, excerpt_source=source, follow_offset=followed,
         )  # fmt: skip
     except (KeyError, TypeError, IndexError, ValueError, OverflowError) as fault:
         if isinstance(fault, DehystError):

@@ -7,6 +7,7 @@ from typing import Any
 
 from dehyst.control.block import Block
 from dehyst.control.direct_block import DirectBlock
+from dehyst.control.following_block import FollowingBlock
 from dehyst.control.machine_block import Direction, MachineBlock
 from dehyst.errors import ParameterError
 from dehyst.families.element_block import ElementBlock
@@ -21,6 +22,7 @@ def block(
     period: float | None = None,
     range: tuple[float, float] | None = None,
     ramp: int = 500,
+    follow_offset: float | None = None,
 ) -> MachineBlock[Any]:
     """Return a model as a function block: limited to its ranges, switched without a bump, held on a sensor's fault.
 
@@ -36,11 +38,14 @@ def block(
         Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
     ramp
         Samples that switching takes, at least 1.
+    follow_offset
+        Limit of an offset that follows what was measured over the last cycle, as a share of the output's range; None:
+        there is none. Steps and runs then take what was measured behind their other inputs.
 
     Returns
     -------
     block : MachineBlock
-        A `Block` of plays, an `ElementBlock` or a `DirectBlock`.
+        A `Block` of plays, an `ElementBlock` or a `DirectBlock`; a `FollowingBlock` around it with `follow_offset`.
 
     Raises
     ------
@@ -61,6 +66,13 @@ def block(
     own: Any = require_model(model, "fit.model, or what dehyst.load('model.json') returns")
     if period is not None and own.too_slow(period):
         warnings.warn(too_slow_words(own, period), UserWarning, stacklevel=2)
+    made = _block(own, direction, period, range, ramp)
+    return made if follow_offset is None else FollowingBlock(made, follow_offset)
+
+
+def _block(
+    own: Any, direction: Direction, period: float | None, range: tuple[float, float] | None, ramp: int
+) -> MachineBlock[Any]:
     if own.core == "plays":
         return Block(own, direction, range=range, ramp=ramp)
     if own.core == "elements":

@@ -24,6 +24,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.loops import turning_points
 from dehyst.models import Model
 from dehyst.models.model import require_model
+from dehyst.models.offset import following, offset_numbers
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording, require_recordings, takes_recordings
 from dehyst.ties import rank
@@ -157,12 +158,15 @@ class _Log:
     records: tuple[Recording, ...]
     given: tuple[dict[str, Array], ...]
     part: Part = field(default_factory=lambda: Part((), ()))
+    follow_offset: float | None = None
 
 
 @takes_recordings
 def evaluate(
     models: Model | Sequence[Model] | Mapping[str, Model],
     recordings: Recording | Sequence[Recording],
+    *,
+    follow_offset: float | None = None,
     **signals: Signals,
 ) -> Evaluation:
     """Score saved models of any family on another log: how far output and inverse are off, and which one to run.
@@ -176,6 +180,8 @@ def evaluate(
         One model, several, or several by name.
     recordings
         The log. Signals are converted to the units of each model's card.
+    follow_offset
+        Limit of an offset that follows the last cycle, as a share of the output's range: outputs are scored with it.
     signals
         Scheduling signals by name that a model needs, such as `load`: an array (T,) for each recording.
 
@@ -208,7 +214,7 @@ def evaluate(
             held[name] = array
     low, high = range_over([record.input for record in records])
     part, assumed = _counting(records, low, high)
-    log = _Log(records, tuple(given), part)
+    log = _Log(records, tuple(given), part, follow_offset)
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
@@ -358,6 +364,8 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
         return replace(entry, reason=f"no output: {fault}")
     measured = [record.output for record in records]
     span = robust_range(measured)
+    if log.follow_offset is not None:
+        outputs = _followed(model, records, outputs, log.follow_offset)
     found, within = score(tuple(records), outputs, log.part, span), _within(outputs, measured, log.part)
     return replace(
         entry,
@@ -366,6 +374,23 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
         predictions=outputs,
         error_percent=100.0 * within / span,
     )
+
+
+def _followed(model: Model, records: Sequence[Recording], outputs: Sequence[Array], limit: float) -> tuple[Array, ...]:
+    """Outputs with an offset that follows the last cycle, begun anew in each piece."""
+    inputs, measured = [record.input for record in records], [record.output for record in records]
+    spans = (
+        (card.low, card.high) if card.low is not None and card.high is not None else range_over(values)
+        for card, values in ((model.card.output, measured), (model.card.input, inputs))
+    )
+    numbers = offset_numbers(limit, *(high - low for low, high in spans))
+    followed = []
+    for record, output in zip(records, outputs, strict=True):
+        moved = np.array(output)
+        for piece in record.pieces:
+            moved[piece] = following(record.input[piece], output[piece], record.output[piece], numbers)
+        followed.append(moved)
+    return tuple(followed)
 
 
 def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -440,7 +441,8 @@ def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
     cures = {
         "offset": (
             f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "
-            f"take the mean of the last cycle off in use."
+            f"let an offset follow the last cycle in use, up to twice this one "
+            f"(dehyst export --follow-offset {min(50, max(1, math.ceil(2 * cause.size_percent))) / 100:g})."
         ),
         "drift": "Warm up before logging, log longer, and log what may cause it, such as a temperature.",
         "position": f"Let loops over the whole range be part of what is fitted (--train-fraction), or {other}.",

@@ -17,6 +17,7 @@ from dehyst.arrays import Array
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.models.arrays import parameter_number
 from dehyst.models.card import ModelCard, SignalCard
+from dehyst.models.offset import following, offset_numbers
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
@@ -205,6 +206,34 @@ class Model(ABC):
         signals
             What `needs` names, (T,) or a number each.
         """
+
+    def simulate_following(
+        self,
+        x: npt.ArrayLike,
+        measured: npt.ArrayLike,
+        limit: float,
+        time: npt.ArrayLike | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Array:
+        """Return the output (T,) with an offset that follows the last cycle of what was measured. [output]
+
+        The same as a `FollowingBlock` does that runs forward. No sample depends on a measurement of its own or later.
+
+        Parameters
+        ----------
+        x, measured
+            Input and measured output, (T,); NaN: nothing was measured. [input], [output]
+        limit
+            Of the offset, a share of the output's identified range, above 0 and at most 0.5.
+        time, signals
+            As in `simulate`.
+        """
+        said = self.simulate(x, time, **signals)
+        width, height = (
+            float(np.ptp(values)) if card.low is None or card.high is None else float(card.high - card.low)
+            for card, values in ((self.card.input, np.asarray(x)), (self.card.output, said))
+        )
+        return following(x, said, measured, offset_numbers(limit, height, width))
 
     @abstractmethod
     def inverse(self) -> Model:

@@ -79,7 +79,7 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
     low, high = numbers.input_low, numbers.input_high
     said = "wanted output of the actuator" if subject.what == "inverse" else "input of the actuator"
     answer = "input of the actuator that gives it" if subject.what == "inverse" else "output of the actuator"
-    start, limits = (start_input(numbers),), (numbers.output_low, numbers.output_high)
+    start, limits = (start_input(numbers),), (numbers.least, numbers.most)
     said, answer = f"{said}: {subject.input.label}", f"{answer}: {subject.output.label}"
     beyond = BEYOND[subject.real]
     enabled = "true: compensated; false: straight line, reached without a bump"
@@ -122,7 +122,8 @@ def _limits(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
         ("line_offset", result, "its value at zero"),
         ("fade", "", "share of a switching that one sample makes"),
     ):
-        yield Variable(name, "real", "constant", text, unit, (float(getattr(numbers, name)),))
+        value = {"output_low": numbers.least, "output_high": numbers.most}.get(name, getattr(numbers, name))
+        yield Variable(name, "real", "constant", text, unit, (float(value),))
 
 
 def _constant(one: Constant, prefix: str = "") -> Variable:

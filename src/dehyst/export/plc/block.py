@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from dehyst.export import numbers as of_core
-from dehyst.export.numbers import BlockNumbers, ModelNumbers
+from dehyst.export.numbers import BlockNumbers, ModelNumbers, OffsetUnit
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
@@ -39,15 +40,42 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
         *model_variables(real, len(numbers.model.threshold)),
         *_variables(real),
     )
-    return unit_of(name, real, words, rendered("block.st.j2", **shape(numbers.model)), own)
+    return unit_of(name, real, words, rendered("block.st.j2", **shape(numbers.model)), own, (), numbers.offset)
 
 
 def unit_of(
-    name: str, real: str, words: dict[str, str], body: str, own: tuple[Variable, ...], more: Sequence[str] = ()
-) -> Pou:
+    name: str, real: str, words: dict[str, str], body: str, own: tuple[Variable, ...], more: Sequence[str] = (),
+    offset: OffsetUnit | None = None,
+) -> Pou:  # fmt: skip
     """Return the function block of a unit from its body and its own variables; `more` are names of further inputs."""
+    if offset is not None:
+        around = {"InputValue": "AskedValue", "OutputValue": "SaidValue"}
+        inner = re.sub("|".join(around), lambda match: around[match[0]], body)
+        body = rendered("offset.st.j2", body=inner, forward=offset.forward)
+        own, more = (*own, *_of_offset(real, offset)), (*more, "GivenMeasured")
     variables = (*interface(real, words, more), *own, *common_constants(real))
     return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
+
+
+def _of_offset(real: str, offset: OffsetUnit) -> tuple[Variable, ...]:
+    """Return constants and variables of an offset that follows the last cycle."""
+    limit = INPUT_LIMIT[real]
+    constants = (
+        ("OffsetLow", -offset.limit, "of the offset"), ("OffsetHigh", offset.limit, ""),
+        ("OffsetTurn", offset.turn, "way back that makes a turning point"),
+        ("OffsetPart", offset.part, "offset that comes in along a way of one"), ("MeanLow", -limit, ""),
+        ("MeanHigh", limit, ""), ("ManySamples", 1e9, "of a stroke"), ("SevenTimes", 7.0, ""),
+    )  # fmt: skip
+    reals = names(
+        "OffsetNow OffsetNext OffsetTarget LastInput FarthestInput MeanNow MeanBefore GoodNow GoodBefore BadNow "
+        "WayMade AskedValue SaidValue"
+    )
+    return (
+        *(number(name, real, value, comment) for name, value, comment in constants),
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
+        Variable("VAR", "CyclePhase", "DINT", ("0",), comment="0 nothing seen, 1 never turned, 2 falling, 3 rising"),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in ("StrokeEnds", "StrokeWhole")),
+    )
 
 
 def interface(real: str, words: dict[str, str], more: Sequence[str] = ()) -> tuple[Variable, ...]:

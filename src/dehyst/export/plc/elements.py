@@ -23,7 +23,7 @@ def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, w
         sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
         holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
     )  # fmt: skip
-    return unit_of(name, real, words, body, (*_tables(real, numbers), *_work(real, numbers)), given)
+    return unit_of(name, real, words, body, (*_tables(real, numbers), *_work(real, numbers)), given, numbers.offset)
 
 
 def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
