@@ -107,9 +107,12 @@ def _print(found: Comparison, request: CompareRequest) -> None:
         table.add_column(Text(name), justify="right" if k else "left", min_width=whole)
     for entry in found.entries:
         if entry.model is not None:
-            table.add_row(*_row(entry), style="bold" if entry is found.chosen else None)
+            table.add_row(
+                *_row(entry, entry.family == found.auto.family), style="bold" if entry is found.chosen else None
+            )
     out.print(table)
     out.print(Text("rms, percent of the output's range (inverse: of the input's); * within noise of the best"))
+    out.print(Text("< what identify takes, which chooses without the held-out errors"))
     said = found.notes
     if said:
         out.print()
@@ -122,9 +125,9 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     print_end(out, _next(found, request), model=request.save, report=request.report, picture=request.figure)
 
 
-def _row(entry: FamilyFit) -> tuple[Text | str, ...]:
+def _row(entry: FamilyFit, taken: bool) -> tuple[Text | str, ...]:
     return (
-        Text(f"{entry.family}{' *' if entry.tied else ''}"),
+        Text(f"{entry.family}{' *' if entry.tied else ''}{' <' if taken else ''}"),
         "" if entry.test is None else _percent(entry.test.rmse_percent),
         "" if entry.train is None else _percent(entry.train.rmse_percent),
         _percent(entry.inverse_percent) if entry.invertible and entry.inverse_percent is not None else "none",
@@ -151,7 +154,6 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
     same = "".join(f" {name} {quoted(value)}" for name, value in window if value is not None)
-    family = found.chosen.family
-    if found.auto_entry.error_percent <= found.chosen.error_percent:  # what identify takes without a name
-        return f"dehyst identify {log} {signals}{same} --save model.json --report report.html"
-    return f"dehyst identify {log} {signals}{same} --family {family} --save model.json --report report.html"
+    # One advice: what identify takes, chosen without the held-out errors above; a family only where some were named.
+    family = f" --family {found.chosen.family}" if request.families else ""
+    return f"dehyst identify {log} {signals}{same}{family} --save model.json --report report.html"
