@@ -172,7 +172,11 @@ def test_a_warning_fires_on_data_made_for_it_and_names_a_cure(code):
 
 def test_every_code_that_identification_can_give_is_tested():
     given = set(re.findall(r'Finding\(\s*"([a-z-]+)"', inspect.getsource(cautions)))
-    assert given == set(FIRING) | {"output-late", "output-early"}  # tested in test_lateness.py
+    assert given == set(FIRING) | {
+        "output-late",
+        "output-early",
+        "plays-only",
+    }  # tested in test_lateness.py, test_choice_told.py
 
 
 def test_a_test_of_a_few_samples_makes_no_model_good():

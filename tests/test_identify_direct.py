@@ -373,9 +373,12 @@ def test_a_family_that_is_named_stands_beside_the_curve_in_its_table(plain):
         assert fit.tracking is None  # there is no other model with a memory to play its inverse on
 
 
-def test_creep_without_holds_is_told_of_every_row_with_creep(plain):
-    assert "creep-without-holds" in codes(dehyst.identify(plain, "creep-pi"))
-    assert "creep-without-holds" not in codes(dehyst.identify(plain, "generalised-pi"))
+def test_creep_without_holds_is_told_of_every_row_that_answers_otherwise_at_another_speed(plain):
+    t, y = motion()
+    crept = log(t, y, asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.5),)))
+    assert "creep-without-holds" in codes(dehyst.identify(crept, "inverse-stop"))
+    assert "creep-without-holds" not in codes(dehyst.identify(crept, "generalised-pi"))  # which knows no time
+    assert "creep-without-holds" not in codes(dehyst.identify(plain, "creep-pi"))  # a log without time
 
 
 def test_a_forward_family_that_is_better_is_named():

@@ -460,9 +460,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "None for a compensator. Where it is to be adapted or read forward: `--no-position-schedule`.",
         ),
         "creep-without-holds": (
-            "Creep was fitted, but hysteresis imitates all but {TOLD:%} of its course along this log: how much is "
-            "creep and how much a stop is arbitrary.",
-            "Log with holds after reversals, and at different speeds: `dehyst design` plans them.",
+            "At a tenth of the log's speed the model answers more than {OTHER_SPEED} % of range otherwise (rms), and "
+            "the log cannot confirm it: hysteresis imitates all but {TOLD:%} of the course of creep along it.",
+            "Use the model at the speeds of the log, or log with holds after reversals, and at different speeds: "
+            "`dehyst design` plans them.",
         ),
         "creep-no-gain": (
             "Creep was asked for, but does not lower the error on held-out blocks.",

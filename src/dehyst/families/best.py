@@ -17,7 +17,6 @@ from dehyst.families.lateness import Lateness, lateness
 from dehyst.families.registry import MODULES, ROWS
 from dehyst.families.registry import family as family_of
 from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
-from dehyst.families.table import ROWS as TABLE
 from dehyst.families.training import training_of
 from dehyst.findings import Finding
 from dehyst.identification import facts
@@ -26,8 +25,9 @@ from dehyst.identification.cautions import Knows, plays_only
 from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import Seen, fit_of, seen_in
 from dehyst.identification.data import DataSet, prepare
+from dehyst.identification.evidence import slower_percent
 from dehyst.identification.families import FAMILIES, STATIC
-from dehyst.identification.fit import Candidate, Certificate, Fit, elements_of, size_of
+from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
 from dehyst.identification.measures import InMemory, Measured
 from dehyst.identification.procedure import DIRECT, call_of, solve
 from dehyst.identification.scores import parts
@@ -45,9 +45,8 @@ PURPOSES = ("compensate", "simulate")
 CLEAR = 0.75  # of the error of plays, where blocks hardly tell sums apart
 WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
 PERCENT = 50.0  # of the range, for an error scaled to -1..1
-CREEPING = frozenset(("creep", "relax", "creep-by-place", "relax-by-place"))  # elements and groups of columns
 PROGRAM = "normal equations of the columns"
-TRIED = 20_000  # samples of the round trip
+TRIED = 20_000  # samples of the round trip, and of another speed
 
 
 @takes_recordings
@@ -240,8 +239,7 @@ class _Job:
             initial_state=model.start,
             route=PROGRAM if np.isfinite(kkt) else "its own search",
         )
-        groups = {group for row in TABLE if row.name == model.family for each in row.sums for group in each.groups}
-        creep = not CREEPING.isdisjoint(groups) and not CREEPING.isdisjoint(elements_of(model))
+        creep = _slower(model, self.records[0]) if model.rate_dependent else 0.0
         knows = Knows(leads=True, crosses=True, time=model.rate_dependent, creep=creep)
         name = f"{model.family}, {size_of(model, *terms)}"
         return fit_of(
@@ -259,6 +257,12 @@ class _Job:
         trip = float("nan") if model.no_inverse else _round_trip(model, records[0])
         scored = parts(records, data, model.start)
         return self.measure.compared(data, scored, outputs, demands, trip, self.static, self.seen.counts[1])
+
+
+def _slower(model: LoopModel, record: Recording) -> float:
+    """By how much the model answers otherwise at a tenth of the speed. [% of range, rms]"""
+    x, time = record.input[:TRIED], record.time
+    return 0.0 if time is None else slower_percent(lambda at: model.simulate(x, at), time[:TRIED])
 
 
 def _round_trip(model: LoopModel, record: Recording) -> float:

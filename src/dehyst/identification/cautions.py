@@ -28,6 +28,8 @@ USELESS_GAIN = 2e3
 # ... nor is a model of an actuator that became another one.
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
+# Percent of range by which a model answers otherwise at a tenth of the speed, from which on that wants to be known.
+OTHER_SPEED = 1.0
 ROW_GAIN = (
     "Smooth the reference, or take plays with a bound of your own: --max-inverse-gain G, in units of input over output."
 )
@@ -52,13 +54,13 @@ class Knows:
     time
         Rate and creep.
     creep
-        It has terms of creep.
+        By how much its answer differs at a tenth of the log's speed, rms in percent of range (`slower_percent`).
     """
 
     leads: bool = False
     crosses: bool = False
     time: bool = False
-    creep: bool = False
+    creep: float = 0.0
 
 
 def of_range(percent: float) -> str:
@@ -108,8 +110,8 @@ def about_data(
             f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
-    if knows.creep:
-        yield from without_holds(loop.evidence)
+    if knows.creep > OTHER_SPEED:
+        yield from without_holds(loop.evidence, knows.creep)
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
             "drift",

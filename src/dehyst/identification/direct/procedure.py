@@ -28,10 +28,11 @@ from dehyst.identification.direct.columns import (
     rows_at,
     terms_along,
 )
-from dehyst.identification.direct.data import DirectData, check_given, prepare_direct
+from dehyst.identification.direct.data import DirectData, DirectPiece, check_given, prepare_direct
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
 from dehyst.identification.direct.times import AUTO, check_creep, time_constants
+from dehyst.identification.evidence import slower_percent
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
 from dehyst.identification.measures import InMemory
@@ -325,7 +326,7 @@ def _fitted(
             measured.input_error, others[0], rises, 100.0 * data.amplitude / data.input_range * chosen.uncertainty
         ),
     )
-    creep = "creep" in shape.groups and layout.bank.time_constants.size > 0
+    creep = _slower(records, data, model) if model.time_constants.size else 0.0
     fit = fit_of(
         model, model.family, f"{model.family}, {size_of(model, model.nonzero_weights, terms)}",
         Knows(leads=True, crosses=True, time=True, creep=creep), prepared, seen, static, measured, certificate,
@@ -359,12 +360,27 @@ def _answers(
             part = slice(begin, min(begin + ROWS, piece.y.size))
             rows, there = rows_at(layout, piece, terms, part), slice(at.start + part.start, at.start + part.stop)
             demands[k][there] = data.level + data.amplitude * predict(layout, estimate, rows)
-        given = {g.name: g.low + (g.high - g.low) * xi for g, xi in zip(data.given, piece.given, strict=True)}
-        found = follow(model, records[k].input[at], piece.time, given, start)
+        found = follow(model, records[k].input[at], piece.time, _given(data, piece), start)
         outputs[k][at] = found.y
         missed += found.missed
         train[k][at], test[k][at] = piece.mask(True), piece.mask(False)
     return _Answers(tuple(demands), tuple(outputs), (part_of(train), part_of(test)), missed)
+
+
+def _slower(records: tuple[Recording, ...], data: DirectData, model: DirectInverse) -> float:
+    """By how much the model asks for another input at a tenth of the speed. [% of range, rms]"""
+    piece = data.pieces[0]
+    if piece.time is None:
+        return 0.0
+    y = records[piece.recording].output[piece.span][:ROWS]
+    given = _given(data, piece)
+    cut = {name: values[:ROWS] for name, values in given.items()}
+    return slower_percent(lambda at: model.run(y, at, given=cut).u, piece.time[:ROWS])
+
+
+def _given(data: DirectData, piece: DirectPiece) -> dict[str, Array]:
+    """Scheduling variables along a piece, by name."""
+    return {g.name: g.low + (g.high - g.low) * xi for g, xi in zip(data.given, piece.given, strict=True)}
 
 
 def _candidates(trials: Trials, chosen: TriedShape, data: DirectData) -> tuple[Candidate, ...]:
