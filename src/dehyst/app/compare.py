@@ -154,6 +154,7 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
     same = "".join(f" {name} {quoted(value)}" for name, value in window if value is not None)
-    # One advice: what identify takes, chosen without the held-out errors above; a family only where some were named.
-    family = f" --family {found.chosen.family}" if request.families else ""
+    # One advice: what identify takes, chosen without the errors above; a family only where named ones err less.
+    named = request.families and found.chosen.error_percent < found.auto_entry.error_percent
+    family = f" --family {found.chosen.family}" if named else ""
     return f"dehyst identify {log} {signals}{same}{family} --save model.json --report report.html"

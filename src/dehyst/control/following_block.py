@@ -68,7 +68,7 @@ class FollowingBlock(MachineBlock[Any]):
         self.block = block
         self.model = block.model
         self.direction: Direction = block.direction
-        self.period: float | None = getattr(block, "period", None)
+        self.period = block.period
         ours, theirs = (block.output, block.input) if self.direction == "forward" else (block.input, block.output)
         height = _width(block.model.card.output, ours)
         self.numbers: OffsetNumbers = offset_numbers(

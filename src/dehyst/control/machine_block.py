@@ -50,6 +50,7 @@ class MachineBlock(ABC, Generic[N]):
 
     model: Any
     direction: Direction = "inverse"
+    period: float = 0.0  # between two samples, of a block that depends on time [s]
     takes_given: ClassVar[bool] = True
     leading: ClassVar[tuple[str, ...]] = ("x",)
 
