@@ -126,6 +126,12 @@ def files(tmp_path):
     return PLAYS.save(tmp_path / "plays.json"), line.save(tmp_path / "line.json"), path
 
 
+def test_scores_with_a_following_offset_say_so(run, files):
+    said = "outputs are scored with an offset that follows the last cycle, within 10 % of range"
+    assert said in " ".join(run("evaluate", *files, "--follow-offset", "0.1")[1].split())
+    assert "offset that follows" not in run("evaluate", *files)[1]
+
+
 def test_the_command_prints_a_table_and_the_line_to_type_next(run, files):
     status, out, err = run("evaluate", *files)
     assert status == 0, err

@@ -81,6 +81,9 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
         ),
         soft_wrap=True,
     )
+    if request.follow_offset is not None:
+        share = 100.0 * request.follow_offset
+        out.print(f"outputs are scored with an offset that follows the last cycle, within {share:g} % of range")
     reasons = [entry for entry in found.entries if entry.reason]
     if reasons:
         out.print()
