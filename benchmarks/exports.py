@@ -29,7 +29,7 @@ from target.random_blocks import Trial, trials
 from dehyst.export import core_files, subject_of
 from dehyst.export.c import unit_files
 from dehyst.export.compilers import version_of
-from dehyst.export.numbers import BlockNumbers
+from dehyst.export.plays import BlockNumbers
 
 RESULTS = Path(__file__).resolve().parent / "results" / "exports.json"
 BUILDS = tuple((compiler, level) for compiler in ("gcc", "clang") for level in ("-O0", "-O1", "-O2", "-O3"))

@@ -17,7 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from speed import accuracy, engine, evaluation, normal_equations, overhead, program, table
+from speed import accuracy, commands, engine, evaluation, normal_equations, overhead, program, table
 from speed.figures import Figures
 from startup import machine
 from threadpoolctl import threadpool_limits
@@ -48,6 +48,7 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
         "program": lambda: program.run(rounds, figures, quick),
         "accuracy": lambda: accuracy.run(samples, figures),
         "overhead": lambda: overhead.run(rounds, figures),
+        "commands": lambda: commands.run(min(rounds, 3), figures, quick),
     }
     for name, part in parts.items():
         if not only or name in only:
@@ -71,7 +72,9 @@ def main() -> None:
     parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 5e6 with --quick")
     parser.add_argument("--rounds", type=int, default=5, help="repetitions of every method")
     parser.add_argument("--quick", action="store_true", help="a short run; a quarter of each ratio is asked for")
-    parser.add_argument("--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead")
+    parser.add_argument(
+        "--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead, commands"
+    )
     parser.add_argument("--json", nargs="?", const="-", metavar="FILE", help="JSON, to a file or instead of the tables")
     options = parser.parse_args()
     samples = options.samples or (5_000_000 if options.quick else 10_000_000)

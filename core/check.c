@@ -132,7 +132,12 @@ int32_t dehyst_elements_check(const dehyst_elements *sum)
                range_is_good(sum->schedule_low[v], sum->schedule_high[v]) && sum->schedule_low[v] < sum->schedule_high[v];
     }
     for (int32_t k = 0; good && k < sum->n; ++k) {
-        good = element_is_good(&sum->element[k], 2 * sum->schedules + 1);
+        const dehyst_element *q = &sum->element[k];
+        good = element_is_good(q, 2 * sum->schedules + 1);
+        if ((q->kind == DEHYST_PRODUCT) &&
+            (((k + 1) == sum->n) || ((q[1].kind != DEHYST_PAST) && (q[1].kind != DEHYST_PRODUCT)))) {
+            good = 0; /* there is no lag that it could read */
+        }
     }
     return good ? DEHYST_IMAGE_GOOD : DEHYST_IMAGE_INVALID;
 }

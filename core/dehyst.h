@@ -402,6 +402,8 @@ dehyst_real dehyst_direct_block_step(const dehyst_direct_block *block, dehyst_di
  *   PAST    e = z of the sample before, then z as CREEP                    lag that knows past samples only
  *   PATH    e = z <- s r + exp(-|x - x'|/r) (z - s r), s the sign of x - x'   lag along the path (Dahl, 1968)
  *   WIDE    e = z <- play of radius r + g |x - x'|, 0 <= g < 1             play that widens with the rate
+ *   PRODUCT e = z z+ of the sample before, each within -r .. r, then z as PAST without r; z+: of the next element, which
+ *           is a PAST or a PRODUCT                                         Volterra's second order: creep of creep
  *
  * f is a piecewise linear map of any slopes, continued along its ends, or none; h is 1, or a schedule's share as in
  * dehyst_direct, where DEHYST_BY_OUTPUT is x'. Given the memory every e rises with x or stands still, so whoever makes the
@@ -417,6 +419,7 @@ enum { /* kinds */
     DEHYST_PAST,
     DEHYST_PATH,
     DEHYST_WIDE,
+    DEHYST_PRODUCT,
     DEHYST_KINDS
 };
 

@@ -49,8 +49,11 @@ static inline reading along(dehyst_real z, dehyst_real way, dehyst_real length, 
     return e;
 }
 
-static inline reading element_at(const dehyst_element *q, dehyst_real z, dehyst_real x, dehyst_real way, int rising)
+/* `held` is the memory from this element on: a product reads that of the next one, too. */
+static inline reading element_at(const dehyst_element *q, const dehyst_real *held, dehyst_real x, dehyst_real way,
+                                 int rising)
 {
+    const dehyst_real z = *held;
     reading e = {x, x, 1};
     switch (q->kind) {
     case DEHYST_PLAY:
@@ -84,6 +87,11 @@ static inline reading element_at(const dehyst_element *q, dehyst_real z, dehyst_
     case DEHYST_WIDE:
         e = widened(q, z, x, way, rising);
         break;
+    case DEHYST_PRODUCT:
+        e.memory = z + (q->gain * (x - z));
+        e.value = dehyst_within(z, -q->radius, q->radius) * dehyst_within(held[1], -q->radius, q->radius);
+        e.slope = 0;
+        break;
     default: /* the input itself */
         break;
     }
@@ -111,9 +119,10 @@ static inline reading through(const dehyst_map *map, reading e, int rising)
 }
 
 /* w f(e), without h. */
-static inline reading term_at(const dehyst_element *q, dehyst_real z, dehyst_real x, dehyst_real way, int rising)
+static inline reading term_at(const dehyst_element *q, const dehyst_real *held, dehyst_real x, dehyst_real way,
+                              int rising)
 {
-    const reading e = element_at(q, z, x, way, rising);
+    const reading e = element_at(q, held, x, way, rising);
     return q->map.n < 2 ? e : through(&q->map, e, rising);
 }
 
@@ -150,7 +159,7 @@ static inline dehyst_real total(const dehyst_elements *sum, const dehyst_element
     dehyst_real value = sum->offset;
     dehyst_real steep = 0;
     for (int32_t k = 0; k < sum->n; ++k) {
-        const reading f = term_at(&q[k], z[k], x, way, rising);
+        const reading f = term_at(&q[k], &z[k], x, way, rising);
         const dehyst_real weight = share[q[k].schedule] * q[k].weight;
         value += weight * f.value;
         steep += weight * f.slope;
@@ -178,7 +187,7 @@ dehyst_real dehyst_elements_follow(const dehyst_elements *sum, dehyst_elements_s
     dehyst_real *z = state->z;
     dehyst_real value = sum->offset;
     for (int32_t k = 0; k < sum->n; ++k) {
-        const reading f = term_at(&q[k], z[k], x, x - state->last, 1);
+        const reading f = term_at(&q[k], &z[k], x, x - state->last, 1);
         value += share[q[k].schedule] * q[k].weight * f.value;
         z[k] = f.memory;
     }
@@ -190,7 +199,7 @@ void dehyst_elements_columns(const dehyst_elements *sum, dehyst_elements_state *
                              dehyst_real *column)
 {
     for (int32_t k = 0; k < sum->n; ++k) {
-        const reading e = element_at(&sum->element[k], state->z[k], x, x - state->last, 1);
+        const reading e = element_at(&sum->element[k], &state->z[k], x, x - state->last, 1);
         column[k] = e.value;
         state->z[k] = e.memory;
     }
@@ -203,7 +212,7 @@ void dehyst_elements_advance(const dehyst_elements *sum, dehyst_elements_state *
     dehyst_real *z = state->z;
     const dehyst_real way = x - state->last;
     for (int32_t k = 0; k < sum->n; ++k) {
-        z[k] = element_at(&q[k], z[k], x, way, 1).memory;
+        z[k] = element_at(&q[k], &z[k], x, way, 1).memory;
     }
     moved(state, x);
 }

@@ -1,7 +1,5 @@
 """Actuators that are no model of dehyst, for examples/several_actuators.py: sums of relays, and how to log them."""
 
-import itertools
-
 import numpy as np
 
 import dehyst
@@ -26,10 +24,16 @@ class Relays:
         return answer
 
 
+def stage(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two axes: each moves the other by a tenth."""
+    x = Relays(3, 0.2).play(u) + 0.1 * Relays(5, 0.1).play(v)
+    return x, Relays(4, 0.2).play(v) + 0.1 * Relays(6, 0.1).play(u)
+
+
 def swings(sizes: list[float]) -> np.ndarray:
     """Return a motion from 0 through turning points, 2 s each, still for a second at the end."""
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 201) / 200)
-    parts = [a + (b - a) * ramp for a, b in itertools.pairwise([0.0, *sizes])]
+    parts = [a + (b - a) * ramp for a, b in zip([0.0, *sizes[:-1]], sizes, strict=True)]
     return np.concatenate([*parts, np.full(100, sizes[-1])])
 
 

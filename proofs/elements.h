@@ -16,6 +16,7 @@ static const dehyst_element element[ELEMENTS] = {{DEHYST_INPUT, 0, 0, 0, 1, {0, 
                                                  {DEHYST_STOP, 2, RADIUS, 0, 1, {0, 0, 0}},
                                                  {DEHYST_CREEP, 0, RADIUS, (dehyst_real)0.5, 1, {0, 0, 0}},
                                                  {DEHYST_RELAX, 0, 0, (dehyst_real)0.5, 1, {3, u, v}},
+                                                 {DEHYST_PRODUCT, 0, 1, (dehyst_real)0.5, 1, {3, u, v}},
                                                  {DEHYST_PAST, 0, 0, (dehyst_real)0.5, 1, {0, 0, 0}},
                                                  {DEHYST_PATH, 0, RADIUS, 0, 1, {0, 0, 0}},
                                                  {DEHYST_WIDE, 0, RADIUS, (dehyst_real)0.5, 1, {0, 0, 0}}};

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dehyst.control import BLOCK_FLAGS, Block
+from dehyst.models.play_machine import started
 from oracles import random_walk
 from test_inverse import FAMILIES, make
 
@@ -15,6 +16,13 @@ def sample(seed, most=30):
     model = make(FAMILIES[seed % len(FAMILIES)], int(rng.integers(1, most + 1)), rng)
     low = rng.uniform(-1.0, 0.5)
     return model, (low, low + rng.uniform(0.4, 1.2)), rng
+
+
+def operator_of(block):
+    """Return the model that a block of plays answers with, in its start state."""
+    if block.direction == "forward":
+        return block.model
+    return started(block.model, block.output.low, block.output.high)
 
 
 def wishes(block, rng, samples=300, beyond=1.6):

@@ -277,7 +277,7 @@ static void directs(void)
     }
 }
 
-static void elements(void)
+static void sums(int products)
 {
     enum { MEMBERS = 12 };
     double knot[MEMBERS][POINTS], value[MEMBERS][POINTS], z[2][MEMBERS], column[MEMBERS], ring[5] = {0};
@@ -290,7 +290,7 @@ static void elements(void)
         v[0][i] = v[1][i] = i - 2.5 + 0.25 * (i % 2);
     }
     for (int k = 0; k < sum.n; ++k) {
-        const int32_t kind = k == 0 ? DEHYST_INPUT : below(DEHYST_KINDS);
+        const int32_t kind = k == 0 ? DEHYST_INPUT : below(DEHYST_PRODUCT);
         rising(knot[k], POINTS, -1.5, 1.5);
         for (int i = 0; i < POINTS; ++i) {
             knot[k][i] += 0.01 * i;
@@ -300,6 +300,11 @@ static void elements(void)
         const dehyst_element made = {kind, k == 0 ? 0 : below(2 * sum.schedules + 1), below(6) ? within(0.05, 0.6) : kind == DEHYST_PATH,
                                      within(0, 0.9), k == 0 ? 1 : within(-0.05, 0.4), {below(2) ? 0 : POINTS, knot[k], value[k]}};
         element[k] = made;
+        if (products && k > 0 && k < sum.n - 1) { /* a product reads the lag behind it */
+            element[k].kind = k % 2 ? DEHYST_PRODUCT : below(2) ? DEHYST_PAST : DEHYST_PRODUCT;
+        } else if (products && k > 0) {
+            element[k].kind = DEHYST_PAST;
+        }
     }
     whole_in(dehyst_elements_check(&sum));
     dehyst_elements_state state = {.z = z[0]}, back = {.z = z[1]};
@@ -323,6 +328,10 @@ static void elements(void)
     dehyst_elements_columns(&sum, &state, 0.5, column);
     all_in(column, sum.n);
 }
+
+static void elements(void) { sums(0); }
+
+static void products(void) { sums(1); }
 
 static dehyst_joint joint_of(const dehyst_model *model, const dehyst_direct *direct)
 {
@@ -557,5 +566,6 @@ int main(void)
     part("air", air);
     part("corners", corners);
     part("elements", elements);
+    part("products", products);
     return 0;
 }

@@ -335,6 +335,12 @@ static void sums_of_elements(void)
     REFUSED(sum.source[0] = DEHYST_GIVEN);
     REFUSED(sum.schedule_low[0] = NAN);
     REFUSED(sum.schedule_high[0] = 0); /* no width */
+    REFUSED(part[2].kind = DEHYST_PRODUCT); /* no lag behind it */
+    REFUSED(part[0].kind = DEHYST_PRODUCT);
+    whole_sum(), part[1].kind = DEHYST_PRODUCT, part[2].kind = DEHYST_PAST;
+    CLAIM(dehyst_elements_check(&sum) == DEHYST_IMAGE_GOOD);
+    part[0].kind = DEHYST_PRODUCT; /* one product behind the other */
+    CLAIM(dehyst_elements_check(&sum) == DEHYST_IMAGE_GOOD);
     for (int k = 0; k < 3; ++k) {
         REFUSED(part[k].kind = -1);
         REFUSED(part[k].kind = DEHYST_KINDS);

@@ -8,10 +8,14 @@ from fractions import Fraction as F
 
 import numpy as np
 
-from dehyst.families.elements import KINDS, Element, ElementModel
+from dehyst.families.elements import KINDS, LAGS, Element, ElementModel
 from dehyst.families.rising import least_slope
 
 TIMES = (0.0, 0.05, 0.5, 5.0)
+
+
+def within(z, radius):
+    return max(-radius, min(radius, F(z)))
 
 
 def play(z, x, radius):
@@ -27,8 +31,8 @@ class Cell:
         self.q, self.x = element, x
         self.z = 0 if element.kind == "path" else x
 
-    def step(self, x, dt):
-        """Value at x, and the memory follows."""
+    def step(self, x, dt, after=None):
+        """Value at x, and the memory follows; `after` is the next cell."""
         kind, r, z, way = self.q.kind, F(self.q.radius), self.z, x - self.x
         share = F(-math.expm1(-dt / self.q.time)) if self.q.time > 0 else F(1)
         lag = z + share * (play(z, x, r) - z)
@@ -45,8 +49,9 @@ class Cell:
             "past": (z, lag),
             "path": (F(path), F(path)),
             "wide": (play(z, x, r),) * 2,
+            "product": (within(z, r) * within(after.z if after else 0, r), z + share * (x - z)),
         }[kind]
-        self.x, self.z = x, F(float(z)) if kind in ("creep", "relax", "past") else z  # digits would grow for ever
+        self.x, self.z = x, F(float(z)) if kind in LAGS else z  # digits would grow for ever
         return e
 
 
@@ -70,7 +75,7 @@ def answers(model, x, dt, rest, given=None):
             sigma = last if source < 0 else F(float(given[k, source]))
             xi = (min(max(sigma, F(low)), F(high)) - F(low)) / (F(high) - F(low))
             share += [1 - xi, xi]
-        values = [cell.step(at, float(dt[k])) for cell in cells]
+        values = [cell.step(at, float(dt[k]), after) for cell, after in zip(cells, [*cells[1:], None], strict=True)]
         terms = zip(model.elements, values, strict=True)
         total = F(model.offset) + sum(share[q.schedule] * F(q.weight) * line(q.map, e) for q, e in terms)
         out.append(float(line(model.after_map, total)))
@@ -95,6 +100,8 @@ def random_model(seed, kinds=KINDS, room=0.1, schedules=(), period=0.02, **other
         pairs = bend(rng, -0.3, 1.0) if rng.random() < 0.4 else ((), ())
         share = int(rng.integers(0, 2 * len(schedules) + 1))
         elements.append(Element(kind, radius, time, float(rng.uniform(-0.2, 0.5)), pairs, share))
+        if kind == "product":  # the lag it reads
+            elements.append(Element("past", 0.0, float(rng.choice(TIMES)), float(rng.choice([0.0, 0.1]))))
     needed = room - min(0.0, least_slope([*elements, Element("input", weight=0.0)], len(schedules), period))
     model = ElementModel((*elements, Element("input", weight=needed)), period=period, schedules=schedules, **others)
     return replace(model, offset=float(rng.normal()))

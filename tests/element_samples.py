@@ -49,6 +49,8 @@ def random_elements(rng):
                     float(rng.uniform(0.02, 0.3)), bend, int(rng.integers(0, 2 * len(schedules) + 1)),
                 )
             )  # fmt: skip
+            if kind == "product":  # the lag it reads
+                elements.append(Element("past", 0.0, float(10 ** rng.uniform(-2, 1.5)), 0.02))
         bends = [((-1.0, float(rng.uniform(-0.3, 0.3)), 1.0), (-1.0, 0.1, 1.3)) if rng.random() < 0.5 else ((), ())
                  for _ in range(2)]  # fmt: skip
         direction = ("forward", "inverse")[rng.integers(2)]

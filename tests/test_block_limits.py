@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from block_samples import LIMITED, REJECTED, inverse_block, plain, sample, wishes
+from block_samples import LIMITED, REJECTED, inverse_block, operator_of, plain, sample, wishes
 from dehyst import Block, PrandtlIshlinskii
 from dehyst.control import BLOCK_FLAGS
 from oracles import random_walk
@@ -24,7 +24,7 @@ def number(bits):
 
 def tolerance(block):
     """1e-12 of the range, and a few roundings that first the inverse and then the model amplify: 1000-fold at most."""
-    amplified = block.model.inverse_gain * block.operator.inverse_gain
+    amplified = block.model.inverse_gain * operator_of(block).inverse_gain
     size = max(abs(block.input.low), abs(block.input.high))
     return 1e-12 * (block.input.high - block.input.low) + 4 * np.finfo(float).eps * amplified * size
 
@@ -45,9 +45,9 @@ def test_a_forward_block_in_range_has_the_bits_of_the_model(seed):
 def test_an_inverse_block_in_range_has_the_bits_of_the_inverse(seed):
     block, _, bounds, rng = inverse_block(seed)
     x = np.interp(random_walk(rng, 300), [-1.0, 1.0], [bounds[0] + 1e-6, bounds[1] - 1e-6])
-    y, _ = plain(block.operator.inverse(), x)  # from where the actuator is
+    y, _ = plain(operator_of(block).inverse(), x)  # from where the actuator is
     needed, flags = block.run(y)
-    expected, state = plain(block.operator, y)
+    expected, state = plain(operator_of(block), y)
     assert needed.tobytes() == expected.tobytes()
     assert not flags.any()
     assert block.state.tobytes() == state.tobytes()
@@ -77,7 +77,7 @@ def test_excursions_happen_and_a_plain_inverse_errs_after_them(family):
         _, flags = block.run(wanted)
         free = (flags & LIMITED) == 0
         hits += bool(np.any(free)) and bool(np.any(~free))
-        cut, _ = plain(model, np.clip(plain(block.operator, wanted)[0], low, high))
+        cut, _ = plain(model, np.clip(plain(operator_of(block), wanted)[0], low, high))
         erring += bool(np.any(np.abs(cut - wanted)[free] > 1e-3 * (block.input.high - block.input.low)))
     assert hits >= 6
     assert erring >= 6 or family == "static"  # a curve remembers nothing

@@ -48,3 +48,10 @@ def test_a_loop_faster_or_a_little_slower_than_the_log_is_fine(log: dehyst.Recor
     for period in (0.001, 0.1, None):
         model.stepper(period)
         dehyst.block(model, period=period)
+
+
+def test_a_period_that_is_none_is_refused_by_its_name(log: dehyst.Recording) -> None:
+    model = dehyst.identify(log, "inverse-stop").model
+    for wrong in ("a", -1.0, float("nan"), [0.1]):
+        with pytest.raises(ParameterError, match="period"):
+            dehyst.block(model, period=wrong)  # type: ignore[arg-type]

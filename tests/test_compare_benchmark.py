@@ -112,15 +112,17 @@ def test_what_the_page_says_of_elements_is_what_the_numbers_say():
     others = [min(benchmark.error(row, name) for name in no_rows(row)) for row in ROWS]
     ratios = sorted(benchmark.error(row, "elements") / best for row, best in zip(ROWS, others, strict=True))
     assert sum(ratio < 1.0 for ratio in ratios) == 16
-    assert 0.88 < 0.5 * (ratios[12] + ratios[13]) < 0.91
+    assert round(0.5 * (ratios[12] + ratios[13]), 2) == 0.94
     assert sum(ratio > 1.5 for ratio in ratios) == 1
-    assert sum(row["chosen"] in ELEMENTS for row in ROWS) == 19
+    assert sum(row["chosen"] in ELEMENTS for row in ROWS) == 20
 
 
 def test_what_the_page_concludes_is_what_the_numbers_say():
     """Sentences of which-model-when.md that would be wrong if another run turned them round."""
     log = which_model.logs()
-    assert chosen_on("mr_damper") == {"elements", "mixed-sum"} and best_of_others("mr_damper") == {"lugre"}
+    assert chosen_on("mr_damper") == {"elements", "mixed-sum", "full-volterra"} and best_of_others("mr_damper") == {
+        "lugre"
+    }
     for row in log["mr_damper"]:
         assert 0.2 < which_model.error(row, "maxwell-slip") / which_model.error(row, "stop") < 0.53
         assert which_model.error(row, "maxwell-slip") < 1.01 * which_model.error(row, "lugre")
@@ -137,11 +139,18 @@ def test_what_the_page_concludes_is_what_the_numbers_say():
     assert which_model.error(one_loop, "preisach") > 1.8 * which_model.error(one_loop, "modified-pi")
     searched = ("bouc-wen", "generalised-bouc-wen", "lugre", "duhem")
     assert {name for name in names() if not family(name).convex} == set(searched)
-    assert len(all_names()) == 26 and not {row["chosen"] for row in ROWS} & set(searched)
-    for rows in log.values():
-        if len(rows) > 1:
-            ratios = [
-                which_model.error(row, name) / row["auto"]["test"]["rmse_percent"]
-                for row, name in which_model.left_out(rows)
-            ]
-            assert sorted(ratios)[len(ratios) // 2] < 1.05
+    assert len(all_names()) == 29 and not {row["chosen"] for row in ROWS} & set(searched)
+    carried = {
+        name: [
+            which_model.error(row, family) / row["auto"]["test"]["rmse_percent"]
+            for row, family in which_model.left_out(rows)
+        ]
+        for name, rows in log.items()
+        if len(rows) > 1
+    }
+    for name in ("pneumatic_arm_segment", "cavatappi_muscle"):
+        assert chosen_on(name) == {"full-volterra", "creep-volterra"}
+        ratios = carried.pop(name)
+        assert min(ratios) > 0.36 and max(ratios) < 0.69
+    assert max(carried.pop("piezo_dbo")) > 1.5
+    assert all(0.8 < sorted(ratios)[len(ratios) // 2] < 1.1 for ratios in carried.values())

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dehyst.experiments.design_joint import INERTIA_SHARE, design_joint
-from dehyst.experiments.limits import flow_share, pressure_share, utilisation
 from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.experiments.path import flow_share, pressure_share, utilisation
 from dehyst.experiments.quasistatic import SPACING, excite, pressure_room
 from dehyst.plant import load_robot
 from dehyst.plant.arm import Arm

@@ -111,9 +111,9 @@ def test_decay_is_within_two_thousandths_of_its_value_up_to_4():
 def test_the_bank_of_an_identification_is_what_the_model_runs():
     model = random_model(3)
     y, t = walk(7)
-    bank = _native.direct_bank(
-        y, t, np.zeros(y.size, np.int64), model.radii, model.path_lengths, model.time_constants, True
-    )
+    terms = (model.radii, model.path_lengths, model.time_constants, True)
+    begun, memory = _native.direct_bank(y[:9], t[:9], *terms)  # in two parts
+    bank = np.concatenate([begun, _native.direct_bank(y[9:], t[9:], *terms, memory)[0]])
     weights = np.concatenate([model.stop_weights[0], model.path_weights[0], model.creep_weights[0]])
     curve = np.polynomial.polynomial.polyval(y - model.center, model.polynomial[0])
     found = bank @ weights + curve + model.viscous[0] * central(y, t)

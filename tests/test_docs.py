@@ -279,7 +279,7 @@ def test_numbers_of_the_readme_are_those_of_the_demo():
 
 
 def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
-    from dehyst.plant.provenance import sources
+    from dehyst.plant.parameters import sources
 
     page = (DOCS / "reference" / "parameters.md").read_text(encoding="utf-8")
     plant = (DOCS / "explanation" / "the-plant.md").read_text(encoding="utf-8")

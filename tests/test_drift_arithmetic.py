@@ -13,7 +13,7 @@ from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.parts import Prediction, Subject, memoryless
 from dehyst.identification.drift.result import Blocks, Change, LogDrift
-from dehyst.identification.drift.statistics import Contrast, contrast, quantile, trend
+from dehyst.identification.drift.statistics import Contrast, contrast, quantile, rms, trend
 from dehyst.models import ModelCard, SignalCard
 
 SCALE = Scale((0.0, 1.0), (2.0, 5.0), 4.0)
@@ -718,7 +718,7 @@ def test_errors_below_a_millionth_of_the_range_do_not_grow():
 def test_a_doubled_error_is_the_root_of_the_mean_square_of_the_groups():
     """Groups of 1 and 3 after 1: the RMS is 2.24 times as large, the root of the mean cube would be more yet."""
     later = np.array([1.0, 1.0, 1.0, 1.0, 3.9])
-    assert testing._rms(later) == pytest.approx(np.sqrt((4.0 + 3.9**2) / 5.0))
+    assert rms(later) == pytest.approx(np.sqrt((4.0 + 3.9**2) / 5.0))
 
 
 def test_trends_have_the_interval_of_the_blocks_at_the_rate_shared_by_all():

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dehyst.control import BLOCK_FLAGS
+from dehyst.control import BLOCK_FLAGS, Block
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.families import STARTS
-from dehyst.families.element_block import ElementBlock
 from dehyst.families.elements import Element, ElementModel
 from element_samples import CARD, element_model, random_elements, scheduled_model
 from test_block_images import with_number
@@ -23,11 +22,11 @@ INPUT = np.clip(1.3 + 1.8 * np.sin(2.2 * TIME) * np.exp(-TIME / 20), -1.0, 3.0)
 def test_a_block_in_range_answers_what_its_model_answers_and_its_inverse_finds_the_input_again(direction, start):
     model = element_model(direction, start=start)
     y = model.simulate(INPUT, TIME)
-    forward, flags = ElementBlock(model, "forward", period=0.02).run(INPUT)
+    forward, flags = Block(model, "forward", period=0.02).run(INPUT)
     np.testing.assert_allclose(forward, y, atol=1e-12)
     assert not flags.any()
     prompt = replace(model, dead_time=0.0)
-    needed, _ = ElementBlock(model, "inverse", period=0.02).run(prompt.simulate(INPUT, TIME))
+    needed, _ = Block(model, "inverse", period=0.02).run(prompt.simulate(INPUT, TIME))
     np.testing.assert_allclose(needed, INPUT, atol=1e-12)
 
 
@@ -37,10 +36,10 @@ def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_lim
     model = random_elements(rng)
     low, high = model.card.input.low, model.card.input.high
     x = np.clip(np.cumsum(rng.normal(0, 0.2, 400)) * (high - low) / 3 + low, low, high)
-    names = ElementBlock(model, "forward", period=0.01).given
+    names = Block(model, "forward", period=0.01).given
     given = {name: rng.uniform(-2, 2, x.size) for name in names}
-    forward = ElementBlock(replace(model, dead_time=0.0), "forward", period=0.01)
-    inverse = ElementBlock(model, "inverse", period=0.01)
+    forward = Block(replace(model, dead_time=0.0), "forward", period=0.01)
+    inverse = Block(model, "inverse", period=0.01)
     y, flags = forward.run(x, given=given)
     if not (flags & LIMITED).any():
         found, flags = inverse.run(y, given=given)
@@ -56,8 +55,8 @@ def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_lim
 def test_at_a_limit_the_memory_is_that_of_an_actuator_that_got_what_was_answered(direction):
     elements = (Element("input", weight=0.4), Element("play", 0.3, weight=0.4), Element("stop", 0.2, weight=0.2))
     model = ElementModel(elements, direction=direction, period=0.02)
-    plant = ElementBlock(model, "forward", period=0.02, range=(-2.0, 2.0))
-    inverse = ElementBlock(model, "inverse", period=0.02, range=(-0.8, 0.8))
+    plant = Block(model, "forward", period=0.02, range=(-2.0, 2.0))
+    inverse = Block(model, "inverse", period=0.02, range=(-0.8, 0.8))
     limits = inverse.input.low, inverse.input.high
     wanted = np.concatenate([np.linspace(0, 0.95 * limits[1], 50), np.linspace(0.95 * limits[1], -0.2, 200)])
     needed, flags = inverse.run(wanted)
@@ -68,7 +67,7 @@ def test_at_a_limit_the_memory_is_that_of_an_actuator_that_got_what_was_answered
 
 @pytest.mark.parametrize("direction", ["forward", "inverse"])
 def test_a_sample_that_is_no_number_holds_everything(direction):
-    block, other = (ElementBlock(scheduled_model(), direction, period=0.02) for _ in range(2))
+    block, other = (Block(scheduled_model(), direction, period=0.02) for _ in range(2))
     told = {"signal_0": 0.3, "signal_1": 0.1}
     for x in INPUT[:50]:
         assert block.step(x, given=told) == other.step(x, given=told)
@@ -79,13 +78,13 @@ def test_a_sample_that_is_no_number_holds_everything(direction):
 
 @pytest.mark.parametrize("what", ["forward", "inverse"])
 def test_switching_never_jumps_by_more_than_its_share_and_the_motion(what):
-    block = ElementBlock(element_model(start="rest"), what, period=0.02, ramp=50)
+    block = Block(element_model(start="rest"), what, period=0.02, ramp=50)
     x = np.linspace(0.5, 0.9, 400)
     on = np.ones(400, dtype=bool)
     on[100:250] = False
     y, _ = block.run(x, on)
-    plain = ElementBlock(element_model(start="rest"), what, period=0.02, ramp=50).run(x)[0]
-    off = ElementBlock(element_model(start="rest"), what, period=0.02, ramp=50).run(x, False)[0]
+    plain = Block(element_model(start="rest"), what, period=0.02, ramp=50).run(x)[0]
+    off = Block(element_model(start="rest"), what, period=0.02, ramp=50).run(x, False)[0]
     apart = abs(plain - off).max()
     moved = max(abs(np.diff(plain)).max(), abs(np.diff(off)).max())
     assert abs(np.diff(y)).max() <= apart / 50 + moved + 1e-12
@@ -94,11 +93,11 @@ def test_switching_never_jumps_by_more_than_its_share_and_the_motion(what):
 
 @pytest.mark.parametrize("direction", ["forward", "inverse"])
 def test_an_image_goes_on_to_the_bit_and_what_is_none_is_refused(direction):
-    block = ElementBlock(element_model(), direction, period=0.02)
+    block = Block(element_model(), direction, period=0.02)
     block.run(INPUT[:333])
     image = block.save()
     after = block.run(INPUT[333:])[0]
-    other = ElementBlock(element_model(), direction, period=0.02)
+    other = Block(element_model(), direction, period=0.02)
     other.restore(image)
     assert (other.run(INPUT[333:])[0] == after).all()
     for word in range(image.size):
@@ -107,7 +106,7 @@ def test_an_image_goes_on_to_the_bit_and_what_is_none_is_refused(direction):
         with pytest.raises(ParameterError) as error:
             other.restore(damaged)
         assert error.value.facts["fault"] in ("kind", "damaged")
-    stranger = ElementBlock(replace(element_model(), offset=0.1), direction, period=0.02)
+    stranger = Block(replace(element_model(), offset=0.1), direction, period=0.02)
     with pytest.raises(ParameterError, match="another model"):
         stranger.restore(image)
     with pytest.raises(ParameterError, match="another length"):
@@ -119,7 +118,7 @@ def test_an_image_goes_on_to_the_bit_and_what_is_none_is_refused(direction):
 def test_an_image_with_an_input_that_cannot_come_is_refused_since_what_follows_it_could_not_be_restored(late):
     creeps = (Element("input", weight=0.5), Element("creep", time=0.1, weight=0.5))
     model = ElementModel(creeps, dead_time=0.02, period=0.02, card=CARD, start="rest")
-    block, other = (ElementBlock(model, "forward", period=0.02) for _ in range(2))
+    block, other = (Block(model, "forward", period=0.02) for _ in range(2))
     block.run(INPUT[:50])
     image = block.save()
     other.restore(image)
@@ -137,16 +136,16 @@ def test_an_image_with_an_input_that_cannot_come_is_refused_since_what_follows_i
 
 def test_what_cannot_be_a_block_says_why():
     with pytest.raises(ParameterError, match=r"range=\(low, high\)"):
-        ElementBlock(ElementModel.example(), "inverse", period=0.02)
+        Block(ElementModel.example(), "inverse", period=0.02)
     with pytest.raises(ParameterError, match="period"):
-        ElementBlock(element_model(), "inverse", period=0.0)
+        Block(element_model(), "inverse", period=0.0)
     with pytest.raises(ParameterError, match="ramp"):
-        ElementBlock(element_model(), "inverse", period=0.02, ramp=0)
+        Block(element_model(), "inverse", period=0.02, ramp=0)
     falls = ElementModel((Element("input", weight=-1.0),), card=CARD)
     with pytest.raises(InvertibilityError, match="no inverse"):
-        ElementBlock(falls, "inverse", period=0.02)
+        Block(falls, "inverse", period=0.02)
     quick = ElementModel((Element("input", weight=0.2), Element("past", time=0.05, weight=0.5)), period=1e-3, card=CARD)
     with pytest.raises(ParameterError, match=r"every 1 s .* identified every 0.001 s"):
-        ElementBlock(quick, "inverse", period=1.0)
+        Block(quick, "inverse", period=1.0)
     with pytest.raises(ParameterError, match="signal_0"):
-        ElementBlock(scheduled_model(), "forward", period=0.02).run(INPUT)
+        Block(scheduled_model(), "forward", period=0.02).run(INPUT)

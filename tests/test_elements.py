@@ -1,7 +1,9 @@
 """Sums of elements: kinds by their definitions, the exact inverse, monotone for any memory, other families as rows."""
 
 import dataclasses
+import itertools
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,7 +42,8 @@ def test_every_kind_is_its_definition(kind, seed):
     x = signal(seed, 60) * (0.1 if kind == "path" else 1.0)  # exp is exact to 1e-7 for steps of half a length
     dt = steps_of(x, seed) * (rng.random(x.size) > 0.2)
     radius, time = float(rng.uniform(0.2, 0.9)), float(rng.choice([0.0, 0.01, 1.0]))
-    model = ElementModel((Element(kind, radius, time, 0.7),))
+    read = (Element("past", 0.0, 0.3, 0.2),) if kind == "product" else ()
+    model = ElementModel((Element(kind, radius, time, 0.7), *read))
     expected = answers(model, x, dt, 0.1)
     got = model.run(x, dt, model.rest(0.1))[0]
     assert np.max(np.abs(got - expected)) < (1e-6 if kind == "path" else 1e-14)
@@ -111,8 +114,9 @@ def test_the_least_slope_of_plays_and_stops_is_met_by_some_memory():
         (Element("input", weight=-0.1), Element("relax", time=1.0, weight=0.6)),
         (Element("input", weight=0.15), Element("path", 0.3, weight=-0.1)),
         (Element("input", weight=0.5, schedule=1), Element("stop", 0.1, weight=0.5, schedule=2)),
+        (Element("input", weight=0.5), Element("product", 1.0, 1.0, -0.3), Element("past", time=1.0, weight=0.0)),
     ],
-    ids=["cancelled", "backlash", "delay", "non-minimum", "falls-slowly", "path", "schedule"],
+    ids=["cancelled", "backlash", "delay", "non-minimum", "falls-slowly", "path", "schedule", "product"],
 )
 def test_a_sum_that_can_stand_still_or_fall_has_no_inverse_and_says_the_slope(elements):
     model = ElementModel(elements, period=0.02, schedules=((-1, 0.0, 1.0),))
@@ -122,9 +126,43 @@ def test_a_sum_that_can_stand_still_or_fall_has_no_inverse_and_says_the_slope(el
         dataclasses.replace(model, direction="inverse")
 
 
+def test_products_of_lags_that_cancel_count_as_one():
+    def slope(*weights):
+        pairs = [(Element("product", 1.0, 1.0, w), Element("past", time=5.0, weight=0.0)) for w in weights]
+        return least_slope([Element("input", weight=1.0), *itertools.chain(*pairs)])
+
+    assert slope(0.2) == pytest.approx(1.0 - 0.4)  # both lags follow: twice the input, at its end
+    assert slope(0.2, -0.2) == pytest.approx(1.0)
+    assert slope(0.3, -0.2) == pytest.approx(1.0 - 0.2)
+    assert least_slope([Element("product", 0.5, 1.0, 0.2), Element("past", time=5.0, weight=0.0)]) == pytest.approx(
+        -0.2
+    )
+
+
+@pytest.mark.parametrize("last", [(), (Element("play", 0.1),), (Element("creep", time=1.0),)])
+def test_a_product_without_a_lag_behind_it_is_refused(last):
+    with pytest.raises(ParameterError, match="followed by"):
+        ElementModel((Element("input"), Element("product", 1.0, 1.0, 0.1), *last))
+
+
+def test_what_is_pruned_keeps_the_lag_that_a_product_reads():
+    product, read = Element("product", 1.0, 0.5, 0.1), Element("past", time=2.0, weight=0.0)
+    model = ElementModel((Element("input"), product, read, Element("play", 0.1, weight=0.0)))
+    assert model.pruned().elements == (Element("input"), product, read)
+    assert dataclasses.replace(model, elements=(Element("input", weight=0.0),)).pruned().parts[0] == 1
+
+
+def test_lags_that_have_caught_up_make_squares_of_products():
+    model = ElementModel((Element("input"), Element("product", 0.8, 0.5, 0.3), Element("past", time=2.0, weight=0.1)))
+    x = np.array([-1.0, -0.8, -0.4, 0.0, 0.4, 0.8, 1.0])
+    expected = 1.1 * x + 0.3 * np.clip(x, -0.8, 0.8) ** 2
+    for still in (model.without_lags, model.without_memory):
+        assert np.max(np.abs(still.run(x, None, still.rest(0.0))[0] - expected)) < 1e-12
+
+
 def test_an_inverse_that_the_certificate_lets_pass_does_not_oscillate():
     for seed in range(40):
-        model = random_model(seed, ("past", "relax", "creep", "input"), room=0.05)
+        model = random_model(seed, ("past", "relax", "creep", "input", "product"), room=0.05)
         rng, dt = np.random.default_rng(seed), np.full(3000, 0.02)
         y = 0.3 * np.sin(0.01 * np.arange(3000))
         quiet = model.run_inverse(y, dt, model.rest(0.0))[0]
@@ -241,7 +279,8 @@ def test_columns_are_the_elements_alone():
     dt = steps_of(x)
     columns, _ = model.columns(x, dt, model.rest(0.1))
     for k, q in enumerate(model.elements):
-        alone = ElementModel((Element(q.kind, q.radius, q.time),))
+        read = [replace(model.elements[k + 1], weight=0.0)] if q.kind == "product" else []
+        alone = ElementModel((Element(q.kind, q.radius, q.time), *read))
         assert np.array_equal(columns[:, k], alone.run(x, dt, alone.rest(0.1))[0])
 
 
@@ -303,7 +342,7 @@ def test_samples_that_are_no_numbers_are_refused():
     with pytest.raises(ValueError, match="memory"):
         model.run(np.zeros(1), None, np.zeros(3))
     with pytest.raises(ValueError, match="no input leaves"):
-        model.run(np.zeros(1), None, np.full(11, 9.0) * np.arange(11))
+        model.run(np.zeros(1), None, np.full(12, 9.0) * np.arange(12))
 
 
 def test_a_hostile_file_is_refused(tmp_path):

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.polynomial.polynomial import polyval
 
 from dehyst.errors import ParameterError
-from dehyst.experiments.backbones import local_characteristic
 from dehyst.experiments.calibration import SLACK, calibrate, fit_characteristic
+from dehyst.experiments.compensators import local_characteristic
 from dehyst.experiments.nominal import nominal_forces
 from dehyst.plant import load_robot
 from dehyst.plant.joints import pneumatic_joint_parameters

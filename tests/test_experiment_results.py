@@ -13,8 +13,7 @@ from dehyst.errors import OutputError
 from dehyst.evaluation import iso9283
 from dehyst.experiments.logs import MOST_ROWS, log_folder, trial_columns, write_trial
 from dehyst.experiments.results import PlantResult, Reproduction
-from dehyst.experiments.scores import joint_figures, plant_figures
-from dehyst.experiments.summary import as_json, mean_figures
+from dehyst.experiments.scores import as_json, joint_figures, mean_figures, plant_figures
 from experiment_samples import equipment, identified, path, trial
 
 

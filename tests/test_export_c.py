@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 
 import dehyst
+from block_samples import operator_of
 from dehyst.control import Block, JointControllerParameters, load_controller, save_controller
 from dehyst.errors import ModelFileError, OutputError, ParameterError
 from dehyst.export import TARGETS, compilers, core_files, export, joint_subject, subject_of
 from dehyst.export.joint import joint_run
 from dehyst.export.names import check_name, identifier
-from dehyst.export.numbers import bits, inward, literal, model_in
+from dehyst.export.numbers import bits, in_real, inward, literal
 from dehyst.export.plays import block_numbers
 from dehyst.export.rendering import comment, string_literal
-from dehyst.export.signal import from_csv, moved, same_bits, to_csv
+from dehyst.export.signal import from_csv, same_bits, to_csv
 from export_samples import CARD, MODELS, large_model, mapped_model, play_model
 
 C_TARGETS = ("c", "c-header")
@@ -175,11 +176,23 @@ def test_under_fast_math_the_guard_and_the_limits_hold(tmp_path):
 # ---- What is in a folder.
 
 
+def moved(numbers, h):
+    """Return which operators (n,) arguments of the hysteresis (T,) move up and down: the definition, in NumPy."""
+    r, z = np.asarray(numbers.model.threshold), np.asarray(numbers.model.start).copy()
+    up, down = np.zeros(r.size, dtype=bool), np.zeros(r.size, dtype=bool)
+    for x in h:
+        new = np.maximum(x - r, np.minimum(x + r, z))
+        up |= new > z
+        down |= new < z
+        z = new
+    return up & down
+
+
 def test_the_test_signal_moves_every_operator_both_ways_meets_limits_and_is_no_number_at_times():
     for name in MODELS:
         for what in ("inverse", "forward"):
             one = subject(name, what)
-            step = Block(one.model, what, ramp=40).operator.stepper("dense")
+            step = operator_of(Block(one.model, what, ramp=40)).stepper("dense")
             x = np.clip(one.test.inputs[:, 0], one.block.input_low, one.block.input_high)
             arguments = x[np.isfinite(x)]
             before = one.block.model.before
@@ -273,7 +286,7 @@ def test_numbers_of_a_block_are_those_that_the_extension_uses():
     block = Block(mapped_model())
     numbers = block_numbers(block)
     assert numbers.model.slope == tuple(block.parameters.slope)
-    assert model_in(numbers.model, "float").slope == tuple(block.parameters.slope.astype(np.float32).astype(float))
+    assert in_real(numbers.model, "float").slope == tuple(block.parameters.slope.astype(np.float32).astype(float))
 
 
 @pytest.mark.parametrize("what", ["inverse", "joint-controller"])

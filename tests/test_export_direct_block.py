@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.cli import main
-from dehyst.control import BLOCK_FLAGS, DirectBlock
+from dehyst.control import BLOCK_FLAGS, Block
 from dehyst.errors import ParameterError
 from dehyst.export import export, subject_of, verify
 from dehyst.export.c import unit_files
@@ -71,7 +71,7 @@ def motion(model, rng, samples=400, hostile=True):
 
 def of_the_twin(block, inputs, on):
     block.reset()
-    return block.run(inputs[:, 0], inputs[:, 1], dict(zip(block.given, inputs[:, 2:].T, strict=True)), on)
+    return block.answer(inputs, on)
 
 
 @WITH_C
@@ -82,7 +82,7 @@ def test_compiled_sources_have_the_bits_of_the_twin(seed, tmp_path):
     subject = subject_of(model, name="unit_under_test", period=PERIOD, ramp=ramp)
     inputs, on = motion(model, rng)
     u, flags = compiled(subject, tmp_path)(inputs, on)
-    expected = of_the_twin(DirectBlock(model, PERIOD, ramp=ramp), inputs, on)
+    expected = of_the_twin(Block(model, period=PERIOD, ramp=ramp), inputs, on)
     assert u.tobytes() == expected[0].tobytes()
     assert np.array_equal(flags, expected[1]) and (flags & BLOCK_FLAGS["rejected"]).any()
 
@@ -96,7 +96,7 @@ def test_in_float_answers_are_within_a_hundred_thousandth_of_the_range(seed, tmp
     inputs, on = motion(model, rng, hostile=False)
     inputs = inputs.astype(np.float32).astype(np.float64)
     u, _ = compiled(subject, tmp_path)(inputs, on)
-    expected, _ = of_the_twin(DirectBlock(model, PERIOD, ramp=20), inputs, on)
+    expected, _ = of_the_twin(Block(model, period=PERIOD, ramp=20), inputs, on)
     assert np.abs(u - expected).max() <= 1e-5 * 120.0
 
 
@@ -105,8 +105,8 @@ def test_in_float_answers_are_within_a_hundred_thousandth_of_the_range(seed, tmp
 def test_no_input_leads_out_of_the_range_and_a_rejected_sample_holds(seed):
     rng = np.random.default_rng(seed)
     model = random_direct(rng)
-    block = DirectBlock(model, PERIOD, range=(-7.0, 11.0), ramp=int(rng.integers(1, 20)))
-    inputs = np.frombuffer(rng.bytes(8 * 60 * (2 + len(block.given))), np.float64).reshape(60, -1).copy()
+    block = Block(model, period=PERIOD, range=(-7.0, 11.0), ramp=int(rng.integers(1, 20)))
+    inputs = np.frombuffer(rng.bytes(8 * 60 * (1 + len(block.given))), np.float64).reshape(60, -1).copy()
     calm, on = motion(model, rng, 60)
     inputs = np.where(rng.random((60, 1)) < 0.5, inputs, calm)
     u, flags = of_the_twin(block, inputs, on)
@@ -123,7 +123,7 @@ def test_while_on_it_is_the_direct_inverse_begun_at_rest_at_the_first_good_sampl
     model = random_direct(rng)
     inputs, _ = motion(model, rng, hostile=False)
     inputs[0, 0] = np.nan
-    block = DirectBlock(model, PERIOD, range=(-1e6, 1e6))
+    block = Block(model, period=PERIOD, range=(-1e6, 1e6))
     u, _ = of_the_twin(block, inputs, np.ones(len(inputs), bool))
     step = model.core_stepper(PERIOD)
     step.reset(inputs[1, 0])
@@ -134,7 +134,7 @@ def test_while_on_it_is_the_direct_inverse_begun_at_rest_at_the_first_good_sampl
 
 def test_switching_has_no_bump_and_ends_at_the_line_and_at_the_inverse():
     model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=CARD)
-    block = DirectBlock(model, PERIOD, ramp=10)
+    block = Block(model, period=PERIOD, ramp=10)
     on = np.repeat([True, False, True], 30)
     u, _ = block.run(np.full(90, 0.4), on=on)
     assert np.abs(np.diff(u)).max() <= abs(u[29] - u[59]) / 10 + 1e-12
@@ -156,6 +156,21 @@ def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
     manifest["settings"]["period"] = 0.002
     (tmp_path / "out" / "manifest.json").write_text(json.dumps(manifest))
     assert "failed" in {check.status for check in verify(tmp_path / "out")}
+
+
+@needs_make
+@pytest.mark.parametrize("model", [direct_model(schedules=3), direct_model(stops=2, paths=0, creeps=0, known=True)])
+@pytest.mark.parametrize(
+    ("target", "real"),
+    [("st", "double"), ("st", "float"), ("fmu2", "float"), ("fmu3", "double"), ("simulink", "double"),
+     ("arduino", "float")],
+)  # fmt: skip
+def test_every_target_holds_it_and_answers_with_its_bits(target, real, model, tmp_path):
+    subject = subject_of(model, name="valve", period=PERIOD, real=real, ramp=40, follow_offset=0.1)
+    export(subject, target, tmp_path / "out")
+    checks = [check for check in verify(tmp_path / "out") if "MATLAB" not in check.claim]
+    assert {check.status for check in checks} <= {"passed", "skipped"}
+    assert any(check.ran or target == "st" for check in checks)
 
 
 @needs_make
@@ -203,9 +218,9 @@ def test_settings_that_make_no_sense_are_refused(changes, words):
 def test_a_model_without_ranges_and_a_missing_scheduling_variable_are_refused():
     plain = DirectInverse(radii=[0.5], stop_weights=[2.0])
     with pytest.raises(ParameterError, match="no limits"):
-        DirectBlock(plain, PERIOD)
+        Block(plain, period=PERIOD)
     with pytest.raises(ParameterError, match="mean_pressure"):
-        DirectBlock(direct_model(), PERIOD).step(0.0)
+        Block(direct_model(), period=PERIOD).step(0.0)
 
 
 @pytest.fixture
@@ -245,8 +260,7 @@ def test_the_command_line_writes_it_and_says_what_a_step_takes(model_file, tmp_p
     ("words", "cure"),
     [
         (("--target", "c"), "--period 0.001"),
-        (("--target", "st", "--period", "0.001"), "--target c"),
-        (("--target", "fmu3", "--period", "0.001"), "--target c"),
+        (("--target", "st"), "--period 0.001"),
         (("--target", "c", "--period", "-1"), "positive"),
         (("--target", "c", "--period", "0.001", "--what", "forward"), "--what forward"),
         (("--target", "c", "--period", "0.001", "--log", "x.csv", "--column", "y"), "--log"),

@@ -1,20 +1,24 @@
 """An offset that follows the last cycle: bounded, held at rest, no jump, the same everywhere."""
 
 import itertools
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dehyst
 from dehyst import _native
-from dehyst.control.machine_block import BLOCK_FLAGS
+from dehyst.control import BLOCK_FLAGS
 from dehyst.errors import ParameterError
 from dehyst.export import export, subject_of, verify
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.models.offset import width
 from element_samples import element_model
 from export_samples import needs_make, play_model
 from test_export_elements import checked
 
+ROOT = Path(__file__).resolve().parents[1]
 LIMIT = 0.1
 
 
@@ -38,6 +42,10 @@ def follows(kind, what="inverse", limit=LIMIT, **more):
     return dehyst.block(model, what, period=0.01 if kind == "direct inverse" else None, follow_offset=limit, **more)
 
 
+def unfollowed(kind, what="inverse"):
+    return dehyst.block(MODELS[kind](), what, period=0.01 if kind == "direct inverse" else None)
+
+
 def cycles(block, count=12, samples=200):
     """A smooth motion within the limits of a block."""
     low, high = block.input.low, block.input.high
@@ -47,8 +55,7 @@ def cycles(block, count=12, samples=200):
 
 def stepped(block, x, measured, on=True):
     """One sample, whatever the kind."""
-    values = (x, 0.0) if len(block.block.leading) == 2 else (x,)
-    return block.step(*values, measured, on=on, given=dict.fromkeys(block.given, 0.0))
+    return block.step(x, on, {**dict.fromkeys(block.given, 0.0), "measured": measured})
 
 
 def said(block, x, before, answer):
@@ -64,43 +71,40 @@ def test_the_offset_stays_within_its_limit_whatever_is_measured(kind, what):
     for _ in range(4000):
         x = block.input.low + span * rng.uniform(-0.2, 1.2)
         answer = stepped(block, x, strange[rng.integers(len(strange))], bool(rng.integers(20)))
-        assert abs(block.offset.applied) <= block.numbers.limit
+        assert abs(block.following.offset.applied) <= block.following.numbers.limit
         assert block.output.low <= answer <= block.output.high
-    assert block.offset.applied != 0.0
+    assert block.following.offset.applied != 0.0
 
 
 @pytest.mark.parametrize(("kind", "what"), KINDS)
 def test_without_an_offset_the_answers_are_those_of_the_block_bit_for_bit(kind, what):
-    block, plain = follows(kind, what), follows(kind, what).block
+    block, plain = follows(kind, what), unfollowed(kind, what)
     for x in cycles(block, 4):
         # nothing measured: nothing is followed
-        values = (x, 0.0) if len(plain.leading) == 2 else (x,)
-        more = {"given": dict.fromkeys(plain.given, 0.0)} if plain.takes_given else {}
-        assert stepped(block, x, np.nan) == plain.step(*values, **more)
+        assert stepped(block, x, np.nan) == plain.step(x, given=dict.fromkeys(plain.given, 0.0))
 
 
 @pytest.mark.parametrize(("kind", "what"), KINDS)
 def test_an_offset_of_the_actuator_is_found_in_a_cycle_and_within_its_limit(kind, what):
     for share, found in ((0.6, 0.6), (3.0, 1.0)):
         block = follows(kind, what)
-        true = share * block.numbers.limit
+        true = share * block.following.numbers.limit
         before = 0.0
         for x in cycles(block):
-            next_ = block.offset.next(x, True)
+            next_ = block.following.offset.next(x, True)
             probe = stepped_answer(block, x, next_)
             before = probe + true
             stepped(block, x, before)
-        assert block.offset.applied == pytest.approx(found * block.numbers.limit, rel=1e-9)
+        assert block.following.offset.applied == pytest.approx(found * block.following.numbers.limit, rel=1e-9)
 
 
 def stepped_answer(block, x, offset):
     """What the model says of a sample without its offset."""
     if block.direction == "inverse":
         return x - offset
-    twin = block.block
-    image = twin.save()
-    answer = twin.step(x, **({"given": dict.fromkeys(twin.given, 0.0)} if twin.takes_given else {}))
-    twin.restore(image)
+    image = block.save()
+    answer = stepped(block, x, np.nan) - block.following.offset.applied
+    block.restore(image)
     return answer
 
 
@@ -112,11 +116,11 @@ def test_at_rest_nothing_moves_and_along_the_way_nothing_jumps(kind, what):
     offsets = []
     for value in x:
         stepped(block, value, block.input.high)
-        offsets.append(block.offset.applied)
+        offsets.append(block.following.offset.applied)
     moves = np.abs(np.diff(offsets))
     assert moves.max() > 0.0
     assert not moves[350:449].any()
-    assert np.all(moves <= block.numbers.part * np.abs(np.diff(x)) + 1e-15)
+    assert np.all(moves <= block.following.numbers.part * np.abs(np.diff(x)) + 1e-15)
 
 
 @pytest.mark.parametrize("hole", ["off", "nan"])
@@ -125,12 +129,12 @@ def test_a_cycle_that_was_off_or_not_measured_teaches_nothing(hole):
     x, held = cycles(block), 0.0
     for k, value in enumerate(x):
         bad = k >= x.size // 2
-        held = block.offset.applied if k == x.size // 2 else held
-        measured = value - block.offset.next(value, True) + 0.5 * block.numbers.limit
+        held = block.following.offset.applied if k == x.size // 2 else held
+        measured = value - block.following.offset.next(value, True) + 0.5 * block.following.numbers.limit
         strange = np.nan if hole == "nan" else measured + 9.0
         stepped(block, value, strange if bad else measured, not (bad and hole == "off"))
-    assert held == pytest.approx(0.5 * block.numbers.limit)
-    assert block.offset.applied == (held if hole == "off" else pytest.approx(held))
+    assert held == pytest.approx(0.5 * block.following.numbers.limit)
+    assert block.following.offset.applied == (held if hole == "off" else pytest.approx(held))
 
 
 def test_one_lost_measurement_in_ten_does_not_stop_it_and_one_in_five_does():
@@ -138,7 +142,7 @@ def test_one_lost_measurement_in_ten_does_not_stop_it_and_one_in_five_does():
         block = follows("plays")
         for k, value in enumerate(cycles(block)):
             stepped(block, value, np.nan if k % every == 0 else value + 0.1)
-        assert (block.offset.applied != 0.0) == found
+        assert (block.following.offset.applied != 0.0) == found
 
 
 def test_the_demand_of_an_inverse_turns_where_its_reference_turns():
@@ -146,7 +150,7 @@ def test_the_demand_of_an_inverse_turns_where_its_reference_turns():
     x = cycles(block, 8)
     asked = []
     for k, value in enumerate(x):
-        asked.append(value - block.offset.next(value, True))
+        asked.append(value - block.following.offset.next(value, True))
         stepped(block, value, value + (9.0 if (k // 400) % 2 else -9.0))
     moved = np.diff(x) != 0.0
     assert np.all(np.sign(np.diff(asked))[moved] == np.sign(np.diff(x))[moved])
@@ -171,7 +175,9 @@ def test_simulation_with_measurements_is_that_of_the_forward_block():
     x = 0.5 * (low + high) + 0.3 * (high - low) * np.sin(np.linspace(0, 50, 4000))
     measured = model.simulate(x) + 0.02 * np.arange(x.size) / x.size
     block = dehyst.block(model, "forward", follow_offset=0.2)
-    assert np.allclose(model.simulate_following(x, measured, 0.2), block.run(x, measured)[0], rtol=0.0, atol=1e-12)
+    assert np.allclose(
+        model.simulate_following(x, measured, 0.2), block.run(x, given={"measured": measured})[0], rtol=0.0, atol=1e-12
+    )
 
 
 def test_a_cycling_log_whose_offset_wanders_is_followed_better_than_half():
@@ -212,12 +218,46 @@ def test_a_limit_that_is_none_is_refused(limit):
         follows("plays", limit=limit)
 
 
+def test_what_was_measured_is_refused_where_it_is_no_signal():
+    model = play_model()
+    x = np.linspace(0.0, 1.0, 5)
+    for wrong in (["a"] * 5, x[:3], None, 1.0):
+        with pytest.raises(ParameterError, match="measure"):
+            model.simulate_following(x, wrong, LIMIT)
+
+
+def test_blocks_and_models_take_the_ranges_of_the_card_and_else_those_of_the_signals():
+    model = play_model()
+    x = np.linspace(-1.0, 1.0, 9)
+    bare = model.with_card(ModelCard())
+    assert width(model.card.input, x) == model.card.input.high - model.card.input.low
+    assert width(bare.card.input, x) == 2.0
+    low, high = model.card.input.low, model.card.input.high
+    forward = dehyst.block(model, "forward", follow_offset=LIMIT)
+    assert forward.following.numbers.turn == 0.05 * (high - low)
+
+
+def test_what_pages_say_of_26_runs_is_what_was_measured():
+    runs = json.loads((ROOT / "benchmarks" / "results" / "following.json").read_text())["runs"]
+    ratios = [run["with"]["0.1"] / run["without"] for run in runs]
+    page = " ".join((ROOT / "docs" / "how-to" / "use-the-compensator.md").read_text(encoding="utf-8").split())
+    assert (
+        f"On {len(runs)} runs the error with it is {min(ratios):.2f} to {max(ratios):.2f} of that without, "
+        f"{np.exp(np.mean(np.log(ratios))):.2f} in the mean" in page
+    )
+    notes = " ".join((ROOT / "docs/decisions/0050-offset-of-the-last-cycle.md").read_text(encoding="utf-8").split())
+    for run in runs:
+        if run["log"] in ("piezo_dbo", "cavatappi_muscle"):
+            row = f"{run['run']} | {run['bias_percent']:.2f} | {run['without']:#.3g} "
+            assert row + " ".join(f"| {error:#.3g}" for error in run["with"].values()) in notes
+
+
 def test_a_large_offset_counts_as_limited_samples_do_not():
     block = follows("plays")
     for value in cycles(block):
         stepped(block, value + 10.0 * (block.input.high - block.input.low), value)
         assert block.flags & BLOCK_FLAGS["limited"]
-    assert block.offset.applied == 0.0
+    assert block.following.offset.applied == 0.0
 
 
 def test_the_state_of_the_core_refuses_what_no_run_leaves():
@@ -238,7 +278,7 @@ def test_exported_c_follows_as_the_block_does(kind, what, real, tmp_path):
     assert np.isfinite(subject.test.inputs[:, -1]).mean() > 0.5
     unit = subject.unit.block
     _, _ = unit.answer(subject.test.inputs, subject.test.switch)
-    assert unit.offset.applied != 0.0  # the test signal moves it
+    assert unit.following.offset.applied != 0.0  # the test signal moves it
 
 
 @needs_make

@@ -83,8 +83,8 @@ def test_the_program_reaches_the_optimum_that_another_solver_reaches(plain, shap
     data = prepared(plain, 0.5)
     layout = Layout(Bank(RADII[::4], np.array([0.2, 1.0]), np.array([0.5, 5.0])), 0)
     rows = np.concatenate(list(fitted_rows(layout, data, "rest")))
-    found = solve_shape(layout, shape, rows, rows.shape[0], ridge=1e-4)
-    system, free = layout.select(shape, rows)
+    system, free = layout.select(shape, rows), len(layout.constants)
+    found = solve_shape(layout, shape, system, rows.shape[0], ridge=1e-4)
     slopes = shape.degree
     rms = np.sqrt(np.mean(system[:, free + slopes : -1] ** 2, axis=0))
     whole = np.vstack([system[:, :-1], np.zeros((rms.size, system.shape[1] - 1))])

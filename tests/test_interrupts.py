@@ -80,9 +80,9 @@ def long_calls():
             few, few, np.arange(few.size) * 1e-3, pairs, none, model.time_constants
         ),
         "DirectBlock.run": lambda: _native.DirectBlock(model.parameters(1e-3), 1.0, 0.0, 1.0).run(
-            few, few, pairs, np.ones(few.size, bool)
+            few, np.zeros((few.size, 3)), np.ones(few.size, bool)
         ),
-        "direct_bank": lambda: _native.direct_bank(few, few, none, R[1:9], R[1:9], R[1:9], False),
+        "direct_bank": lambda: _native.direct_bank(few, few, R[1:9], R[1:9], R[1:9], False),
         "direct_forward": lambda: _native.direct_forward(*forward),
         "JointController.run": lambda: joint.run(few, few, few, np.zeros((few.size, 7)), none),
         "ElementSum.run": lambda: SUM.run(few, None, None, SUM.rest(0.0)),

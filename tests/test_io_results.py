@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from dehyst.errors import MissingExtraError, OutputError
 from dehyst.io.formats import read_table
-from dehyst.io.tables import write_table
+from dehyst.io.write import write_table
 from effort import lines_run
 
 RNG = np.random.default_rng(7)

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from dehyst.errors import ColumnError, LogError, ModelFileError, RunError, TimeError
-from dehyst.io.logs import list_runs, read_log, read_signal
+from dehyst.io import inspect_log
+from dehyst.io.logs import read_log, read_signal
 from dehyst.io.write import write_csv
 from dehyst.models import load_model
 from effort import lines_run
@@ -221,7 +222,7 @@ def test_several_runs_must_be_named_and_are_kept_apart(tmp_path: Path) -> None:
         f"{run},{t},{x + k},{y}" for k, run in enumerate(("up_1", "down_2")) for t, x, y in zip(T, X, Y, strict=True)
     ]
     file.write_text("run,time_s,pressure_bar,angle_deg\n" + "\n".join(rows))
-    assert list_runs(file) == {"up_1": 80, "down_2": 80}
+    assert inspect_log(file).runs == {"up_1": 80, "down_2": 80}
     with pytest.raises(RunError, match=r"up_1 \(80 rows\), down_2 \(80 rows\)") as caught:
         read_log(file, "pressure", "angle")
     assert caught.value.facts["runs"] == {"up_1": 80, "down_2": 80}
@@ -238,13 +239,13 @@ def test_several_runs_must_be_named_and_are_kept_apart(tmp_path: Path) -> None:
 def test_runs_may_be_numbered(tmp_path: Path) -> None:
     columns = {"trial": np.repeat([1, 2], 40), "time_s": np.tile(T[:40], 2), "x": X, "y": Y}
     file = write_csv(tmp_path / "log.csv", columns)
-    assert list_runs(file) == {"1": 40, "2": 40}
+    assert inspect_log(file).runs == {"1": 40, "2": 40}
     np.testing.assert_array_equal(read_log(file, "x", "y", run="2").input, X[40:])
 
 
 def test_a_run_is_refused_where_there_are_none(tmp_path: Path) -> None:
     file = write_csv(tmp_path / "log.csv", {"time_s": T, "x": X, "y": Y})
-    assert list_runs(file) == {}
+    assert inspect_log(file).runs == {}
     with pytest.raises(RunError, match="does not tell runs apart"):
         read_log(file, "x", "y", run="a")
 

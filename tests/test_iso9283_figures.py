@@ -15,7 +15,6 @@ from dehyst.evaluation import (
     cornering_deviation,
     error_summary,
     iso9283,
-    joint_errors,
     path_accuracy,
     path_repeatability,
     path_velocity,
@@ -157,10 +156,9 @@ def test_a_circle_that_is_too_large_is_off_by_the_difference_of_the_radii():
     assert math.isclose(path_velocity(found, 1.0).accuracy_percent, 10.0, rel_tol=1e-3)
 
 
-def test_tracking_and_joint_errors_by_hand():
+def test_tracking_errors_and_their_summary_by_hand():
     assert tracking_error([[0, 0, 0], [1, 1, 1]], [[3, 0, 4], [1, 1, 1]]).tolist() == [5.0, 0.0]
-    one, two = joint_errors([[1, 0], [1, 0], [1, 0], [1, 0]], [[1, 3], [1, -4], [1, 0], [1, 0]])
-    assert one == (0.0, 0.0, 0.0) and two[:2] == (2.5, 4.0)
+    assert error_summary(np.zeros(4)) == (0.0, 0.0, 0.0) and error_summary([-3, 4, 0, 0])[:2] == (2.5, 4.0)
     assert math.isclose(error_summary(np.arange(101.0)).p95, 95.0)
 
 
@@ -344,8 +342,6 @@ def test_other_wrong_inputs_are_refused():
         iso9283(FAST, T, TRUE, cycle=np.zeros(3))
     with pytest.raises(RecordingError, match="same shape"):
         tracking_error(TRUE, TRUE[1:])
-    with pytest.raises(RecordingError, match="same shape"):
-        joint_errors(TRUE, TRUE[1:])
     with pytest.raises(RecordingError, match="not finite"):
         error_summary([0.0, math.nan])
     with pytest.raises(ParameterError, match="one or more"):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from dehyst._native import PneumaticJoint, muscle_force
 from dehyst.errors import ParameterError
 from dehyst.plant import mechanisms
-from dehyst.plant.pneumatic import run_pressures, run_valves
+from dehyst.plant.pneumatic import run_pressures
 from plant_oracles import MaxwellSlip
 from plant_samples import BUILT_IN, MUSCLE, joint, muscle, parameters
 
@@ -326,15 +326,21 @@ def test_attaching_what_is_no_mechanism_and_forgetting_to_attach_are_named():
 def test_an_open_loop_run_is_the_joint_stepped_by_hand():
     physics = parameters(BUILT_IN["dahl"](80.0))
     q = 0.3 * np.sin(np.linspace(0, 6, 301))
-    u = commands(301)
-    course = run_valves(physics, q, u, PERIOD, pressure=(2e5, 4e5))
-    by_hand = joint(BUILT_IN["dahl"](80.0), q=0.0, p=(2e5, 4e5), seed=0)
+    p = 3e5 + 1e5 * commands(301)
+    course = run_pressures(physics, q, p, PERIOD)
+    by_hand = joint(BUILT_IN["dahl"](80.0), q=0.0, p=tuple(p[0]), seed=0)
     for k in range(300):
-        torque = by_hand.step(q[k], (q[k + 1] - q[k]) / PERIOD, *u[k], PERIOD)
+        torque = by_hand.impose(q[k], (q[k + 1] - q[k]) / PERIOD, *p[k + 1], PERIOD)
         assert torque == course.torque[k + 1]
     assert course.torque.shape == course.time.shape == q.shape
-    np.testing.assert_allclose(course.pressure[0], [2e5, 4e5])
+    np.testing.assert_allclose(course.pressure[0], p[0])
     np.testing.assert_allclose(course.pressure[-1], np.array(by_hand.state["pressure"]) - 1e5)
+
+
+def test_filling_a_muscle_raises_its_pressure_and_the_torque():
+    made = joint()
+    filled = made.run(np.zeros(40), np.zeros(40), np.tile([1.0, 0.0], (40, 1)), PERIOD)
+    assert 3.2e5 < filled["pressure"][-1, 0] - 1e5 < 4e5 and filled["torque"][-1] > filled["torque"][0]
 
 
 def test_a_joint_with_hysteresis_shows_the_loop_that_the_literature_gives():
@@ -351,12 +357,12 @@ def test_a_joint_with_hysteresis_shows_the_loop_that_the_literature_gives():
 def test_an_open_loop_run_refuses_what_it_cannot_run():
     physics, q = parameters(), np.zeros(10)
     for wrong in (
-        lambda: run_valves(physics, q, np.zeros((9, 2)), PERIOD),
-        lambda: run_valves(physics, np.full(10, np.nan), np.zeros((10, 2)), PERIOD),
-        lambda: run_valves(physics, q, np.zeros((10, 2)), 0.0),
+        lambda: run_pressures(physics, q, np.zeros((9, 2)), PERIOD),
+        lambda: run_pressures(physics, np.full(10, np.nan), np.zeros((10, 2)), PERIOD),
+        lambda: run_pressures(physics, q, np.zeros((10, 2)), 0.0),
         lambda: run_pressures({}, q, np.zeros((10, 2)), PERIOD),
         lambda: run_pressures(physics, q, np.zeros(10), PERIOD),
-        lambda: run_valves(physics, q, np.zeros((10, 2)), PERIOD, mechanisms=[MaxwellSlip(BUILT_IN["dahl"](1.0))]),
+        lambda: run_pressures(physics, q, np.zeros((10, 2)), PERIOD, mechanisms=[MaxwellSlip(BUILT_IN["dahl"](1.0))]),
     ):
         with pytest.raises(ParameterError):
             wrong()

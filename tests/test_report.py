@@ -307,6 +307,19 @@ def test_every_family_and_split_is_drawn(family, train, tmp_path):
     assert ("stop weight s" in reader.text) == (family == "stop")
 
 
+@pytest.mark.parametrize("family", ["direct-inverse", "preisach", "lugre"])
+def test_no_figure_of_a_family_is_left_without_a_number(family, tmp_path):
+    rng = np.random.default_rng(0)
+    time = np.arange(1200) * 0.01
+    x = np.sin(2.0 * time) * np.linspace(1.0, 0.3, 1200)
+    y = PrandtlIshlinskii([0.0, 0.2], [1.0, 0.5]).simulate(x) + 0.001 * rng.standard_normal(1200)
+    fit = dehyst.identify(dehyst.Recording(input=x, output=y, time=time), family)
+    page = write_report(fit, tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "not a number" not in page and "nan %" not in page
+    assert ("Inverse model" in page) == (not fit.model.no_inverse)
+    assert ("there is no inverse" in page) == bool(fit.model.no_inverse)
+
+
 def test_a_curve_without_memory_is_reported_without_operators(tmp_path):
     fit = fit_by_hand()
     flat = replace(fit, model=fit.static, candidates=(), warnings=())

@@ -16,13 +16,13 @@ from dehyst.evaluation import TestCube, timed
 from dehyst.evaluation import test_path as path_of_figures
 from dehyst.experiments.results import TRIALS
 from dehyst.report import write_reproduction_report
-from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import magnification, scene
 from dehyst.report.reproduction.lines import joined
 from dehyst.report.reproduction.numbers import spread, tool_figures, trial_figure, trial_ratio
 from dehyst.report.reproduction.page import limit_words, rest_study, tiles
 from dehyst.report.reproduction.reasons import in_words, largest_error
-from dehyst.report.reproduction.study_harm import break_even
+from dehyst.report.reproduction.studies import break_even
+from dehyst.report.reproduction.tables import acceptance
 from dehyst.report.reproduction.tool_words import worst_corner
 from dehyst.report.reproduction.words import lead
 from dehyst.report.text import number

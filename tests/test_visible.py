@@ -15,7 +15,7 @@ from dehyst.findings import Finding
 from dehyst.io import format_csv, inspect_log, write_csv
 from dehyst.io.chunks import open_chunks
 from dehyst.io.formats import read_table
-from dehyst.io.tables import write_table
+from dehyst.io.write import write_table
 from dehyst.visible import visible
 
 HOSTILE = (

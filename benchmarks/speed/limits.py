@@ -71,4 +71,7 @@ LIMITS: tuple[Limit, ...] = (
     Limit("weights - qpOASES, n = 100", "modulated", "<=", 1e-8, "accuracy"),
     Limit("overhead of a batch call [ns]", "", "<=", 1000.0, "time"),
     Limit("overhead of a step [ns]", "", "<=", 30.0, "time"),
+    Limit("identify, 10000 rows [s]", "example log", "<=", 1.5, "time"),
+    Limit("identify, 1000000 rows [s]", "example log", "<=", 4.0, "time"),
+    Limit("compare, 1000000 rows [s]", "example log", "<=", 20.0, "time"),
 )

@@ -11,8 +11,7 @@ from scipy.optimize import linprog
 
 from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
-from dehyst.export.numbers import BlockNumbers, block_in
-from dehyst.export.plays import block_numbers
+from dehyst.export.plays import BlockNumbers, block_in, block_numbers
 from dehyst.families.elements import Element, ElementModel
 from dehyst.models import ModelCard, SignalCard
 from target.jobs import Array, Case

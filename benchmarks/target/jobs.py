@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.export import Subject
-from dehyst.export.numbers import BlockNumbers
+from dehyst.export.plays import BlockNumbers
 
 Array = npt.NDArray[np.float64]
 KIND = {"double": 0x64685008, "float": 0x64685004}  # block_image.c

@@ -8,8 +8,7 @@ import numpy as np
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
 from dehyst.control import Block
-from dehyst.export.numbers import block_in
-from dehyst.export.plays import block_numbers
+from dehyst.export.plays import block_in, block_numbers
 from dehyst.models import HysteresisModel
 from target.jobs import Array, Case
 

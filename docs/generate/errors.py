@@ -60,7 +60,8 @@ def _no_optimum() -> None:
     fault = RuntimeError("Maximum number of iterations reached.")
     with (
         mock.patch.object(families, "LARGEST_CONDITION", 0.0),
-        mock.patch.object(least_squares, "nnls", side_effect=fault),
+        mock.patch.object(least_squares, "OPTIMAL", -1.0),
+        mock.patch("scipy.optimize.nnls", side_effect=fault),
     ):
         dehyst.identify(_recording())
 

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from dehyst.plant.parameters import PACKAGED, load_robot
-from dehyst.plant.provenance import sources
+from dehyst.plant.parameters import PACKAGED, load_robot, sources
 from dehyst.plant.tables import Key
 from dehyst.plant.validation import NAMED, SINGLE, keys_of
 

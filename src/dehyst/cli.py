@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import MISSING, Field, fields
 from importlib import import_module
 from inspect import Parameter, Signature
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
@@ -51,7 +53,7 @@ def _command(run: str, request: type[Any]) -> None:
 
     def command(**typed: Any) -> None:
         given = {key: tuple(value or ()) if _several(hints[key]) else value for key, value in typed.items()}
-        getattr(import_module(f"dehyst.app.{room}"), function)(request(**given))
+        getattr(_loaded(room), function)(request(**given))
 
     command.__name__, command.__doc__ = request.__name__.removesuffix("Request").lower(), request.__doc__
     command.__annotations__ = {entry.name: _listed(hints[entry.name]) for entry in fields(request)}
@@ -61,6 +63,16 @@ def _command(run: str, request: type[Any]) -> None:
     ]
     command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     app.command()(command)
+
+
+def _loaded(room: str) -> ModuleType:
+    """Load what a command needs; on a terminal its first word comes before that."""
+    first = "starting ..." if sys.stderr.isatty() else ""
+    sys.stderr.write(first)
+    sys.stderr.flush()
+    loaded = import_module(f"dehyst.app.{room}")
+    sys.stderr.write(f"\r{' ' * len(first)}\r" if first else "")
+    return loaded
 
 
 def _several(hint: Any) -> bool:

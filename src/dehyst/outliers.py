@@ -52,10 +52,6 @@ def find_outliers(values: Array) -> Mask:
     values
         Signal in the order of the log, (T,), finite.
 
-    Returns
-    -------
-    outliers : (T,)
-
     Examples
     --------
     >>> x = np.sin(np.arange(200) / 10)

@@ -203,11 +203,6 @@ def parse_unit(name: str) -> tuple[str, str]:
     A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is left alone. A name that is a unit
     of time and nothing else (``micros``) is both name and unit.
 
-    Parameters
-    ----------
-    name
-        Column name as in the log.
-
     Returns
     -------
     bare : str

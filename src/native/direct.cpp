@@ -2,8 +2,12 @@
 #include "direct_parameters.h"
 #include "no_pickle.h"
 
+#include <nanobind/stl/optional.h>
+
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "joint_controller.h"
 #include "stoppable.h"
@@ -182,43 +186,55 @@ struct DirectStepper {
     double fingerprint_;
 };
 
-// Values of every elementary term along y, (T, stops + paths + creeps): the columns of an identification.
-Matrix bank(const In &y, const In &time, const Rows &restart, const In &radius, const In &length,
-            const In &time_constant, bool known)
+// Values of every elementary term along y, (T, stops + paths + creeps): the columns of an identification; and the memory
+// after them, from which the next samples go on: last y and time, lowest and highest plays, path lags, lags.
+nb::tuple bank(const In &y, const In &time, const In &radius, const In &length, const In &time_constant, bool known,
+               const std::optional<In> &memory)
 {
     const std::size_t samples = y.size(), stops = radius.size(), paths = length.size(), creeps = time_constant.size();
-    require(time.size() == samples && restart.size() == samples, "signals differ in length");
     const std::size_t columns = stops + paths + creeps;
-    auto *rows = new std::vector<double>(samples * columns);
-    nb::capsule owner(rows, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
-    std::vector<double> low(stops), high(stops), path(paths), lag(creeps);
+    require(samples > 0 && time.size() == samples, "signals differ in length, or are empty");
+    std::vector<double> after(2 + columns + stops, 0.0);
+    require(!memory || memory->size() == after.size(), "memory belongs to other terms");
+    double *low = after.data() + 2, *high = low + stops, *path = high + stops, *lag = path + paths;
+    if (memory) {
+        std::copy(memory->data(), memory->data() + after.size(), after.begin());
+    } else {
+        after[0] = y.data()[0];
+        after[1] = time.data()[0];
+        for (std::size_t i = 0; i < stops; ++i) {
+            low[i] = after[0] - (known ? 0.0 : radius.data()[i]);
+            high[i] = after[0] + (known ? 0.0 : radius.data()[i]);
+        }
+        std::fill(lag, lag + creeps, after[0]);
+    }
+    Buffer rows(samples * columns);
     Patience patience(20 * (1 + columns));
     for (std::size_t k = 0; k < samples; ++k) {
         patience.go_on();
         const double x = y.data()[k];
         require(dehyst_accept(x), "a sample is not finite");
-        const bool begins = k == 0 || restart.data()[k] != 0;
-        const double way = begins ? 0.0 : x - y.data()[k - 1];
-        const double passed = begins ? 0.0 : time.data()[k] - time.data()[k - 1];
-        double *row = rows->data() + k * columns;
+        const double way = x - after[0], passed = time.data()[k] - after[1];
+        after[0] = x;
+        after[1] = time.data()[k];
+        double *row = rows.data() + k * columns;
         for (std::size_t i = 0; i < stops; ++i) {
             const double r = radius.data()[i];
-            if (begins) low[i] = x - (known ? 0.0 : r), high[i] = x + (known ? 0.0 : r);
             low[i] = dehyst_within(low[i], x - r, x + r);
             high[i] = dehyst_within(high[i], x - r, x + r);
             row[i] = x - (low[i] + 0.5 * (high[i] - low[i]));
         }
         for (std::size_t i = 0; i < paths; ++i) {
             const double end = way < 0 ? -length.data()[i] : length.data()[i];
-            path[i] = begins ? 0.0 : end + dehyst_decay(std::fabs(way) / length.data()[i]) * (path[i] - end);
+            path[i] = end + dehyst_decay(std::fabs(way) / length.data()[i]) * (path[i] - end);
             row[stops + i] = path[i];
         }
         for (std::size_t j = 0; j < creeps; ++j) {
-            lag[j] = begins ? x : lag[j] - std::expm1(-passed / time_constant.data()[j]) * (x - lag[j]);
+            lag[j] -= std::expm1(-passed / time_constant.data()[j]) * (x - lag[j]);
             row[stops + paths + j] = x - lag[j];
         }
     }
-    return Matrix(rows->data(), {samples, columns}, owner);
+    return nb::make_tuple(rows.release(samples, columns), own(std::move(after)));
 }
 
 }  // namespace
@@ -229,8 +245,9 @@ void bind_direct(nb::module_ &m)
     m.attr("DIRECT_SCHEDULES") = DEHYST_SCHEDULES;
     m.attr("DIRECT_COEFFICIENTS") = DEHYST_DEGREE;
     m.def("decay", &dehyst_decay, "x"_a, "exp(-x) as the core takes it.");
-    m.def("direct_bank", &bank, "y"_a, "time"_a, "restart"_a, "radius"_a, "length"_a, "time_constant"_a, "known"_a,
-          "Values (T, stops + paths + creeps) of every term of a direct inverse along y.");
+    m.def("direct_bank", &bank, "y"_a, "time"_a, "radius"_a, "length"_a, "time_constant"_a, "known"_a,
+          "memory"_a = nb::none(),
+          "Values (T, stops + paths + creeps) of every term of a direct inverse along y, and the memory after them.");
     nb::class_<DirectStepper> bound(m, "DirectStepper", "A direct inverse with its memory, a sample at a time.");
     refuse_pickling(bound);
     bound

@@ -1,5 +1,6 @@
 // Binding of a direct inverse as a function block of a machine: no formula.
 #include "direct_parameters.h"
+#include "sample_call.h"
 #include "stoppable.h"
 
 namespace {
@@ -24,18 +25,17 @@ class DirectBlock {
 
     void reset() { dehyst_direct_block_reset(&block_, &state_); }
 
-    double step(double y, double rate, double first, double second, bool on)
+    double step(nb::handle y, nb::handle rate, nb::handle first, nb::handle second, bool on)
     {
-        const double given[DEHYST_GIVEN] = {first, second};
-        return dehyst_direct_block_step(&block_, &state_, y, rate, given, on ? 1 : 0);
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second)};
+        return dehyst_direct_block_step(&block_, &state_, sample_of(y), sample_of(rate), given, on ? 1 : 0);
     }
 
-    // y, rate (T,), given (T, 2), on (T,) -> u and flags, (T,).
-    nb::tuple run(const In &y, const In &rate, const Table &given, const Switch &on)
+    // y (T,), rate and scheduling variables (T, 3), on (T,) -> u and flags, (T,).
+    nb::tuple run(const In &y, const Table &more, const Switch &on)
     {
         const std::size_t samples = y.size();
-        require(rate.size() == samples && given.shape(0) == samples && given.shape(1) == DEHYST_GIVEN &&
-                    on.size() == samples,
+        require(more.shape(0) == samples && more.shape(1) == 1 + DEHYST_GIVEN && on.size() == samples,
                 "signals differ in length");
         std::vector<double> u(samples);
         auto *flags = new std::vector<uint32_t>(samples);
@@ -43,8 +43,8 @@ class DirectBlock {
         Patience patience(100 + 10 * direct_.memory.size());
         for (std::size_t k = 0; k < samples; ++k) {
             patience.go_on();
-            const double *row = given.data() + DEHYST_GIVEN * k;
-            u[k] = step(y.data()[k], rate.data()[k], row[0], row[1], on.data()[k]);
+            const double *row = more.data() + (1 + DEHYST_GIVEN) * k;
+            u[k] = dehyst_direct_block_step(&block_, &state_, y.data()[k], row[0], row + 1, on.data()[k] ? 1 : 0);
             (*flags)[k] = state_.flags;
         }
         nb::ndarray<nb::numpy, uint32_t, nb::ndim<1>> words(flags->data(), {samples}, owner);
@@ -70,8 +70,9 @@ void bind_direct_block(nb::module_ &m)
         .def(nb::init<const nb::tuple &, double, double, double>(), "parameters"_a, "line_slope"_a, "line_offset"_a,
              "fade"_a)
         .def("reset", &DirectBlock::reset, "Nothing remembered, flags cleared.")
-        .def("step", &DirectBlock::step, "y"_a, "rate"_a, "first"_a, "second"_a, "on"_a, "u for the next sample.")
-        .def("run", &DirectBlock::run, "y"_a, "rate"_a, "given"_a, "on"_a, "(u (T,), flags (T,)).")
+        .def("step", &DirectBlock::step, "y"_a.none(), "rate"_a.none(), "first"_a.none(), "second"_a.none(), "on"_a,
+             "u for the next sample.")
+        .def("run", &DirectBlock::run, "y"_a, "more"_a, "on"_a, "(u (T,), flags (T,)).")
         .def_prop_ro("output", &DirectBlock::output, "Last good u.")
         .def_prop_ro("share", &DirectBlock::share, "0 off .. 1 on.")
         .def_prop_ro("flags", &DirectBlock::flags, "Of the last sample.")

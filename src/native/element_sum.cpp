@@ -9,6 +9,7 @@
 #include "arrays.h"
 #include "dehyst.h"
 #include "no_pickle.h"
+#include "sample_call.h"
 #include "stoppable.h"
 
 namespace {
@@ -262,10 +263,10 @@ class ElementBlock {
 
     void reset() { dehyst_element_block_reset(&block_, &state_); }
 
-    double step(double x, double first, double second, bool on)
+    double step(nb::handle x, nb::handle first, nb::handle second, bool on)
     {
-        const double given[DEHYST_GIVEN] = {first, second};
-        return dehyst_element_block_step(&block_, &state_, x, given, on ? 1 : 0);
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second)};
+        return dehyst_element_block_step(&block_, &state_, sample_of(x), given, on ? 1 : 0);
     }
 
     nb::tuple run(const In &x, const Given &given, const Switch &on)
@@ -280,7 +281,7 @@ class ElementBlock {
             Patience patience(20 + 40 * z_.size());
             for (std::size_t k = 0; k < samples && !patience.stops(); ++k) {
                 const double *row = given.data() + DEHYST_GIVEN * k;
-                answer.data()[k] = step(x.data()[k], row[0], row[1], on.data()[k]);
+                answer.data()[k] = dehyst_element_block_step(&block_, &state_, x.data()[k], row, on.data()[k] ? 1 : 0);
                 flags[k] = state_.flags;
             }
         }
@@ -316,7 +317,8 @@ class ElementBlock {
 
 void bind_element_sum(nb::module_ &m)
 {
-    m.attr("ELEMENT_KINDS") = nb::make_tuple("input", "play", "stop", "creep", "relax", "past", "path", "wide");
+    m.attr("ELEMENT_KINDS") = nb::make_tuple("input", "play", "stop", "creep", "relax", "past", "path", "wide",
+                                             "product");
     nb::class_<ElementSum>(m, "ElementSum", "A sum of elements (core/elements.c); the memory is given and returned.")
         .def(nb::init<const Whole &, const Whole &, const In &, const In &, const In &, const Whole &, const Pairs &,
                       double, const Pairs &, const Pairs &, double, double, const Whole &, const Pairs &>(),
@@ -338,7 +340,8 @@ void bind_element_sum(nb::module_ &m)
         .def(nb::init<const ElementSum &, double, bool, int32_t, const In &, const In &, uint32_t>(), "sum"_a, "period"_a,
              "solves"_a, "delay"_a, "start"_a, "numbers"_a, "fingerprint"_a, nb::keep_alive<1, 2>())
         .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
-        .def("step", &ElementBlock::step, "x"_a, "first"_a, "second"_a, "on"_a, "Output for the next sample.")
+        .def("step", &ElementBlock::step, "x"_a.none(), "first"_a.none(), "second"_a.none(), "on"_a,
+             "Output for the next sample.")
         .def("run", &ElementBlock::run, "x"_a, "given"_a, "on"_a, "(outputs (T,), flags (T,)).")
         .def("save", &ElementBlock::save, "Image of the state.")
         .def("restore", &ElementBlock::restore, "image"_a, "Go on from an image; the core's answer, 0 if it was good.")

@@ -21,14 +21,7 @@ R = TypeVar("R", bound=LogsRequest)
 def named_columns(command: str, request: R, quiet: bool) -> R:
     """Return the request with the columns of input and output: as named, else as proposed for the first log.
 
-    Parameters
-    ----------
-    command
-        That is going to read them, for the line to type.
-    request
-        As typed.
-    quiet
-        Whether the standard output is for the result alone: then what was proposed is said on the error stream.
+    With `quiet` the standard output is for the result alone: what was proposed is said on the error stream.
 
     Raises
     ------

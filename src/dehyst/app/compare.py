@@ -112,7 +112,8 @@ def _print(found: Comparison, request: CompareRequest) -> None:
             )
     out.print(table)
     out.print(Text("rms, percent of the output's range (inverse: of the input's); * within noise of the best"))
-    out.print(Text("< what identify takes, which chooses without the held-out errors"))
+    if any(entry.family == found.auto.family for entry in found.entries):
+        out.print(Text("< what identify takes, which chooses without the held-out errors"))
     said = found.notes
     if said:
         out.print()

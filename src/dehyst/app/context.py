@@ -1,4 +1,4 @@
-"""What a model is given from a log: signals in its units, and the columns that its weights depend on."""
+"""What a command knows of a model: signals from a log in its units, columns its weights depend on, its verdict."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dehyst.app.requests import DriftRequest, EvaluateRequest, SimulateRequest
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding
+from dehyst.grades import Grade, doubtful, grade_of
 from dehyst.io import Signal, read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models.converted import in_units_of
@@ -176,3 +177,19 @@ def at_samples(option: str, column: str, signal: Signal, values: Array, record: 
             column=column,
         )
     return np.interp(record.time, signal.time, values)
+
+
+def verdict_findings(model: Model, path: Path, forbid: str) -> list[Finding]:
+    """Return the verdict as a warning unless it was good; `forbid` is what not to do after the worst one."""
+    said = model.card.provenance.get("verdict")
+    verdict = doubtful(said)  # printable: the file may come from anywhere
+    if not verdict:
+        return []
+    cure = forbid if grade_of(said) is Grade.BAD else "Watch the actuator"
+    return [
+        Finding(
+            "verdict",
+            f"when '{path}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
+            f"`dehyst identify` for the reason.",
+        )
+    ]

@@ -72,7 +72,7 @@ def _refuse_bad_request(request: DesignRequest) -> None:
     if request.robot is not None and request.joint is None:
         raise ParameterError("--robot names a file of joints, but no joint is chosen. Add --joint 1, or leave it out.")
     if request.figure is not None:
-        from dehyst.report.sweep import require_picture_name
+        from dehyst.report.svg import require_picture_name
 
         refuse_existing(require_picture_name(request.figure), request.overwrite, own=EXCITATION)
     for path in filter(None, (request.out, request.figure)):

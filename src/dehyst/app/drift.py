@@ -10,13 +10,12 @@ from typing import Any, cast
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import Read, recording_of, signals_of
+from dehyst.app.context import Read, recording_of, signals_of, verdict_findings
 from dehyst.app.ending import concluding
 from dehyst.app.requests import DesignRequest, DriftRequest
 from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_clashes
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
-from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
 from dehyst.evaluation import design_drift_motion
 from dehyst.files import write_atomically

@@ -9,12 +9,11 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import Read, recording_of, signals_of
+from dehyst.app.context import Read, recording_of, signals_of, verdict_findings
 from dehyst.app.ending import concluding
 from dehyst.app.requests import EvaluateRequest
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
-from dehyst.app.verdict import verdict_findings
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.identification.evaluate import Evaluation, Scored, evaluate
 from dehyst.models import Model, load

@@ -8,11 +8,10 @@ from typing import cast
 
 from rich.text import Text
 
-from dehyst.app.export_findings import coarse, cost, outside, slow, stalled
-from dehyst.app.export_pair import pair_findings
+from dehyst.app.context import verdict_findings
+from dehyst.app.export_findings import coarse, cost, outside, pair_findings, slow, stalled
 from dehyst.app.requests import ExportRequest
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
-from dehyst.app.verdict import verdict_findings
 from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
@@ -142,7 +141,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
         subject = joint_subject(model, load_controller(path), load_adaptation(path), name=name, real=real)
         return subject, unit_findings(model)
     excerpt = None
-    if request.log is not None and (model.needs or model.core == "direct"):
+    if request.log is not None and model.unit_needs:
         raise ParameterError(
             "--log takes one column, but this unit needs its rate or scheduling variables too: leave --log out; the "
             "test signal moves all of them."

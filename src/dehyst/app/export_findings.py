@@ -1,17 +1,21 @@
-"""What there is to say about a unit that is exported: where it guesses, what it costs, what float leaves of it."""
+"""What there is to say of an exported unit: where it guesses, what it costs, what float leaves, whose controller."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from dehyst.app.requests import ExportRequest
+from dehyst.control import load_controller, load_partner
+from dehyst.control.storage import about
+from dehyst.errors import ModelFileError
 from dehyst.export.numbers import DirectNumbers
 from dehyst.export.subject import Subject
 from dehyst.findings import Finding
 from dehyst.models import Model
-from dehyst.models.model import too_slow_words
+from dehyst.models.storage import model_to_dict
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
@@ -36,8 +40,8 @@ def outside(model: Model, request: ExportRequest) -> Iterator[Finding]:
 
 def slow(model: Model, subject: Subject) -> Iterator[Finding]:
     """Say that the unit runs so seldom that what the model knows of time is lost."""
-    if subject.period is not None and model.too_slow(subject.period):
-        yield Finding("long-period", too_slow_words(model, subject.period))
+    if subject.period is not None and (slow := model.too_slow(subject.period)):
+        yield Finding("long-period", slow)
 
 
 def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:
@@ -104,3 +108,43 @@ def stall(numbers: DirectNumbers) -> float:
     """
     largest = max(abs(numbers.input_low), abs(numbers.input_high))
     return 0.5 * float(np.spacing(np.float32(largest))) / min(numbers.gain)
+
+
+SHOWN = 12  # characters of a checksum
+
+
+def pair_findings(model: Model, path: Path, controller: Path | None) -> list[Finding]:
+    """Refuse a controller that was made for another model, and say where the two contradict each other."""
+    if controller is None:
+        return []
+    partner, own = load_partner(controller), str(model_to_dict(model)["sha256"])
+    if partner is None:
+        return list(_contradictions(model, path, controller))
+    checksum, was = partner
+    if checksum != own:
+        raise ModelFileError(
+            f"controller '{controller}' was made for another model than '{path}': for {was}, checksum "
+            f"{checksum[:SHOWN]}, and this is {about(model)}, checksum {own[:SHOWN]}. Its shear and its gains belong "
+            f"to that model; with this one the compensation is wrong without a sign of it. Give the two files of one "
+            f"run, for example model_joint1_best.json with controller_joint1_best.json; or, if they do belong "
+            f"together, write the controller again: dehyst.control.save_controller(parameters, FILE, model=model).",
+            path=str(controller),
+        )
+    return []
+
+
+def _contradictions(model: Model, path: Path, controller: Path) -> Iterator[Finding]:
+    """Say that the shear of one is not that of the other, as far as names tell."""
+    k, name = load_controller(controller).shear, model.card.input.name
+    if model.core == "direct" and k != 0.0:
+        what = f"'{path}' is a direct inverse, which is not sheared, and the controller subtracts k q, k = {k:g} Pa/rad"
+    elif model.core == "plays" and model.shear is None and k == 0.0 and "sheared" in name.lower():
+        what = f"the input {model.card.input.label} of '{path}' holds k q, and the controller subtracts none (shear 0)"
+    else:
+        return
+    yield Finding(
+        "pair-doubtful",
+        f"{what}: these do not look like files that belong together, and '{controller}' does not say which model it "
+        f'was made for. Give the files of one run, or set "shear" right and write the controller again with '
+        f"dehyst.control.save_controller(parameters, FILE, model=model).",
+    )

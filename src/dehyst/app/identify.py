@@ -209,7 +209,8 @@ def _compared(fit: Fit) -> Table:
         table.add_column(Text(name), justify="right" if name in ("output", "input", "tracking") else "left")
     for row in fit.table:
         table.add_row(
-            Text(row.family), row.direction, f"{row.test_percent:.2f}", f"{row.input_percent:.2f}",
+            Text(row.family), row.direction, f"{row.test_percent:.2f}",
+            "none" if math.isnan(row.input_percent) else f"{row.input_percent:.2f}",
             "" if row.tracking_percent is None else f"{row.tracking_percent:.2f}", "chosen" if row.chosen else "",
         )  # fmt: skip
     return table
@@ -220,7 +221,9 @@ def _next(fit: Fit, saved: Path | None) -> str:
     rec = fit.recordings[0]
     model = quoted(saved)
     if grade_of(fit.verdict) is Grade.BAD:
-        advice = "do not compensate with this model; cure what the warnings above name and identify again"
+        chosen = "--for simulate" if fit.settings.get("family") == "auto" else "--family"
+        cure = f"leave {chosen} out" if fit.model.no_inverse else "cure what the warnings above name"
+        advice = f"do not compensate with this model; {cure} and identify again"
         if saved is None:
             return advice
         return f"{advice}. To simulate only: dehyst simulate {model} LOG.csv --input {quoted(rec.input_name)}"

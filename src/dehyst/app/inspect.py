@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.terminal import print_findings, terminal
+from dehyst.app.terminal import print_findings, print_json, terminal
 from dehyst.io import LogSummary, inspect_log
 from dehyst.io.inspect import ColumnSummary
 from dehyst.visible import visible
@@ -30,19 +27,9 @@ def run_inspect(log: Path, run: str | None, as_json: bool, time_unit: str | None
     """Print columns, sampling, runs and the line to type next."""
     summary = inspect_log(log, run, time_unit=time_unit)
     if as_json:
-        sys.stdout.write(json.dumps(_plain(dataclasses.asdict(summary)), indent=1, allow_nan=False) + "\n")
+        print_json(dataclasses.asdict(summary))
         return
     _print(summary)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return value
 
 
 def _print(summary: LogSummary) -> None:

@@ -32,19 +32,7 @@ GUESSES = ((12.0, "bar"), (1200.0, "kPa"), (12_000.0, "mbar"), (float("inf"), "P
 def read_bench_log(path: Path, request: MuscleRequest, length: float | None) -> tuple[BenchLog, dict[str, Any]]:
     """Read a bench log; return it in SI units, and where it comes from.
 
-    Parameters
-    ----------
-    path
-        The log.
-    request
-        Columns and units.
-    length
-        l_0, if it was given; needed where the log holds lengths. [m]
-
-    Raises
-    ------
-    DehystError
-        If file, columns or units are not what they should be.
+    The `length` at rest [m] is needed where the log holds lengths.
     """
     if request.contraction is not None and request.length_column is not None:
         raise ParameterError("--contraction and --length-column both name what moves. Leave one of them out.")

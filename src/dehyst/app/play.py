@@ -9,13 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.context import given_of, outside
+from dehyst.app.context import given_of, outside, verdict_findings
 from dehyst.app.requests import SimulateRequest
-from dehyst.app.start import MODEL, REST, UNKNOWN, middle_of, say, start_of
+from dehyst.app.start import (
+    MODEL,
+    REST,
+    UNKNOWN,
+    band_columns,
+    column,
+    middle_of,
+    place,
+    refuse_without_unknown_state,
+    say,
+    start_of,
+)
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import print_findings, tell
-from dehyst.app.unknown import band_columns, column, place, refuse_without_unknown_state
-from dehyst.app.verdict import verdict_findings
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, TimeError
 from dehyst.files import write_atomically

@@ -23,10 +23,9 @@ from dehyst.errors import ParameterError
 from dehyst.experiments.logs import log_folder, log_names
 from dehyst.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.experiments.results import COMPENSATED, Reproduction
-from dehyst.experiments.summary import as_json, mean_figures
+from dehyst.experiments.scores import as_json, mean_figures
 from dehyst.files import write_atomically
-from dehyst.plant.parameters import Robot, load_robot
-from dehyst.plant.provenance import changes_from_packaged
+from dehyst.plant.parameters import Robot, changes_from_packaged, load_robot
 from dehyst.report import write_reproduction_report
 from dehyst.shell import typed
 

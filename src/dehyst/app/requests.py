@@ -55,7 +55,7 @@ Begin = Annotated[
     typer.Option(
         "--start",
         metavar="unknown|rest|model",
-        help="Past of the actuator: unknown (compensate, plays), at rest (compensate, others), or model (simulate).",
+        help="Past of the actuator. compensate takes unknown (plays) or rest, simulate takes model, as the log began.",
     ),
 ]
 Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]

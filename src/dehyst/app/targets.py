@@ -31,22 +31,8 @@ _BEGINNING = 2000
 def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content: str | None = None) -> None:
     """Refuse a file that exists, unless it may be overwritten, is one of dehyst's `own`, or would stay as it is.
 
-    Parameters
-    ----------
-    path
-        File to be written.
-    overwrite
-        Whether the user said ``--overwrite``.
-    own
-        Mark in the beginning of a file that a former run wrote, `MODEL`, `PAGE`, `SWEEP` or `EXCITATION`; None if
-        nothing tells.
-    content
-        What is going to be written; a file that holds just that loses nothing.
-
-    Raises
-    ------
-    OutputError
-        If the file would be lost.
+    `own` is the mark in the beginning of a file that a former run wrote, such as `MODEL` or `PAGE`; a file that
+    holds just the `content` that is going to be written loses nothing.
     """
     if overwrite or path.is_dir() or not path.exists():  # a folder is refused by whoever writes
         return
@@ -78,19 +64,7 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
 def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: tuple[Path | None, str | None]) -> None:
     """Refuse, before any work, outputs that cannot be written or would cost a file that is there.
 
-    Parameters
-    ----------
-    sources
-        Files that are read.
-    overwrite
-        Whether the user said ``--overwrite``.
-    **targets
-        Option -> file to be written, and its mark as for `refuse_existing`; one of a picture needs its name.
-
-    Raises
-    ------
-    OutputError
-        If one is a source, two are one, or one would be lost.
+    Each target is an option with its file and that file's mark, as for `refuse_existing`.
     """
     read = {path.resolve() for path in sources if path is not None}
     named: dict[Path, str] = {}
@@ -106,7 +80,7 @@ def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: t
         named[path.resolve()] = option
     for path, own in there.values():
         if own in PICTURES:
-            from dehyst.report.sweep import require_picture_name
+            from dehyst.report.svg import require_picture_name
 
             require_picture_name(path)
         refuse_existing(path, overwrite, own)
@@ -115,16 +89,7 @@ def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: t
 def refuse_other_model(path: Path, overwrite: bool, logs: Iterable[Path], settings: Mapping[str, Any]) -> None:
     """Refuse, before any work, to replace a model that the new one is not going to be.
 
-    Parameters
-    ----------
-    path
-        File to be written; `refuse_existing` has refused what is no model.
-    overwrite
-        Whether the user said ``--overwrite``.
-    logs
-        That the new model is going to be of.
-    settings
-        That it is going to have; those that the file does not name say nothing.
+    Of `settings`, those that the file does not name say nothing; what only the result can tell, `save_model` asks.
 
     Raises
     ------
@@ -157,22 +122,7 @@ def _other_model(path: Path, what: str = "") -> OutputError:
 
 
 def save_model(path: Path, overwrite: bool, save: Callable[[Path], object]) -> None:
-    """Save a model; one that is there already is replaced if the user said so, or if only its date differs.
-
-    Parameters
-    ----------
-    path
-        File to be written; `refuse_existing` has refused what is no model.
-    overwrite
-        Whether the user said ``--overwrite``.
-    save
-        Writes the model to the path that it is given.
-
-    Raises
-    ------
-    OutputError
-        If another model would be lost, or the file cannot be written.
-    """
+    """Save a model; one that is there already is replaced if the user said so, or if only its date differs."""
     if overwrite or not path.is_file() or path.stat().st_size == 0:
         save(path)
         return
@@ -209,17 +159,7 @@ def _said(path: Path) -> dict[str, Any] | None:
 def refuse_unwritable(path: Path, folder: bool = False) -> None:
     """Refuse a place where nothing can be written, before a long run and not after it.
 
-    Parameters
-    ----------
-    path
-        File to be written, or folder to be made.
-    folder
-        Whether it is a folder: then those above it are made too. The folder of a file must exist.
-
-    Raises
-    ------
-    OutputError
-        If there is a file where a folder is needed or the other way round, or the folder may not be written to.
+    Of a folder those above it are made too; the folder of a file must exist.
     """
     if not folder and path.is_dir():
         raise OutputError(f"cannot write '{path}': it is a folder. Name a file inside it.", path=str(path))

@@ -2,72 +2,37 @@
 
 from __future__ import annotations
 
-import hashlib
-import struct
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.arrays import Array
-from dehyst.control.images import Words
-from dehyst.control.machine_block import Direction, SavedBlock, declared_range, refuse_direction, refuse_ramp
-from dehyst.control.reach import Operator
+from dehyst.control.following import Following, followed
+from dehyst.control.images import Words, refuse, words_of
 from dehyst.errors import ParameterError
-from dehyst.models import HysteresisModel
+from dehyst.models.arrays import signal_array
+from dehyst.models.card import SignalCard
+from dehyst.models.machine import Direction
+from dehyst.models.model import Model, require_model
+
+BLOCK_FLAGS: Mapping[str, int] = MappingProxyType(
+    {
+        "rejected": _native.BLOCK_REJECTED,
+        "rejected-ever": _native.BLOCK_REJECTED_EVER,
+        "limited": _native.BLOCK_LIMITED,
+        "limited-ever": _native.BLOCK_LIMITED_EVER,
+    }
+)
+"""Bits of a block's flags by name; those with "ever" stay until a reset."""
+
+LONGEST_RAMP = 10**9
 
 
-@dataclass(frozen=True, eq=False)
-class BlockParameters:
-    """Parameters of a block with the bits that are used: what an exporter prints.
-
-    Attributes
-    ----------
-    threshold, slope, loading
-        r, S_i = w_1 + ... + w_i and phi_i = sum_{j<i} S_j (r_{j+1} - r_j) of the operator H, (n,). [argument of H],
-        [output of H / argument], [output of H]
-    center, offset
-        Subtracted from the argument of H, added to its output. [argument of H], [output of H]
-    before_u, before_v, after_u, after_v
-        Breakpoints and values of the maps in front of H and behind it; of size 0 if there is none.
-    start
-        Play states after a reset, (n,). [argument of H]
-    input_low, input_high, output_low, output_high
-        Limits. [input], [output]
-    reach_low, reach_high
-        Limits of the output in front of the last map, where the input is held back; those of a forward block, which
-        never does that, are the largest numbers that are taken. [output of H]
-    line_slope, line_offset
-        Of the straight line that answers while the block is off. [output/input], [output]
-    fade
-        Share of a switching that one sample makes.
-    fingerprint
-        First 32 bits of the SHA-256 of the model: states of another one are refused.
-    """
-
-    threshold: Array
-    slope: Array
-    loading: Array
-    center: float
-    offset: float
-    before_u: Array
-    before_v: Array
-    after_u: Array
-    after_v: Array
-    start: Array
-    input_low: float
-    input_high: float
-    output_low: float
-    output_high: float
-    reach_low: float
-    reach_high: float
-    line_slope: float
-    line_offset: float
-    fade: float
-    fingerprint: int
-
-
-class Block(SavedBlock[_native.Block]):
+class Block:
     r"""A model or its inverse as a function block: what runs on a machine, and what is exported.
 
     .. math::
@@ -75,6 +40,8 @@ class Block(SavedBlock[_native.Block]):
         y = s \, \Gamma[\min(\max(x, x_0), x_1)] + (1 - s)(a + b x), \qquad y_0 \le y \le y_1
 
     Gamma is the model or its inverse, s the share of it (1 on, 0 off), a + b x a straight line.
+
+    It runs a model of any family that the core knows, at the period that it was made for where time counts.
 
     **Limits.** An inverse block asks for inputs of the actuator within `range` and for no other; a forward block takes
     them, answers what the model reaches from there, and never holds back. A wanted output beyond what the actuator can
@@ -86,9 +53,29 @@ class Block(SavedBlock[_native.Block]):
     by more than the model or the line moved and 1/`ramp` of the distance between both. The states follow the input in
     either case, as if the block were on. The first sample after a reset begins where it is told to.
 
-    **Guard.** A sample that is not finite is rejected: the last good output is held, no state moves, a flag rises.
+    **Guard.** A sample with a number that is not finite is rejected: the last good output is held, no state moves, a
+    flag rises.
 
-    In range and on, outputs have the bits of ``model.inverse().stepper("dense")`` or ``model.stepper("dense")``.
+    In range and on, outputs of a model of plays have the bits of ``model.inverse().stepper("dense")`` or
+    ``model.stepper("dense")``. What creeps or depends on the rate begins at its first good sample as ``model.before``
+    says, a direct inverse at rest there.
+
+    **Offset.** With `follow_offset` the block follows what was measured over the last cycle,
+
+    .. math::
+
+        d = y_{measured} - y_{said}, \qquad
+        o \to \Pi_{\pm limit}\Bigl[\tfrac{1}{n}\sum_{cycle} d\Bigr], \qquad
+        |\Delta o| \le \frac{limit}{range}\,|\Delta x|
+
+    A forward block answers y + o, an inverse one is asked for x - o: for an actuator whose loop keeps its shape and
+    wanders as a whole, with temperature, load, or the zero of its sensor. A cycle is two strokes between turning points
+    of x, reversals by more than 5 % of its range; when a stroke ends, the mean over it and the one before is what o
+    goes to, along the way that x makes. So o rests where x rests, no output jumps, and the demand of an inverse turns
+    where its reference turns. While the block is off o does not change. Samples that are off or fading, limited, or
+    without a measurement do not count, and a stroke with more than an eighth of them teaches nothing. An answer depends
+    on measurements before its own sample alone. What was measured is given as "measured"; left out, NaN or None:
+    nothing.
 
     Parameters
     ----------
@@ -100,11 +87,15 @@ class Block(SavedBlock[_native.Block]):
         Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
     ramp
         Samples that switching takes, at least 1.
+    period
+        Between two samples, where time counts; None takes that of the log. [s]
+    follow_offset
+        Limit of the offset, a share of the output's range, above 0 and at most 0.5; None: nothing is followed.
 
     Raises
     ------
     ParameterError
-        If `model` is no model, no range is known, or a setting makes no sense.
+        If `model` is no model, no target can run it, no range is known, or a setting makes no sense.
     InvertibilityError
         If an inverse is asked for and the model has none.
 
@@ -127,40 +118,117 @@ class Block(SavedBlock[_native.Block]):
 
     >>> model.simulate(model.inverse().simulate(wanted).clip(0.0, 1.0)).round(3).tolist()
     [0.0, 1.0, 1.8, 1.45, 0.9]
+
+    The actuator lies 0.3 above the model. After two strokes the compensator asks for as much less:
+
+    >>> block = Block(PrandtlIshlinskii([0.0], [1.0]), range=(-2.0, 2.0), follow_offset=0.2)
+    >>> wanted = np.sin(np.linspace(0, 20, 2000))
+    >>> asked = [block.step(y, given={"measured": block.last + 0.3}) for y in wanted]
+    >>> round(asked[-1] - float(wanted[-1]), 2)
+    -0.3
     """
 
     def __init__(
         self,
-        model: HysteresisModel,
+        model: Model,
         direction: Direction = "inverse",
         range: tuple[float, float] | None = None,
         ramp: int = 500,
+        *,
+        period: float | None = None,
+        follow_offset: float | None = None,
     ) -> None:
-        _check(model)
-        refuse_direction(direction)
-        refuse_ramp(ramp)
-        low, high = declared_range(model.card.input, range)
-        self.model: HysteresisModel = model
-        self.direction: Direction = direction
+        own = require_model(model, "a hysteresis model: fit.model, or what dehyst.load('model.json') returns")
+        if direction not in ("inverse", "forward"):
+            raise ParameterError(
+                f"direction = {direction!r:.40} is none; pass 'inverse' (wanted output in, needed input out) or "
+                f"'forward'."
+            )
+        if isinstance(ramp, bool) or not isinstance(ramp, int | np.integer) or not 1 <= ramp <= LONGEST_RAMP:
+            raise ParameterError(
+                f"ramp = {ramp!r:.40} is no number of samples; pass a whole one from 1 (at once) to "
+                f"{LONGEST_RAMP:.0e}, for example 500.",
+                ramp=ramp,
+            )
         self.ramp = int(ramp)
-        self.operator = _started(model, low, high) if direction == "inverse" else model
-        native = _native.Block(_image(model, self.operator, low, high, self.ramp))
-        self.parameters = p = _parameters(native)
-        card = self.operator.card
-        super().__init__(
-            native,
-            replace(card.input, low=p.input_low, high=p.input_high),
-            replace(card.output, low=p.output_low, high=p.output_high),
-        )
+        self.model = own
+        self.direction: Direction = direction
+        made = own.machine(direction, range, self.ramp, period)
+        self._machine = made if follow_offset is None else followed(made, own.card, direction, follow_offset)
+        self._native = self._machine.native
 
-    takes_given = False
+    @property
+    def input(self) -> SignalCard:
+        """Name, unit and limits of what goes in."""
+        return self._machine.input
+
+    @property
+    def output(self) -> SignalCard:
+        """Name, unit and limits of what comes out."""
+        return self._machine.output
+
+    @property
+    def more(self) -> tuple[SignalCard, ...]:
+        """Name, unit and range of each further input."""
+        return self._machine.more
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the further inputs, in their order."""
+        return tuple(card.name for card in self.more)
+
+    @property
+    def period(self) -> float:
+        """Between two samples, of a block that is made for one; 0 of plays. [s]"""
+        return self._machine.period
+
+    @property
+    def timed(self) -> bool:
+        """Whether answers depend on the period."""
+        return self._machine.timed
+
+    @property
+    def share(self) -> float:
+        """Present share of the model in the output: 0 off, 1 on."""
+        return float(self._native.share)
+
+    @property
+    def last(self) -> float:
+        """Last good output; before the first sample that of the start. [output]"""
+        return float(self._native.output)
+
+    @property
+    def flags(self) -> int:
+        """Sum of the bits in `BLOCK_FLAGS` after the last sample."""
+        return int(self._native.flags)
+
+    @property
+    def parameters(self) -> Any:
+        """What the core's block was made of, with the bits that are used; of plays `BlockParameters`."""
+        return self._machine.parameters
+
+    @property
+    def following(self) -> Following:
+        """The offset that follows the last cycle, of a block with one."""
+        found: Following = self._native
+        return found
 
     @property
     def state(self) -> Array:
-        """Play states z (n,), a copy. [argument of the operator]"""
-        return self._native.state
+        """Play states z (n,) of a model of plays, a copy. [argument of the operator]"""
+        return np.asarray(self._native.state)
 
-    def step(self, x: float | None, on: bool = True) -> float:
+    @property
+    def doubt(self) -> float:
+        """Guaranteed half width of what a direct inverse answers, for the unknown past. [output]"""
+        return float(self._native.doubt)
+
+    @property
+    def saved(self) -> bool:
+        """Whether its state has an image: all but that of a direct inverse."""
+        return self._machine.saved
+
+    def step(self, x: float | None, on: bool = True, given: Mapping[str, float | None] | None = None) -> float:
         """Return the output for the next sample.
 
         Parameters
@@ -169,93 +237,131 @@ class Block(SavedBlock[_native.Block]):
             Input; None, for a sensor without an answer, is a rejected sample. [input]
         on
             Whether the model answers; otherwise the straight line does.
+        given
+            Further inputs by name: scheduling variables, the "rate" of a direct inverse, 0 if it is left out, and what
+            was "measured".
 
         Raises
         ------
         ParameterError
-            If `x` is not one number.
+            If one of them is no number, or a scheduling variable is missing.
         """
+        others = self._others(given)
         try:
-            return self._native.step(x, bool(on))
+            return float(self._native.step(x, *others, bool(on)))
         except (TypeError, ValueError, OverflowError):
             raise ParameterError(
                 f"a sample is one number, or None for a sensor without an answer, and so is the switch True or False; "
                 f"got {type(x).__name__} and {type(on).__name__}. Whole signals go through run()."
             ) from None
 
-    def dump(self) -> Words:
-        """Return an image of all parameters, as the C function dehyst_block_load reads it."""
-        return self._native.dump()
+    def run(
+        self, x: npt.ArrayLike, on: npt.ArrayLike = True, given: Mapping[str, npt.ArrayLike] | None = None
+    ) -> tuple[Array, Words]:
+        """Return outputs and flags of many samples, going on from the present state.
 
+        Parameters
+        ----------
+        x
+            Inputs, (T,). [input]
+        on
+            Whether the model answers, (T,) or one value for all.
+        given
+            Further inputs by name, (T,) or a number each.
 
-def _check(model: HysteresisModel) -> None:
-    if not isinstance(model, HysteresisModel):
-        raise ParameterError(
-            f"a Block runs a hysteresis model of plays, not a {type(model).__name__}. dehyst.block(model, ...) makes "
-            f"the block of any model."
+        Returns
+        -------
+        y : (T,)
+            Outputs, with the bits of `step`. [output]
+        flags : (T,)
+            Sums of the bits in `BLOCK_FLAGS`.
+
+        Raises
+        ------
+        ParameterError
+            If lengths differ, values are no numbers, or a scheduling variable is missing.
+        """
+        samples = signal_array(x, "input x")
+        y, flags = self._native.run(samples, *self._table(given, samples.size), switched(on, samples.size))
+        return y, flags
+
+    def answer(self, inputs: Array, on: npt.ArrayLike) -> tuple[Array, Words]:
+        """Return outputs and flags (T,) for all inputs in their order, (T, m)."""
+        return self.run(inputs[:, 0], np.asarray(on) != 0, dict(zip(self.given, inputs.T[1:], strict=True)))
+
+    def reset(self) -> None:
+        """Return to the start, flags cleared; the next good sample begins there and switches at once."""
+        self._native.reset()
+
+    def save(self) -> Words:
+        """Return an image of the state, 32-bit words with a checksum: the same as the exported C code saves."""
+        image: Words = self._native.save()
+        return image
+
+    def restore(self, image: npt.ArrayLike) -> None:
+        """Go on from an image of `save`, bit for bit.
+
+        Raises
+        ------
+        ParameterError
+            If the image is damaged, of another model, or holds an impossible state; ``error.facts["fault"]`` says
+            which: "size", "kind", "damaged", "foreign" or "invalid". The block keeps the state that it had.
+        """
+        refuse(
+            self._native.restore(words_of(image)),
+            "Restore what save() of a block of the same model returned; this block still has the state it had.",
         )
 
+    def dump(self) -> Words:
+        """Return an image of all parameters of a block of plays, as the C function dehyst_block_load reads it."""
+        image: Words = self._native.dump()
+        return image
 
-def _of(model: HysteresisModel) -> Operator:
-    return Operator(*model.stepper("dense").parameters)
+    def __repr__(self) -> str:
+        """One line: direction, signals and their limits."""
+        return f"<Block {self.direction} of {self.model.family!r}: {self.input!s} -> {self.output!s}>"
+
+    def _others(self, given: Mapping[str, float | None] | None) -> list[float | None]:
+        """The further inputs of a sample as the core takes them."""
+        if not self._machine.slots:
+            return []
+        return [*self._told(given), 0.0, 0.0][: self._machine.slots]
+
+    def _table(self, given: Mapping[str, npt.ArrayLike] | None, samples: int) -> tuple[Array, ...]:
+        """The further inputs of many samples as the core takes them, (T, slots), if it takes any."""
+        table = np.zeros((samples, self._machine.slots))
+        for column, (name, values) in enumerate(zip(self.given, self._told(given), strict=True)):
+            table[:, column] = along(values, samples, name)
+        return (table,) if table.shape[1] else ()
+
+    def _told(self, given: Mapping[str, Any] | None) -> list[Any]:
+        told = {**self._machine.defaults, **(given or {})}
+        missing = [name for name in self.given if name not in told]
+        if missing:
+            raise ParameterError(
+                f"the model depends on '{missing[0]}', which was not given. Pass given={{'{missing[0]}': value}}."
+            )
+        return [told[name] for name in self.given]
 
 
-def _started(model: HysteresisModel, low: float, high: float) -> HysteresisModel:
-    """Inverse of the model, started where an actuator is that was brought into its range."""
-    inverse = model.inverse()
-    first = inverse.stepper("dense").output
-    if low <= first <= high:
-        return inverse
-    return model.with_state(model.final_state([min(max(first, low), high)])).inverse()
-
-
-def _fingerprint(operator: Operator) -> int:
-    digest = hashlib.sha256()
-    for field in fields(operator):
-        if field.name != "start":  # of the model alone: a block may begin elsewhere
-            values = np.atleast_1d(np.asarray(getattr(operator, field.name), dtype="<f8"))
-            digest.update(struct.pack("<Q", values.size) + values.tobytes())
-    return int.from_bytes(digest.digest()[:4], "big")
-
-
-def _image(model: HysteresisModel, stepped: HysteresisModel, low: float, high: float, ramp: int) -> Words:
-    plant, operator = _of(model), _of(stepped)
-    bottom, top = plant.reached(low, high)
-    reached = plant.after(bottom, top)
-    slope, offset = _secant(model, low, high)
-    if stepped is model:
-        # Reached in exact arithmetic; what rounding adds must not be cut off. A forward block never holds its input
-        # back: the actuator did get it, and on a branch that is nearly flat the point to stop at would be anywhere.
-        limits = [low, high, *plant.widened(low, high, bottom, top), -_native.INPUT_LIMIT, _native.INPUT_LIMIT]
-    else:
-        limits = [*reached, low, high, *operator.in_front_of_after(low, high)]
-    o = operator
-    try:
-        if stepped is not model:
-            slope, offset = 1 / slope, -offset / slope
-        of_model = (o.thresholds, o.weights, o.center, o.offset, o.before_u, o.before_v, o.after_u, o.after_v, o.start)
-        image = _native.block_image(*of_model, [*limits, slope, offset, 1 / ramp], _fingerprint(operator))
-        _native.Block(image)
-    except (ValueError, ZeroDivisionError, OverflowError):
+def along(values: npt.ArrayLike, samples: int, name: str) -> Array:
+    """One value for all samples, or one each, as (T,)."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf" or array.shape not in ((), (samples,)):
         raise ParameterError(
-            f"no block can be made of this model for inputs from {low:g} to {high:g}: some of its numbers is beyond "
-            f"{_native.INPUT_LIMIT:g}, or its start state is one that no input leaves. Scale its signals to a unit of "
-            f"their size, and take the state from model.final_state(x)."
-        ) from None
-    return image
+            f"{name} has shape {array.shape} and type {array.dtype} for {samples} samples; pass a number a sample, or "
+            f"one for all."
+        )
+    return np.ascontiguousarray(np.broadcast_to(array.astype(np.float64), (samples,)))
 
 
-def _secant(model: HysteresisModel, low: float, high: float) -> tuple[float, float]:
-    """Slope and offset of the straight line through the ends of the model's full loop."""
-    step = model.stepper("dense")
-    _, top, bottom = step(low), step(high), step(low)
-    slope = (top - bottom) / (high - low)
-    return slope, bottom - slope * low
-
-
-def _parameters(native: _native.Block) -> BlockParameters:
-    values = native.parameters
-    for value in values.values():
-        if isinstance(value, np.ndarray):
-            value.flags.writeable = False
-    return BlockParameters(**values)
+def switched(on: npt.ArrayLike, samples: int) -> npt.NDArray[np.bool_]:
+    """Whether the model answers, (T,)."""
+    values = np.asarray(on)
+    fits = values.dtype.kind in "biuf" and values.shape in ((), (samples,))
+    if not fits or np.any((values != 0) & (values != 1)):
+        raise ParameterError(
+            f"on has shape {values.shape} and type {values.dtype} for {samples} samples; pass True or False, or one of "
+            f"them a sample. A block takes no time stamps: it runs at its own period."
+        )
+    return np.ascontiguousarray(np.broadcast_to(values != 0, (samples,)))

@@ -177,13 +177,7 @@ class RampedCompensator(InverseCompensator):
 
 
 def refuse_second_shear(inverse: Model, shear: float) -> None:
-    """Refuse to subtract k q from a compensator that has done it.
-
-    Raises
-    ------
-    ParameterError
-        If `shear` is not 0 and the compensator is the inverse of a sheared model.
-    """
+    """Refuse to subtract k q from a compensator that has done it."""
     k = subtracted_shear(inverse)
     if k and shear:
         raise ParameterError(

@@ -351,11 +351,6 @@ def derived_law(
     disturbance
         Bound of the torque that nobody knows. [Nm]
 
-    Raises
-    ------
-    ParameterError
-        If there is no controller of that name.
-
     Examples
     --------
     >>> derived_law("paper", JointControllerParameters()) is None
@@ -386,13 +381,7 @@ def stiffness_and_slope(parameters: JointControllerParameters, mean: float = MEA
 
 
 def law_parameters(law: Any) -> dict[str, float] | None:
-    """Return what the native controller takes of a record, None of None.
-
-    Raises
-    ------
-    ParameterError
-        If it is no record of this module.
-    """
+    """Return what the native controller takes of a record, None of None."""
     if law is None:
         return None
     if not isinstance(law, _Law):

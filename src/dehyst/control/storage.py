@@ -104,11 +104,6 @@ def save_controller(
 def load_controller(path: str | os.PathLike[str]) -> JointControllerParameters:
     """Read the parameters of a joint controller.
 
-    Parameters
-    ----------
-    path
-        A file written by `save_controller` or `dehyst reproduce`.
-
     Raises
     ------
     ModelFileError
@@ -118,23 +113,12 @@ def load_controller(path: str | os.PathLike[str]) -> JointControllerParameters:
 
 
 def load_adaptation(path: str | os.PathLike[str]) -> Adaptation | None:
-    """Read how a joint controller with a direct inverse learns; None if the file does not say.
-
-    Raises
-    ------
-    ModelFileError
-        If the file is missing, damaged, edited, or holds parameters of no controller.
-    """
+    """Read how a joint controller with a direct inverse learns; None if the file does not say."""
     return controller_and_adaptation(_read(path), str(path))[1]
 
 
 def load_partner(path: str | os.PathLike[str]) -> tuple[str, str] | None:
     """Read which model a controller was made for: its checksum and what it is; None if the file does not say.
-
-    Raises
-    ------
-    ModelFileError
-        If the file is missing, damaged, edited, or holds parameters of no controller.
 
     Examples
     --------

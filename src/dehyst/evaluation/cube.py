@@ -168,13 +168,6 @@ def test_path(cube: TestCube, rounding: float) -> TestPath:
 
     Each figure begins and ends at rest; straight transfers join them.
 
-    Parameters
-    ----------
-    cube
-        Test cube and plane.
-    rounding
-        Of the rectangle's corners, see `rectangle`. [m]
-
     References
     ----------
     ISO 9283:1998, 6.8: paths to be followed.

@@ -65,11 +65,6 @@ def spending(
         Largest sum_i s_i |E_i| afterwards. [output]
     limits
         Of rate and acceleration.
-
-    Raises
-    ------
-    ParameterError
-        If the range is too small for the tolerance.
     """
     low, high = ends
     room = min(high - end, end - low)

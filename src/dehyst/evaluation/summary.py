@@ -10,8 +10,14 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.errors import RecordingError
-from dehyst.evaluation.cornering import cornering_deviation
-from dehyst.evaluation.metrics import error_summary, path_accuracy, path_repeatability, path_velocity, tracking_error
+from dehyst.evaluation.metrics import (
+    cornering_deviation,
+    error_summary,
+    path_accuracy,
+    path_repeatability,
+    path_velocity,
+    tracking_error,
+)
 from dehyst.evaluation.sections import Indices, check_run, sections
 from dehyst.evaluation.timing import Timed
 
@@ -49,11 +55,6 @@ def iso9283(
         over the whole run, transfers and rests included. ``cycles``; ``sections_missed``, the share of crossings that
         did not happen. ``figures``: the same for each figure by its name, with its ``command_speed_mm_s`` and
         ``share_at_command_speed``. What cannot be given is None, and ``reasons`` says why.
-
-    Raises
-    ------
-    RecordingError
-        If lengths differ, a sample is not finite, or time does not increase.
 
     References
     ----------

@@ -242,11 +242,6 @@ def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: 
     Timed
         Of which a cycle can be repeated.
 
-    Raises
-    ------
-    ParameterError
-        If a limit or the factor is not positive, or the rest negative.
-
     Examples
     --------
     >>> from dehyst.evaluation.cube import TestCube, test_path

@@ -12,8 +12,8 @@ from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.evaluation import ExcitationPlan, design_excitation
 from dehyst.evaluation.design import limits_of
-from dehyst.experiments.limits import SHARE, flow_share, pressure_share
 from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.experiments.path import SHARE, flow_share, pressure_share
 from dehyst.experiments.quasistatic import SPACING, pressure_room
 from dehyst.experiments.results import Characteristic
 from dehyst.plant.parameters import Robot

@@ -72,17 +72,6 @@ def learned_torque(robot: Robot, run: TrialRun, controller: JointControllerParam
     .. math:: \Delta Q = F\bigl[M(\ddot e + 3 \lambda \dot e + 3 \lambda^2 e) + I\bigr],
 
     over the angle as the encoder shows it, the mean of all cycles, F a filter without phase: of a log.
-
-    Parameters
-    ----------
-    robot
-        Its encoder.
-    run
-        The pass.
-    controller
-        What the joint's controller believes: M, lambda.
-    number
-        Of the joint.
     """
     tick = 2 * np.pi / 2**robot.sensors.encoder_bits
     column = number - 1

@@ -50,13 +50,7 @@ def _channels(time: Array, columns: Mapping[str, Array]) -> dict[str, tuple[Arra
 
 
 def log_folder(folder: Path, plant: str, seed: int, beside: str = "") -> Path:
-    """Where the logs of a plant and seed go, in a folder `beside` them those of another controller; made if it is not.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be made.
-    """
+    """Make the folder for the logs of a plant and seed, in it `beside` for those of another controller."""
     place = folder / plant / f"seed{seed}" / beside
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -72,16 +66,7 @@ def write_units(
 ) -> list[Path]:
     """Write model and controller of each compensated joint, for `dehyst export --what joint-controller`.
 
-    Parameters
-    ----------
-    equipment
-        Whose controllers are written, for joints that have a compensator.
-    found
-        Joint number -> what was identified.
-    folder
-        Where to.
-    compensator
-        Its name, which ends those of the files; the paper's have none.
+    The name of the compensator ends those of the files; the paper's have none.
     """
     written = []
     end = "" if compensator == "paper" else f"_{compensator}"
@@ -98,17 +83,7 @@ def log_names(run: TrialRun) -> str:
 
 
 def write_trial(run: TrialRun, folder: Path, mcap: bool = True) -> list[Path]:
-    """Write a run's log, every n-th row so that there are `MOST_ROWS` at most; its name tells trial and compensator.
-
-    Parameters
-    ----------
-    run
-        The run.
-    folder
-        Where to.
-    mcap
-        Whether an MCAP file is written too; needs the extra ``ros``.
-    """
+    """Write a run's log, every n-th row so that there are `MOST_ROWS` at most; its name tells trial and compensator."""
     thin = slice(None, None, -(-run.time.size // MOST_ROWS))
     time, columns = run.time[thin], {name: values[thin] for name, values in trial_columns(run).items()}
     stem = folder / log_names(run)

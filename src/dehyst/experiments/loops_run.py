@@ -68,15 +68,7 @@ def _rates(robot: Robot) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class JointLog:
-    """What was logged of a joint for an identification.
-
-    Attributes
-    ----------
-    seen, unseen
-        Columns by name: to be fitted, and of loops that test the fit.
-    files
-        Where `seen` was written, and logs at other mean pressures.
-    """
+    """What was logged of a joint: columns to fit, of loops that test it, and files, also at other mean pressures."""
 
     seen: Mapping[str, Array]
     unseen: Mapping[str, Array]
@@ -149,14 +141,7 @@ def identify_compensators(
 ) -> dict[str, JointIdentification]:
     """Identify several compensators of a joint; those that need the same log share it.
 
-    Parameters
-    ----------
-    robot, number
-        As for `identify_joint`.
-    wanted
-        Name of a compensator -> its recipe, and the joint's A, B, C as it sees them.
-    folder, seed, mechanisms
-        As for `identify_joint`.
+    `wanted`: name of a compensator -> its recipe, and the joint's A, B, C as it sees them.
     """
     logs: dict[str, JointLog] = {}
     fitted: dict[tuple[object, ...], JointIdentification] = {}

@@ -17,9 +17,8 @@ from dehyst.control import RampedCompensator
 from dehyst.control.direct import DIRECT
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
-from dehyst.experiments.backbones import backbones_of
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip
+from dehyst.experiments.compensators import backbones_of, equip
 from dehyst.experiments.learning import learned_trial
 from dehyst.experiments.loops_run import identify_compensators
 from dehyst.experiments.path import ArmPath, plan_path

@@ -81,13 +81,7 @@ def excite(
 
 
 def refuse_failed(arm: Arm, log: ArmLog) -> None:
-    """Refuse a log in which a controller failed safe: from there on it is of a joint that is switched off.
-
-    Raises
-    ------
-    SimulationError
-        If one did.
-    """
+    """Refuse a log in which a controller failed safe: from there on it is of a joint that is switched off."""
     failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
     if failed.size:
         raise SimulationError(

@@ -93,13 +93,7 @@ NAMES = tuple(RECIPES)
 
 
 def recipe(name: str) -> Recipe:
-    """Return the recipe of a compensator.
-
-    Raises
-    ------
-    ParameterError
-        If there is none of that name.
-    """
+    """Return the recipe of a compensator."""
     if name not in RECIPES:
         raise ParameterError(
             f"no compensator '{name}'. There are: {', '.join(NAMES)}; one of your own goes through Python: "

@@ -20,9 +20,8 @@ from dehyst.control import Compensator
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
 from dehyst.evaluation import Timed
-from dehyst.experiments.backbones import backbones_of
 from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip
+from dehyst.experiments.compensators import backbones_of, equip
 from dehyst.experiments.learning import learned_trial
 from dehyst.experiments.logs import log_folder, write_trial, write_units
 from dehyst.experiments.loops_run import identify_compensators
@@ -43,8 +42,7 @@ from dehyst.experiments.studies import Case as StudyCase
 from dehyst.experiments.studies import Table, study_jobs, study_tables
 from dehyst.experiments.trials import Equipment, trial_motion
 from dehyst.plant.mechanisms import MechanismFactory
-from dehyst.plant.parameters import Robot
-from dehyst.plant.provenance import changes_from_packaged, sources
+from dehyst.plant.parameters import Robot, changes_from_packaged, sources
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")

@@ -16,24 +16,7 @@ BOUND = 3.0  # the unknown torque is at most this many times the rms residual of
 
 
 def joint_law(robot: Robot, equipment: Equipment, name: str, number: int) -> Law | None:
-    """Return the record of a controller for a joint, from what its calibration found; None for the paper's.
-
-    Parameters
-    ----------
-    robot
-        Whose mean pressure the joint runs at.
-    equipment
-        Parameters and calibrated characteristics, of `equip`.
-    name
-        Of `dehyst.control.reviewed.CONTROLLERS`.
-    number
-        Of the joint.
-
-    Raises
-    ------
-    ParameterError
-        If there is no controller of that name.
-    """
+    """Return the record of a controller for a joint, from what its calibration found; None for the paper's."""
     residual = equipment.characteristics[number].residual
     told = {"disturbance": BOUND * residual} if residual > 0 else {}
     return derived_law(name, equipment.controllers[number], robot.controller.mean_pressure, **told)
@@ -44,18 +27,6 @@ def under_controller(robot: Robot, equipment: Equipment, name: str) -> tuple[Rob
 
     With one valve a joint its supply is set by `resting_supply`, so that all controllers run at the same mean pressure
     and no muscle beyond its rating; nothing else of the robot changes, and of the paper's nothing at all.
-
-    Parameters
-    ----------
-    robot, equipment
-        Of the paper's controller, from `equip`.
-    name
-        Of `dehyst.control.reviewed.CONTROLLERS`.
-
-    Raises
-    ------
-    ParameterError
-        If there is no controller of that name.
 
     Examples
     --------
@@ -109,13 +80,7 @@ def resting_supply(robot: Robot, number: int) -> float:
 
 
 def refuse_learning(controller: str, compensator: str, passes: int) -> None:
-    """Refuse iterative learning under a controller of the literature.
-
-    Raises
-    ------
-    ParameterError
-        If a compensator of `passes` repetitions is asked for under another controller than the paper's.
-    """
+    """Refuse iterative learning under a controller of the literature."""
     if passes and controller != PAPER:
         raise ParameterError(
             f"the compensator '{compensator}' learns from what the paper's position law answered to an error, and "

@@ -23,11 +23,6 @@ _PLACES = (_HERE.parents[1] / "core_sources", _HERE.parents[3] / "core")  # inst
 def core_files() -> dict[str, str]:
     """Return file name -> text of the core's sources and headers, without `CONFIG`: each export has its own.
 
-    Raises
-    ------
-    OutputError
-        If the package was installed without them.
-
     Examples
     --------
     >>> "dehyst.h" in core_files()

@@ -78,13 +78,7 @@ def put(folder: Path, content: Mapping[str, bytes], old: Collection[str]) -> Non
 
 
 def repair(folder: Path) -> None:
-    """Finish what an interrupted call left in a folder or beside it, `alone`; nothing to do is the rule.
-
-    Raises
-    ------
-    OutputError
-        If that cannot be done.
-    """
+    """Finish what an interrupted call left in a folder or beside it, `alone`; nothing to do is the rule."""
     try:
         if (folder / WHOLE).is_dir():
             _finish(folder)
@@ -192,13 +186,7 @@ def _exchanged(folder: Path, content: Mapping[str, bytes], old: Collection[str])
 
 
 def _exchange(one: Path, other: Path) -> None:
-    """Let two names change places in one step.
-
-    Raises
-    ------
-    OSError
-        If the system or the file system cannot.
-    """
+    """Let two names change places in one step."""
     call = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None) if os.name == "posix" else None
     if call is None:
         raise OSError("no exchange in one step on this system")

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-
-from dehyst.export.checks import Check
 from dehyst.export.fmu.companions import companions
 from dehyst.export.fmu.package import package
-from dehyst.export.fmu.verification import verify_fmu
+from dehyst.export.fmu.verification import verify as verify
 from dehyst.export.subject import Subject
 
 
@@ -17,8 +12,3 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     """Return relative path -> content of everything that belongs to the target alone."""
     made = package(subject, 2)
     return {f"{subject.name}.fmu": made.fmu, **companions(made)}
-
-
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
-    """Compile the sources, step the binary, ask FMPy where it is installed."""
-    return verify_fmu(folder, subject)

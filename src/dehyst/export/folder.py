@@ -96,19 +96,8 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
 
 
 def refuse_unfit(subject: Subject, target: str) -> None:
-    """Refuse a target that there is not, or that cannot hold the subject.
-
-    Raises
-    ------
-    ParameterError
-        It names what the target can hold.
-    """
+    """Refuse a target that there is not, or that cannot hold the subject."""
     kind = target_of(target)
-    if subject.block is not None and subject.block.core not in kind.cores:
-        raise ParameterError(
-            f"target '{target}' holds no unit of {subject.block.kind} yet. Export C sources, --target c or --target "
-            f"c-header, and call these from there."
-        )
     for value, allowed, option in ((subject.what, kind.whats, "--what"), (subject.real, kind.reals, "--real")):
         if value not in allowed:
             raise ParameterError(
@@ -166,19 +155,7 @@ def _manifest(subject: Subject, target: str, content: Mapping[str, bytes]) -> di
 def refuse_folder(folder: Path, overwrite: bool, inputs: Iterable[Path] = ()) -> None:
     """Refuse a folder that holds anything but an export, and a place that is no folder.
 
-    Parameters
-    ----------
-    folder
-        To be written.
-    overwrite
-        Whether edited files of an export may be replaced.
-    inputs
-        Files that are read for the export; a folder that holds one of them is refused.
-
-    Raises
-    ------
-    OutputError
-        If something would be lost, or the folder above does not exist.
+    A folder that holds one of the `inputs` is refused too.
     """
     with alone(folder):
         _refuse_folder(folder, overwrite, inputs)

@@ -18,10 +18,10 @@ from dehyst.control.joint import SWITCHES, JointController, JointReference
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
 from dehyst.errors import ParameterError
-from dehyst.export.float_rules import check_direct, check_model, check_values
+from dehyst.export.float_rules import check_float, check_values
 from dehyst.export.joint_units import in_radians
 from dehyst.export.names import check_name
-from dehyst.export.numbers import JointNumbers, ModelNumbers, direct_in, direct_numbers, model_in, rounded
+from dehyst.export.numbers import JointNumbers, ModelNumbers, direct_in, direct_numbers, in_real, rounded
 from dehyst.export.plays import model_numbers
 from dehyst.export.signal import Signal
 from dehyst.export.subject import REALS, Subject, check_choice
@@ -128,9 +128,9 @@ def _compensator_numbers(
     inverse: HysteresisModel, parameters: JointControllerParameters, real: str, fingerprint: int
 ) -> JointNumbers:
     exact = compensator_numbers(inverse)
-    single = model_in(exact, real)
+    single = in_real(exact, real)
     if real == "float":
-        check_model(exact, single)
+        check_float(exact, single)
         check_values(parameters.as_dict())
     return JointNumbers(parameters.as_dict(), single, fingerprint, None, OFF.as_dict())
 
@@ -141,7 +141,7 @@ def _direct_numbers(
     exact = direct_numbers(direct_parameters(model, parameters.period))
     single = direct_in(exact, real)
     if real == "float":
-        check_direct(exact, single)
+        check_float(exact, single)
         check_values(parameters.as_dict() | {"adaptation": adaptation.as_dict()})
     return JointNumbers(parameters.as_dict(), None, fingerprint, single, adaptation.as_dict())
 

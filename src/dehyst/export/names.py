@@ -65,13 +65,7 @@ def _reserved(word: str) -> bool:
 
 
 def check_name(name: str) -> str:
-    """Return the name, or refuse it.
-
-    Raises
-    ------
-    ParameterError
-        If it is no identifier that C, C++ and Structured Text allow, or the name of something else.
-    """
+    """Return the name, or refuse it."""
     if re.fullmatch(r"[a-z_0-9]+", name) and _reserved(name):
         raise ParameterError(
             f"--name {name!r:.60} is taken: it is a word of C or the name of a file that lies beside those of the "
@@ -85,3 +79,10 @@ def check_name(name: str) -> str:
             name=name,
         )
     return name
+
+
+def c_names(names: tuple[str, ...], taken: tuple[str, ...]) -> tuple[str, ...]:
+    """C names of further inputs: their own where that is possible."""
+    words = [identifier(name) for name in names]
+    plain = len(set(words)) == len(words) and not set(words) & {*taken, "measured", "on", "self", "given", "values"}
+    return tuple(words) if plain else tuple(f"given_{k + 1}" for k in range(len(names)))

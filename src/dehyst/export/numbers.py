@@ -5,20 +5,25 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, ClassVar, TypeAlias, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control.reach import EPS_FLOAT, Operator
+from dehyst.arrays import Array
+from dehyst.export.signal import Whole, moving_input
+from dehyst.models import SignalCard
 
 Floats = tuple[float, ...]
+Tables: TypeAlias = Iterable[tuple[str, Floats]]
 Map = tuple[Floats, Floats]
 
 INPUT_LIMIT = {"double": 1e100, "float": 1e15}  # DEHYST_INPUT_LIMIT of core/dehyst.h
 FLOAT_LIMIT = float(np.float32(INPUT_LIMIT["float"]))
-_LIMITS = ("input", "output", "reach")
+TOLERANCE = 1e-5  # of the output's range, in float
+LIMITS = ("input", "output", "reach")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,14 @@ class ModelNumbers:
     def points(self) -> tuple[int, int]:
         """Breakpoints of the maps before and after."""
         return (len(self.before[0]) if self.before else 0, len(self.after[0]) if self.after else 0)
+
+    @property
+    def rising(self) -> Tables:
+        """Tables of which neighbours differ."""
+        yield "thresholds", self.threshold
+        for place, points in (("before", self.before), ("after", self.after)):
+            for what, values in zip(("breakpoints", "values"), points or (), strict=False):
+                yield f"{what} of the map {place} the hysteresis", values
 
     def constants(self, unit: str) -> Iterator[Constant]:
         """Return its numbers by name; `unit` is that of its argument."""
@@ -130,6 +143,8 @@ class UnitNumbers(ABC):
         Whether its state has an image.
     parts, kind
         How many of what it has, for people.
+    what
+        It is exported as, "" for what was asked for.
     tolerance
         Largest error in float. [output]
     offset
@@ -143,6 +158,7 @@ class UnitNumbers(ABC):
     takes_given: ClassVar[bool] = False
     saved: ClassVar[bool] = True
     kind: ClassVar[str] = "operators"
+    what: ClassVar[str] = ""
     given: tuple[str, ...] = ()
     tolerance: float = 0.0
     offset: OffsetUnit | None = None
@@ -182,6 +198,17 @@ class UnitNumbers(ABC):
         own = TOLERANCE * (self.input_high - self.input_low)
         return self.tolerance + 10.0 * abs(self.line_slope) * own
 
+    @property
+    def rising(self) -> Tables:
+        """Tables and ranges of which neighbours differ."""
+        yield "ends of the input", (self.input_low, self.input_high)
+        yield "ends of the output", (self.output_low, self.output_high)
+
+    def signal(self, others: Sequence[SignalCard], ramp: int, real: str) -> tuple[Array, Whole]:
+        """Return the test signal, inputs (T, m) and on/off (T,); `others` are the inputs behind the first."""
+        ranges = [None if card.low is None or card.high is None else (card.low, card.high) for card in others]
+        return moving_input(self.input_low, self.input_high, ranges, ramp, real)
+
     def avr_ram(self, fixed: int) -> int:
         """Return bytes of RAM on AVR, where constants are copied there; `fixed` of plays beside their operators."""
         constants, state, _ = self.bytes(4)
@@ -219,74 +246,6 @@ class UnitNumbers(ABC):
     def constants(self, unit: str) -> Iterable[Constant]:
         """Return the numbers of its model by name; `unit` is that of the input."""
         return ()
-
-
-TOLERANCE = 1e-5  # of the output's range, in float
-
-
-@dataclass(frozen=True)
-class BlockNumbers(UnitNumbers):
-    """``dehyst_block``, fields named as there."""
-
-    functions = ("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore")
-    model: ModelNumbers
-    input_low: float
-    input_high: float
-    output_low: float
-    output_high: float
-    reach_low: float
-    reach_high: float
-    line_slope: float
-    line_offset: float
-    fade: float
-    fingerprint: int
-    offset: OffsetUnit | None = None
-
-    @property
-    def tolerance(self) -> float:  # type: ignore[override]
-        """1e-5 of the range."""
-        return TOLERANCE * (self.output_high - self.output_low)
-
-    @property
-    def map_points(self) -> tuple[int, ...]:
-        """Breakpoints of the maps."""
-        return self.model.points
-
-    @property
-    def memory(self) -> tuple[tuple[str, str, str], ...]:
-        """Play states."""
-        return (("model.z", "z", "OPERATORS"),)
-
-    @property
-    def sizes(self) -> tuple[tuple[str, str, str], ...]:
-        """Operators, words of an image."""
-        n = self.parts
-        return ("OPERATORS", f"{n}", ""), ("IMAGE_WORDS", f"DEHYST_STATE_WORDS({n})", "of a saved state")
-
-    @property
-    def parts(self) -> int:
-        """Play operators."""
-        return self.model.operators
-
-    def bytes(self, size: int) -> tuple[int, int, int]:
-        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
-        n, points = self.parts, sum(self.model.points)
-        rest = {4: 48, 8: 64}[size]
-        state = size * (n + 3) + 4 * 4 + (8 if size == 8 else 0)
-        return size * (4 * n + 2 * points + 11) + rest, state, 4 * (6 + size // 4 * (n + 3))
-
-    def avr_ram(self, fixed: int) -> int:
-        """Return bytes of RAM on AVR, where constants are copied there."""
-        return 20 * self.parts + 8 * sum(self.map_points) + fixed
-
-    def constants(self, unit: str) -> Iterable[Constant]:
-        """Return those of the model."""
-        return self.model.constants("" if self.model.before else unit)
-
-    @property
-    def holds_back(self) -> bool:
-        """Whether there is an output in front of the last map at which the input is held back: not so forward."""
-        return self.reach_high < FLOAT_LIMIT
 
 
 @dataclass(frozen=True)
@@ -333,6 +292,15 @@ class DirectNumbers:
     output_high: float
 
     @property
+    def rising(self) -> Tables:
+        """Tables of which neighbours differ."""
+        yield "radii", (0.0, *self.radius)
+        yield "path lengths", (0.0, *self.length)
+        yield from (("ends of a schedule", pair) for pair in zip(self.low, self.high, strict=True))
+        yield "ends of the input", (self.input_low, self.input_high)
+        yield "ends of the output", (self.output_low, self.output_high)
+
+    @property
     def sets(self) -> int:
         """Number of sets of weights."""
         return max(1, 2 * len(self.source))
@@ -356,56 +324,6 @@ class DirectNumbers:
         """Return bytes of its constants on a 32-bit target, by the size of a real."""
         tables = len(self.radius) + len(self.length) + len(self.gain) + len(self.weight)
         return size * (tables + 11) + 4 * len(self.group) + {4: 60, 8: 64}[size]
-
-
-@dataclass(frozen=True)
-class DirectBlockNumbers(UnitNumbers):
-    """``dehyst_direct_block``, fields named as there; `given` are C names of its scheduling variables from outside."""
-
-    core = "direct_block"
-    functions = ("dehyst_direct_block_reset", "dehyst_direct_block_step")
-    tables = "c/direct_tables.j2"
-    leading = ("y", "rate")
-    takes_given = True
-    saved = False
-    kind = "stops and lags"
-    direct: DirectNumbers
-    line_slope: float
-    line_offset: float
-    fade: float
-    given: tuple[str, ...] = ()
-    tolerance: float = 0.0
-    offset: OffsetUnit | None = None
-
-    input_low, input_high = read("direct", "input_low"), read("direct", "input_high")
-    output_low, output_high = read("direct", "output_low"), read("direct", "output_high")
-
-    @property
-    def direct_inverse(self) -> DirectNumbers | None:
-        """It is one."""
-        return self.direct
-
-    @property
-    def memory(self) -> tuple[tuple[str, str, str], ...]:
-        """All that it remembers."""
-        return (("direct.memory", "memory", "REALS"),)
-
-    @property
-    def sizes(self) -> tuple[tuple[str, str, str], ...]:
-        """Its terms, and numbers that it remembers."""
-        d = self.direct
-        counts = (("STOPS", d.radius), ("PATHS", d.length), ("CREEPS", d.gain))
-        reals = ("REALS", f"{max(1, d.memory)}", "numbers that it remembers")
-        return (*((name, f"{len(values)}", "") for name, values in counts), reals)
-
-    @property
-    def parts(self) -> int:
-        """Stops and lags."""
-        return self.direct.memory // 2
-
-    def bytes(self, size: int) -> tuple[int, int, int]:
-        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
-        return size * 3 + self.direct.bytes(size), size * (max(1, self.direct.memory) + 20) + {4: 16, 8: 24}[size], 0
 
 
 @dataclass(frozen=True)
@@ -441,6 +359,22 @@ def rounded(value: float, real: str) -> float:
         return float(np.float32(value))
 
 
+def in_real(value: T, real: str) -> T:
+    """Return a record, table or number with every real number in the precision; its values stay doubles."""
+    if real == "double":
+        return value
+    made: Any = value
+    if isinstance(value, tuple):
+        made = tuple(in_real(part, real) for part in value)
+    elif isinstance(value, Mapping):
+        made = {name: in_real(part, real) for name, part in value.items()}
+    elif isinstance(value, float):
+        made = rounded(value, real)
+    elif is_dataclass(value) and not isinstance(value, type):
+        made = replace(value, **{entry.name: in_real(getattr(value, entry.name), real) for entry in fields(value)})
+    return cast(T, made)
+
+
 def inward(low: float, high: float, real: str) -> tuple[float, float]:
     """Return a range of numbers of the precision within low .. high: rounding never exceeds a limit."""
     below, above = rounded(low, real), rounded(high, real)
@@ -461,59 +395,6 @@ def outward(low: float, high: float, real: str) -> tuple[float, float]:
     return below, above
 
 
-def block_in(numbers: BlockNumbers, real: str) -> BlockNumbers:
-    """Return the block in that precision; its values stay doubles."""
-    if real == "double":
-        return numbers
-    single: dict[str, Any] = {
-        name: rounded(getattr(numbers, name), real) for name in ("line_slope", "line_offset", "fade")
-    }
-    pairs = {name: (getattr(numbers, f"{name}_low"), getattr(numbers, f"{name}_high")) for name in _LIMITS}
-    limits = {name: inward(*pair, real) for name, pair in pairs.items()}
-    if not numbers.holds_back:
-        # What a model reaches is no limit of a machine: the answers in float must not be cut off by their rounding.
-        limits["output"] = outward(*_reached_in_float(numbers), real)
-        limits["reach"] = (-FLOAT_LIMIT, FLOAT_LIMIT)
-    ends: dict[str, Any] = {
-        f"{name}_{end}": pair[k] for name, pair in limits.items() for k, end in enumerate(("low", "high"))
-    }
-    return BlockNumbers(model_in(numbers.model, real), **ends, **single, fingerprint=numbers.fingerprint)
-
-
-def _reached_in_float(numbers: BlockNumbers) -> tuple[float, float]:
-    """Range of the output with the rounding of floats."""
-    m = numbers.model
-    nothing: Map = ((), ())
-    (u, v), (p, q) = ([np.array(values) for values in points or nothing] for points in (m.before, m.after))
-    weights = np.diff(np.array(m.slope), prepend=0.0)
-    operator = Operator(np.array(m.threshold), weights, m.center, m.offset, u, v, p, q, np.array(m.start))
-    bottom, top = operator.in_front_of_after(numbers.output_low, numbers.output_high)
-    return operator.widened(numbers.input_low, numbers.input_high, bottom, top, EPS_FLOAT)
-
-
-def model_in(numbers: ModelNumbers, real: str) -> ModelNumbers:
-    """Return the model in that precision; its values stay doubles."""
-    if real == "double":
-        return numbers
-
-    def table(values: Iterable[float]) -> Floats:
-        return tuple(rounded(value, real) for value in values)
-
-    def pair(points: Map | None) -> Map | None:
-        return (table(points[0]), table(points[1])) if points else None
-
-    return ModelNumbers(
-        table(numbers.threshold),
-        table(numbers.slope),
-        table(numbers.loading),
-        table(numbers.start),
-        rounded(numbers.center, real),
-        rounded(numbers.offset, real),
-        pair(numbers.before),
-        pair(numbers.after),
-    )
-
-
 def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
     """Return the numbers of a direct inverse from what the core takes: ``DirectInverse.parameters(period)``."""
     *tables, numbers, coefficients, groups, known = parameters
@@ -525,18 +406,12 @@ def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
 
 
 def direct_in(numbers: DirectNumbers, real: str) -> DirectNumbers:
-    """Return the direct inverse in that precision; its values stay doubles, and ranges do not grow."""
-    if real == "double":
-        return numbers
-    tables: dict[str, Any] = {
-        name: tuple(rounded(value, real) for value in getattr(numbers, name))
-        for name in ("radius", "length", "gain", "weight", "low", "high")
-    }
+    """Return the direct inverse in that precision; ranges do not grow."""
     input_low, input_high = inward(numbers.input_low, numbers.input_high, real)
     output_low, output_high = inward(numbers.output_low, numbers.output_high, real)
     return replace(
-        numbers, **tables, center=rounded(numbers.center, real), input_low=input_low, input_high=input_high,
-        output_low=output_low, output_high=output_high,
+        in_real(numbers, real), input_low=input_low, input_high=input_high, output_low=output_low,
+        output_high=output_high,
     )  # fmt: skip
 
 

@@ -21,13 +21,7 @@ BINARY = re.compile(r"binaries/[\w-]+/\w+\.(so|dll|dylib)")
 
 
 def version_check(version: object) -> Check:
-    """Return whether a folder was exported with this version: another one writes other files, which only it can make.
-
-    Parameters
-    ----------
-    version
-        What the manifest says, whatever that is.
-    """
+    """Return whether a folder was exported with this version: another one writes files that only it can make."""
     if version == __version__:
         return Check(CLAIM_OF_VERSION, "passed", __version__)
     if not isinstance(version, str) or not VERSION.fullmatch(version):
@@ -40,17 +34,7 @@ def version_check(version: object) -> Check:
 def regeneration_checks(
     manifest: Mapping[str, Any], written: bytes, content: Mapping[str, bytes], fresh: Mapping[str, bytes]
 ) -> list[Check]:
-    """Compare manifest and files of a folder with a fresh export of its model.
-
-    Parameters
-    ----------
-    manifest, written
-        Of the folder: what it says, and its bytes.
-    content
-        Of the folder: relative path -> bytes of the files that the manifest names.
-    fresh
-        Relative path -> bytes of what dehyst exports from the model today, manifest included.
-    """
+    """Compare manifest and files of a folder with a fresh export of its model."""
     return [_facts(manifest, written, json.loads(fresh[MANIFEST])), _files(content, fresh)]
 
 

@@ -7,15 +7,13 @@ import io
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control.machine_block import MachineBlock, SavedBlock
+from dehyst.control.block import Block
 from dehyst.errors import OutputError
-from dehyst.export.numbers import BlockNumbers
 
 Whole = npt.NDArray[np.int64]
 
@@ -58,40 +56,27 @@ class Signal:
         return int(self.inputs.shape[0])
 
 
-def answers(block: MachineBlock[Any], inputs: Array, on: Whole, names: tuple[str, ...], saved: bool) -> Signal:
-    """Return what a block answers from its reset on to inputs (T, m) and on/off (T,).
-
-    Parameters
-    ----------
-    block
-        Of any kind.
-    inputs, on
-        What goes in.
-    names
-        Of the inputs, and last of the output.
-    saved
-        Whether its state has an image.
-    """
+def answers(block: Block, inputs: Array, on: Whole, names: tuple[str, ...]) -> Signal:
+    """Return what a block answers from its reset on to inputs (T, m) and on/off (T,)."""
     block.reset()
     outputs, flags = block.answer(inputs, on)
-    image = tuple(int(word) for word in cast(SavedBlock[Any], block).save()) if saved else ()
+    image = tuple(int(word) for word in block.save()) if block.saved else ()
     block.reset()
     return Signal(inputs, on, outputs[:, None], flags.astype(np.int64), names[:-1], names[-1:], image)
 
 
-def test_input(numbers: BlockNumbers, real: str, ramp: int) -> tuple[Array, Whole]:
+def test_input(low: float, high: float, real: str, ramp: int) -> tuple[Array, Whole]:
     """Return inputs (T,) and on/off (T,) that move every operator, meet every limit and are no numbers at times.
 
     Parameters
     ----------
-    numbers
-        Of the block; they give its input range.
+    low, high
+        Range of the input.
     real
         "double" or "float": the precision that the inputs are rounded to.
     ramp
         Samples of a switching, so that some are completed and some are cut short.
     """
-    low, high = numbers.input_low, numbers.input_high
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     rng = np.random.default_rng(20260722)
     # Nested loops that shrink from the whole range to a ten-thousandth of it: each operator turns in some of them.
@@ -169,18 +154,6 @@ def _spoil(inputs: Array, rng: np.random.Generator, real: str) -> None:
         inputs[places, column] = strange
 
 
-def moved(numbers: BlockNumbers, h: Array) -> npt.NDArray[np.bool_]:
-    """Return which operators (n,) arguments of the hysteresis (T,) move up and down: the definition, in NumPy."""
-    r, z = np.asarray(numbers.model.threshold), np.asarray(numbers.model.start).copy()
-    up, down = np.zeros(r.size, dtype=bool), np.zeros(r.size, dtype=bool)
-    for x in h:
-        new = np.maximum(x - r, np.minimum(x + r, z))
-        up |= new > z
-        down |= new < z
-        z = new
-    return up & down
-
-
 def to_csv(signal: Signal) -> str:
     """Return a table of inputs, switch, outputs and flags with all digits."""
     head = [*signal.input_names, "switch", *signal.output_names, "flags"]
@@ -194,13 +167,7 @@ def to_csv(signal: Signal) -> str:
 
 
 def from_csv(text: str, inputs: int, path: str = "table") -> Signal:
-    """Read back what `to_csv` wrote, with that many input columns.
-
-    Raises
-    ------
-    OutputError
-        If it is no such table.
-    """
+    """Read back what `to_csv` wrote, with that many input columns."""
     rows = list(csv.reader(io.StringIO(text)))
     try:
         head, body = rows[0], rows[1:]

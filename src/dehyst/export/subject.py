@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from dehyst.errors import ParameterError
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
 from dehyst.export.signal import Signal, Whole, answers
-from dehyst.export.unit import Asked, Unit, followed
+from dehyst.export.unit import Asked, Unit, followed, unit_of
 from dehyst.models import Model, SignalCard
 from dehyst.models.storage import model_to_dict
 
@@ -132,7 +131,7 @@ class Subject:
     def answer(self, inputs: Array, on: Whole) -> Signal:
         """Return what a block answers from its reset on to inputs (T, m)."""
         assert self.unit is not None  # a block has one
-        return answers(self.unit.block, inputs, on, (*self.test.input_names, *self.test.output_names), saved=False)
+        return answers(self.unit.block, inputs, on, (*self.test.input_names, *self.test.output_names))
 
     @property
     def tolerance(self) -> float:
@@ -148,13 +147,6 @@ class Subject:
         kinds = {"inverse": "inverse compensator", "forward": "hysteresis model"}
         kind = kinds.get(self.what, self.what.replace("-", " "))
         return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} {self.block.kind}"
-
-
-UNITS = {  # what a model is run by -> the module that makes its unit
-    "plays": "dehyst.export.plays",
-    "direct": "dehyst.export.direct_block",
-    "elements": "dehyst.export.element_unit",
-}
 
 
 def subject_of(
@@ -213,10 +205,8 @@ def subject_of(
     check_choice(what, WHATS[:2], "--what")
     check_choice(real, REALS, "--real")
     check_name(name)
-    if model.no_export:
-        raise ParameterError(f"the model cannot be exported: {model.no_export}")
     asked = Asked(what, real, range, ramp, period, follow_offset)
-    made = followed(import_module(UNITS[model.core]).unit_of(model, asked), asked)
+    made = followed(unit_of(model, asked), asked)
     block, numbers = made.block, made.numbers
     names = block.input.name or "input", *made.heads, block.output.name or "output"
     content = model_to_dict(model)
@@ -224,10 +214,10 @@ def subject_of(
     if excerpt is not None:
         taken = np.asarray(excerpt, dtype=np.float64)[:MOST_EXCERPT]
         taken = taken.astype(np.float32).astype(np.float64) if real == "float" else taken
-        log = answers(block, taken[:, None], np.ones(taken.size, dtype=np.int64), names, numbers.saved)
+        log = answers(block, taken[:, None], np.ones(taken.size, dtype=np.int64), names)
     block.reset()
     return Subject(
-        what=made.what or what,
+        what=numbers.what or what,
         name=name,
         real=real,
         block=numbers,
@@ -239,7 +229,7 @@ def subject_of(
         checksum=str(content["sha256"]),
         provenance=dict(model.card.provenance),
         settings={
-            "what": made.what or what,
+            "what": numbers.what or what,
             "name": name,
             "real": real,
             "range": None if range is None else [float(end) for end in range],
@@ -247,7 +237,7 @@ def subject_of(
             **({} if made.period is None else {"period": made.period}),
             **({} if follow_offset is None else {"follow_offset": float(follow_offset)}),
         },
-        test=answers(block, made.inputs, made.on, names, numbers.saved),
+        test=answers(block, made.inputs, made.on, names),
         period=made.period,
         excerpt=log,
         excerpt_source=excerpt_source if log else "",

@@ -14,9 +14,7 @@ from dehyst.errors import ParameterError
 from dehyst.export.checks import Check
 from dehyst.export.subject import Subject
 
-BLOCKS_AND_JOINT = ("inverse", "forward", "joint-controller")
-ALL = (*BLOCKS_AND_JOINT, "direct-inverse")
-EVERY = ("block", "direct_block", "element_block")
+BLOCKS = ("inverse", "forward", "direct-inverse")
 
 
 class TargetModule(Protocol):
@@ -45,16 +43,13 @@ class Target:
         That has `files` and `verify`.
     whats, reals
         What it can hold; others are refused by name.
-    cores
-        Kinds of blocks that it can hold.
     """
 
     name: str
     summary: str
     module: str
-    whats: tuple[str, ...] = BLOCKS_AND_JOINT
+    whats: tuple[str, ...] = (*BLOCKS, "joint-controller")
     reals: tuple[str, ...] = ("double", "float")
-    cores: tuple[str, ...] = ("block", "element_block")
 
     @property
     def present(self) -> bool:
@@ -70,15 +65,13 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
     {
         target.name: target
         for target in (
-            Target(
-                "c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c", ALL, cores=EVERY
-            ),
-            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header", ALL, cores=EVERY),
+            Target("c", "C sources with example, check, Makefile and CMakeLists.txt", "dehyst.export.c"),
+            Target("c-header", "one C header that holds all of it", "dehyst.export.c_header"),
             Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
             Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
-            Target("arduino", "Arduino library", "dehyst.export.arduino", ("inverse", "forward"), ("float",)),
+            Target("arduino", "Arduino library", "dehyst.export.arduino", BLOCKS, ("float",)),
         )
         if target.present
     }

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from importlib import import_module
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.following_block import FollowingBlock
-from dehyst.control.machine_block import BLOCK_FLAGS, MachineBlock
-from dehyst.export.names import identifier
+from dehyst.control.block import BLOCK_FLAGS, Block
+from dehyst.control.following import MEASURED
+from dehyst.errors import ParameterError
 from dehyst.export.numbers import OffsetUnit, UnitNumbers, rounded
 from dehyst.export.signal import Whole
+from dehyst.models import Model, SignalCard
+from dehyst.models.machine import Direction
 
 
 @dataclass(frozen=True)
@@ -45,32 +47,67 @@ class Unit:
         Names of these in tables.
     middle
         A usual value of each input.
-    what
-        "" for what was asked for, or another name.
     period
         Between samples, if that counts. [s]
     """
 
-    block: MachineBlock[Any]
+    block: Block
     numbers: UnitNumbers
     inputs: Array
     on: Whole
     more: tuple[tuple[str, str], ...] = ()
     heads: tuple[str, ...] = ()
     middle: tuple[float, ...] = (0.0,)
-    what: str = ""
     period: float | None = None
 
 
-MEASURED = "measured"
+NUMBERS = {  # what a model is run by -> the module with the numbers of its units
+    "plays": "dehyst.export.plays",
+    "direct": "dehyst.export.direct",
+    "elements": "dehyst.export.elements",
+}
+RATE = "its rate of change a second, 0 if the model has no viscous term"
+
+
+def unit_of(model: Model, asked: Asked) -> Unit:
+    """Return a model, or its inverse, as a unit."""
+    if model.no_export:
+        raise ParameterError(f"the model cannot be exported: {model.no_export}")
+    block = _block(model, asked)
+    if asked.period is not None and not block.period:
+        raise ParameterError(
+            f"--period {asked.period:g} belongs to a model that creeps or depends on the rate, and this one does not: "
+            f"no number of it depends on the time between two samples. Leave --period out."
+        )
+    numbers: UnitNumbers = import_module(NUMBERS[model.core]).numbers_of(block, asked.real)
+    inputs, on = numbers.signal(block.more, asked.ramp, asked.real)
+    told = [_told(card, block.input.name or "y") for card in block.more]
+    return Unit(
+        block, numbers, inputs, on, tuple(zip(numbers.inputs[1:], (about for about, _, _ in told), strict=True)),
+        tuple(head for _, head, _ in told), (0.0, *(middle for _, _, middle in told)),
+        block.period if block.timed else None,
+    )  # fmt: skip
+
+
+def _block(model: Model, asked: Asked, limit: float | None = None) -> Block:
+    direction: Direction = "forward" if asked.what == "forward" else "inverse"
+    return Block(model, direction, asked.range, asked.ramp, period=asked.period, follow_offset=limit)
+
+
+def _told(card: SignalCard, first: str) -> tuple[str, str, float]:
+    """Meaning, name in tables and usual value of a further input; one without a range is the rate of the first."""
+    if card.low is None or card.high is None:
+        return RATE, f"{first}_rate", 0.0
+    about = f"{card.label}, held beyond {card.low:.6g} .. {card.high:.6g}"
+    return about, card.name, 0.5 * (card.low + card.high)
 
 
 def followed(unit: Unit, asked: Asked) -> Unit:
     """Return the unit with an offset that follows the last cycle, if that was asked for: one more input."""
     if asked.follow_offset is None:
         return unit
-    block = FollowingBlock(unit.block, asked.follow_offset)
-    told = block.numbers
+    block = _block(unit.block.model, asked, asked.follow_offset)
+    told = block.following.numbers
     offset = OffsetUnit(
         rounded(told.limit, asked.real), rounded(told.turn, asked.real), rounded(told.part, asked.real),
         told.fingerprint, block.direction == "forward",
@@ -109,10 +146,3 @@ def _measured(unit: Unit, offset: OffsetUnit, asked: Asked) -> Array:
     strange = (np.nan, np.inf, -np.inf, -0.0)
     y[np.random.default_rng(7).choice(y.size, len(strange), replace=False)] = strange
     return np.array(y if asked.real == "double" else y.astype(np.float32), dtype=np.float64)
-
-
-def c_names(names: tuple[str, ...], taken: tuple[str, ...]) -> tuple[str, ...]:
-    """C names of further inputs: their own where that is possible."""
-    words = [identifier(name) for name in names]
-    plain = len(set(words)) == len(words) and not set(words) & {*taken, MEASURED, "on", "self", "given", "values"}
-    return tuple(words) if plain else tuple(f"given_{k + 1}" for k in range(len(names)))

@@ -14,7 +14,7 @@ import numpy as np
 from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
-from dehyst.export.direct_block import WHAT
+from dehyst.export.direct import WHAT
 from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
     BUILD,
@@ -117,13 +117,7 @@ def _passed(checks: Iterable[Check]) -> Iterable[bool]:
 
 
 def read_content(folder: Path, manifest: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return name -> bytes of the files that the manifest names and that are there.
-
-    Raises
-    ------
-    OutputError
-        If a name leads out of the folder, or a file cannot be read.
-    """
+    """Return name -> bytes of the files that the manifest names and that are there."""
     content = {}
     for name in manifest["files"]:
         if not is_inside(name):

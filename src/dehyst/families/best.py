@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -12,27 +13,24 @@ from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.choice import Candidate as SumCandidate
 from dehyst.families.choice import Chosen
-from dehyst.families.fitting import demanded, predicted
+from dehyst.families.fitting import demanded, predicted, training_of_log
 from dehyst.families.lateness import Lateness, lateness
 from dehyst.families.registry import MODULES, ROWS
 from dehyst.families.registry import family as family_of
 from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
-from dehyst.families.training import training_of
+from dehyst.families.training import Training
 from dehyst.findings import Finding
-from dehyst.identification import facts
 from dehyst.identification import identify as identify_plays
 from dehyst.identification.cautions import Knows, plays_only
 from dehyst.identification.cautions import late as lateness_finding
-from dehyst.identification.certify import Seen, fit_of, seen_in
-from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.evidence import slower_percent
+from dehyst.identification.certify import fit_of
+from dehyst.identification.evidence import without_holds
 from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
-from dehyst.identification.measures import InMemory, Measured
-from dehyst.identification.procedure import DIRECT, call_of, solve
+from dehyst.identification.measures import Measured
+from dehyst.identification.procedure import DIRECT, Prepared, call_of, prepared
 from dehyst.identification.scores import parts
-from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
-from dehyst.identification.split import split_recordings
+from dehyst.identification.settings import PAPER_OPERATORS, check_recordings
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas
 from dehyst.identification.tracking import with_table
@@ -40,7 +38,10 @@ from dehyst.models import StaticCurve
 from dehyst.recording import Recording, require_recordings, takes_recordings
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
-SETTINGS = ("n", "eps", "thresholds", "initial_state", "weights", "shear", "max_inverse_gain")
+SETTINGS = tuple(
+    name for name, each in signature(identify_plays).parameters.items()
+    if each.kind is each.KEYWORD_ONLY and name != "train_fraction"
+)  # fmt: skip
 PURPOSES = ("compensate", "simulate")
 CLEAR = 0.75  # of the error of plays, where blocks hardly tell sums apart
 WORTH = 0.95  # of the curve's error: where more is left, nothing is remembered
@@ -116,7 +117,7 @@ def identify(
                 f"out, or take {', '.join(FAMILIES)} or auto.",
                 settings=sorted(settings),
             )
-        return with_table(_named(check_recordings(recordings), family, train_fraction, seed, purpose))
+        return with_table(_named(prepared(check_recordings(recordings), train_fraction), family, seed, purpose))
     unknown = [name for name in settings if name not in SETTINGS]
     if unknown:
         raise ParameterError(
@@ -124,7 +125,8 @@ def identify(
         )
     settings = {name: value for name, value in settings.items() if not _is_usual(name, value)}
     if family == "auto" and not settings:
-        return best_fit(check_recordings(recordings), train_fraction, purpose)
+        log = prepared(check_recordings(recordings), train_fraction)
+        return best_fit(log, training_of_log(log), purpose)
     fit = identify_plays(recordings, family, train_fraction=train_fraction, **settings)
     fit = fit if fit.table else with_table(fit)
     if family != "auto":
@@ -138,17 +140,12 @@ def _is_usual(name: str, value: object) -> bool:
     return value is None or (isinstance(value, (str, int)) and USUAL.get(name) == value)
 
 
-def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpose: str = PURPOSES[0]) -> Fit:
+def best_fit(log: Prepared, training: Training, purpose: str = PURPOSES[0]) -> Fit:
     """Return the best of plays, the curve, and the rows of elements."""
-    split = split_recordings(records, train_fraction)
-    call = call_of("auto", PAPER_OPERATORS, eps_of_call("auto", None), None, "auto", split)
+    plays = log.plays("auto")
     with single_blas():
-        data = prepare(records, split)
-        found, measure = facts.branches(data), InMemory(records)
-        plays = solve(call, records[0], data, found, measure, records)
-        job = _Job(records, data, seen_in(found), measure, dict(call.settings) | {"purpose": purpose}, plays.static)
+        job = _Job(log, log.call("auto").settings | {"purpose": purpose}, plays.static)
         try:
-            training = training_of(records, data, job.seen.loop.name, seed=0)
             chosen = best_row(training, purpose != "simulate")
             late = lateness(training, chosen.candidates[0], turns_of(training))
             ahead = late.samples if late and purpose == "simulate" and training.period > 0.0 else 0
@@ -157,7 +154,7 @@ def best_fit(records: tuple[Recording, ...], train_fraction: float | None, purpo
             rows = job.fit(chosen.model, chosen.kkt, (chosen.carrying, chosen.columns), _shown(plays, chosen))
         except DehystError:  # too few samples, or no program that could be solved: plays are what there is
             return with_table(plays)
-    untold = turns_of(training) < ENOUGH_TURNS or any(len(record.pieces) > 1 for record in records)
+    untold = turns_of(training) < ENOUGH_TURNS or any(len(record.pieces) > 1 for record in log.records)
     taken, other = (plays, rows) if _plays_do(plays, chosen, untold) else (rows, plays)
     fit = with_table(taken, other)
     if late is None:
@@ -170,19 +167,15 @@ def _told(late: Lateness, period: float, used: bool) -> Finding:
     return lateness_finding(time, unit, (PERCENT * late.without, PERCENT * late.shifted), used)
 
 
-def _named(records: tuple[Recording, ...], name: str, train_fraction: float | None, seed: int, purpose: str) -> Fit:
+def _named(log: Prepared, name: str, seed: int, purpose: str) -> Fit:
     """Return the fit of a family of the registry."""
-    split = split_recordings(records, train_fraction)
-    settings = call_of(name, 0, (0.0, False), None, "auto", split).settings | {"purpose": purpose}
+    settings = call_of(name, 0, (0.0, False), None, "auto", log.split).settings | {"purpose": purpose}
     with single_blas():
-        data = prepare(records, split)
-        seen = seen_in(facts.branches(data))
-        static = curve_of(fit_static(data, "zero")[0], data)
+        static = curve_of(fit_static(log.data, "zero")[0], log.data)
         found = family_of(name)
-        model = found.fit(training_of(records, data, seen.loop.name, seed))
+        model = found.fit(training_of_log(log, seed))
         settings |= {} if found.convex else {"seed": seed}
-        job = _Job(records, data, seen, InMemory(records), settings, static)
-        return job.fit(model, float("nan"), (model.free_parameters, model.free_parameters), ())
+        return _Job(log, settings, static).fit(model, float("nan"), (model.free_parameters, model.free_parameters), ())
 
 
 def _plays_do(plays: Fit, chosen: Chosen, untold: bool) -> bool:
@@ -212,17 +205,8 @@ def _shown(plays: Fit, chosen: Chosen) -> tuple[Candidate, ...]:
 class _Job:
     """Everything that judging a model of this log takes."""
 
-    def __init__(
-        self,
-        records: tuple[Recording, ...],
-        data: DataSet,
-        seen: Seen,
-        measure: InMemory,
-        settings: dict[str, Any],
-        static: StaticCurve,
-    ) -> None:
-        self.records, self.data, self.seen, self.measure = records, data, seen, measure
-        self.settings, self.static = settings, static
+    def __init__(self, log: Prepared, settings: dict[str, Any], static: StaticCurve) -> None:
+        self.log, self.records, self.data, self.settings, self.static = log, log.records, log.data, settings, static
 
     def fit(self, model: LoopModel, kkt: float, terms: tuple[int, int], candidates: tuple[Candidate, ...]) -> Fit:
         """Return the judged fit of a model; `terms`: how many carry weight, and of how many."""
@@ -239,13 +223,17 @@ class _Job:
             initial_state=model.start,
             route=PROGRAM if np.isfinite(kkt) else "its own search",
         )
-        creep = _slower(model, self.records[0]) if model.rate_dependent else 0.0
-        knows = Knows(leads=True, crosses=True, time=model.rate_dependent, creep=creep)
+        knows = Knows(leads=True, crosses=True, time=model.rate_dependent)
         name = f"{model.family}, {size_of(model, *terms)}"
         return fit_of(
-            model, model.family, name, knows, self.data, self.seen, self.static, measured, certificate, self.settings,
-            candidates, no_inverse=model.no_inverse,
+            model, model.family, name, knows, self.data, self.log.seen, self.static, measured, certificate,
+            self.settings, candidates, no_inverse=model.no_inverse, more=tuple(self._without_holds(model, measured)),
         )  # fmt: skip
+
+    def _without_holds(self, model: LoopModel, measured: Measured) -> Iterator[Finding]:
+        x, time = self.records[0].input[:TRIED], self.records[0].time
+        if time is not None and model.rate_dependent:
+            yield from without_holds(measured.evidence, lambda at: model.simulate(x, at), time[:TRIED])
 
     def _measured(self, model: LoopModel) -> Measured:
         records, data = self.records, self.data
@@ -256,13 +244,7 @@ class _Job:
         demands = nothing if model.no_inverse else demanded(model, records, data)
         trip = float("nan") if model.no_inverse else _round_trip(model, records[0])
         scored = parts(records, data, model.start)
-        return self.measure.compared(data, scored, outputs, demands, trip, self.static, self.seen.counts[1])
-
-
-def _slower(model: LoopModel, record: Recording) -> float:
-    """By how much the model answers otherwise at a tenth of the speed. [% of range, rms]"""
-    x, time = record.input[:TRIED], record.time
-    return 0.0 if time is None else slower_percent(lambda at: model.simulate(x, at), time[:TRIED])
+        return self.log.measure.compared(data, scored, outputs, demands, trip, self.static, self.log.seen.counts[1])
 
 
 def _round_trip(model: LoopModel, record: Recording) -> float:

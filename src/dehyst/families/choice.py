@@ -42,10 +42,13 @@ from dehyst.models.arrays import Array
 from dehyst.ties import rank
 
 EVERY = tuple(range(BLOCKS))
+LEFT = (*EVERY, BLOCKS - 2)  # blocks that a score predicts, and what is seen for it, after everything
+SEEN = (EVERY, *(tuple(b for b in EVERY if b != block) for block in EVERY), EVERY[: BLOCKS - 2])
 MOST_SAMPLES = 20_000  # of a training that elements see; longer ones are thinned, their turning points kept
 MOST_ROWS = 4000  # of the choice, spread over the training; elements see every sample
 FEWEST = 4 * BLOCKS
 RAMPS = {"forward": 8, "inverse": 16}
+OF_MAP = {"forward": PIECES, "inverse": 1}  # no inverse row has a map
 FIRST = Regularisation(0.003, 0.001)
 OTHERS = (Regularisation(0.0005, 0.0003), Regularisation(0.02, 0.003), Regularisation(0.1, 0.01))
 FINALISTS = 2
@@ -119,18 +122,22 @@ def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen
         groups = dict.fromkeys(group for one in sums if one.direction == direction for group in one.groups)
         workshops[direction] = workshop_of(training, direction, tuple(groups))
     first = [workshops[one.direction].candidate(one, mapped, FIRST) for one in sums for mapped in one.maps]
-    first.sort(key=lambda candidate: rank(candidate.score))  # stable: earlier rows first
+    first.sort(key=_demerit)  # stable: earlier rows first
     more = [
         workshops[one.sum.direction].candidate(one.sum, one.mapped, regularisation)
         for one in first[:FINALISTS]
         for regularisation in OTHERS
     ]
-    ordered = sorted((*first, *more), key=lambda candidate: rank(candidate.score))
+    ordered = sorted((*first, *more), key=_demerit)
     if not np.isfinite(ordered[0].score):
         raise IdentificationError("no sum of elements could be fitted; take a smaller family, such as pi.")
     best, model, weights = _fitted(ordered, workshops, firm)
     ordered.sort(key=lambda candidate: candidate is not best)
     return Chosen(model, tuple(ordered), weights.kkt, int(np.count_nonzero(weights.weight)), weights.weight.size)
+
+
+def _demerit(candidate: Candidate) -> float:
+    return rank(candidate.score / candidate.sum.worth)
 
 
 def _fitted(
@@ -148,11 +155,12 @@ def _fitted(
 
 
 def workshop_of(training: Training, direction: str, groups: tuple[str, ...]) -> Workshop:
-    """One that was made for this training and has the columns, or a new one."""
-    made = (shop for shop in training.shared if shop.direction == direction and shop.groups.issuperset(groups))
-    shop = next(made, None)
+    """One that was made for this training and has the columns, or a new one from the start state of its direction."""
+    made = [shop for shop in training.shared if shop.direction == direction]
+    shop = next((shop for shop in made if shop.groups.issuperset(groups)), None)
     if shop is None:
-        shop = Workshop(training.thinned(MOST_SAMPLES), direction, groups)
+        thin = training.shared[0].training if training.shared else training.thinned(MOST_SAMPLES)
+        shop = Workshop(thin, direction, groups, made[0].start if made else "")
         training.shared.append(shop)
     return shop
 
@@ -187,34 +195,37 @@ class Bank:
 class Workshop:
     """Columns and sums of one direction, and what they predict."""
 
-    def __init__(self, training: Training, direction: str, groups: Sequence[str]) -> None:
+    def __init__(self, training: Training, direction: str, groups: Sequence[str], start: str = "") -> None:
         self.training, self.direction, self.groups = training, direction, frozenset(groups)
         self.pace = pace_of(training, direction)
-        self.start = self._best_start()
+        self.start = start or self._best_start()
         self.columns = columns_of(groups, RAMPS[direction], self.pace)
         self.bank = self._bank(self.columns, self.start)
-        self.sums = self._sums(self.columns, self.bank, PIECES)
+        self.sums = self._sums(self.columns, self.bank, OF_MAP[direction])
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
+        self._scores: dict[tuple[tuple[str, ...], bool, Regularisation], tuple[float, float]] = {}
+        self._models: dict[tuple[Candidate, bool], tuple[ElementModel, Weights]] = {}
 
     def candidate(self, one: Sum, mapped: bool, regularisation: Regularisation) -> Candidate:
-        """Score a sum; infinite where it has no solution."""
-        columns, key = self.columns.of(one.groups), (one.groups, mapped)
+        """Score a sum, once; infinite where it has no solution."""
+        key = (one.groups, mapped, regularisation)
+        if key not in self._scores:
+            self._scores[key] = self._scored(*key)
+        return Candidate(one, mapped, regularisation, *self._scores[key])
+
+    def _scored(self, groups: tuple[str, ...], mapped: bool, regularisation: Regularisation) -> tuple[float, float]:
+        columns, key = self.columns.of(groups), (groups, mapped)
         program, warm = self._programs.get(key) or (Program(self.sums, columns, mapped), None)
         try:
-            whole = program.solve(EVERY, regularisation, warm)
+            whole, *found = program.solve_each(SEEN, regularisation, warm)
             self._programs[key] = (program, whole.passive)
-
-            def error(seen: tuple[int, ...], block: int) -> float:
-                found = program.solve(seen, regularisation, whole.passive)
-                return self._rms(columns, found, self.bank.part(block))
-
-            left = [error(tuple(b for b in EVERY if b != block), block) for block in EVERY]
-            before_last = error(EVERY[: BLOCKS - 2], BLOCKS - 2)
+            errors = [self._rms(columns, *each) for each in zip(found, map(self.bank.part, LEFT), strict=True)]
         except DehystError:
-            return Candidate(one, mapped, regularisation, float("inf"), float("inf"))
-        errors = np.array([np.median(left), before_last, left[-1], left[-1]])
-        score, left_out = np.exp(np.mean(np.log(np.maximum(errors, SMALLEST)))), np.sqrt(np.mean(np.square(left)))
-        return Candidate(one, mapped, regularisation, float(score), float(left_out))
+            return float("inf"), float("inf")
+        left, before_last = errors[:BLOCKS], errors[BLOCKS]
+        parts = np.array([np.median(left), before_last, left[-1], left[-1]])
+        score, left_out = np.exp(np.mean(np.log(np.maximum(parts, SMALLEST)))), np.sqrt(np.mean(np.square(left)))
+        return float(score), float(left_out)
 
     def missed(self, chosen: Candidate) -> Array:
         """What a sum misses at every row, fitted to all of them; of an inverse one the input."""
@@ -227,10 +238,15 @@ class Workshop:
         return found.outputs(self.bank.values[:, columns] @ found.weight) - self.bank.target
 
     def model(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
-        """Fit a candidate to all rows."""
+        """Fit a candidate to all rows, once."""
+        if (chosen, firm) not in self._models:
+            self._models[chosen, firm] = self._fitted(chosen, firm)
+        return self._models[chosen, firm]
+
+    def _fitted(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
         columns = columns_of(chosen.sum.groups, RAMPS[self.direction], self.pace)
         bank = self._bank(columns, self.start, every=1)
-        sums, own = self._sums(columns, bank, PIECES), np.arange(columns.cell.size)
+        sums, own = self._sums(columns, bank, PIECES if chosen.mapped else 1), np.arange(columns.cell.size)
         found = Program(sums, own, chosen.mapped).solve(EVERY, chosen.regularisation)
         model = self._record(columns, found, chosen.sum.name)
         if not firm or self.direction == "inverse":

@@ -4,6 +4,8 @@ A column reads one element e of one memory cell::
 
     column = gain ramp(e; low, high) + ramp(x; x_low, x_high),    ramp(v; a, b) = clip(v, a, b) - clip(0, a, b)
 
+or, of two lags that do not know the present sample, their product within the range, with either sign,
+
 so that weights from 0 on give a sum that rises with x: that is all the program needs to know. Ramps of x alone, of
 plays (their two thresholds make them the cells of a Preisach operator), of x less what follows it (stops, relaxation),
 of lags in time (creep; viscous plays, whose loop widens with the rate), of the rate up to where it saturates
@@ -12,8 +14,9 @@ of lags in time (creep; viscous plays, whose loop widens with the rate), of the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,10 +38,21 @@ RELAXED = 16.0
 RATE_LAGS = (1.0, 3.0, 10.0)  # samples
 SATURATIONS = (0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 3.0)  # of the rate that 95 % of the samples keep below
 EVERYWHERE = (-np.inf, np.inf)
+WITHIN = (-1.0, 1.0)  # the range that was fitted
 NOWHERE = (0.0, 0.0)
+NO_CELL = -1
 
 Part = tuple[float, float]
-Line = tuple[int, float, Part, Part]  # cell, gain, ramp of the cell, ramp of x
+
+
+class Line(NamedTuple):
+    """A column by its numbers: cell, gain, ramp of the cell, ramp of x; or the cell of the other factor."""
+
+    cell: int
+    gain: float
+    part: Part = EVERYWHERE
+    x_part: Part = NOWHERE
+    other: int = NO_CELL
 
 
 @dataclass(frozen=True)
@@ -74,6 +88,8 @@ class Columns:
         Of each column, (p,).
     neighbours
         Pairs of columns whose weights should differ little, (q, 2).
+    other
+        Cell of the second factor of a product, `NO_CELL` of other columns, (p,).
     """
 
     cells: tuple[Element, ...]
@@ -85,10 +101,13 @@ class Columns:
     x_low: Array
     x_high: Array
     neighbours: Numbers
+    other: Numbers
 
     def values(self, e: Array) -> Array:
         """Columns (T, p) of elements (T, cells)."""
         found = self.gain * _ramp(e[:, self.cell], self.low, self.high)
+        pairs = np.flatnonzero(self.other != NO_CELL)
+        found[:, pairs] *= np.clip(e[:, self.other[pairs]], *WITHIN)
         both = np.flatnonzero(self.x_high > self.x_low)
         found[:, both] += _ramp(e[:, :1], self.x_low[both], self.x_high[both])
         return np.asarray(found)
@@ -101,7 +120,7 @@ class Columns:
         """The elements of a sum with weights (p,) of the columns; those of weight 0 are left out."""
         made = []
         for number, cell in enumerate(self.cells):
-            own = np.flatnonzero((self.cell == number) & (weight != 0.0))
+            own = np.flatnonzero((self.cell == number) & (self.other == NO_CELL) & (weight != 0.0))
             ramps = [(weight[k] * self.gain[k], self.low[k], self.high[k]) for k in own]
             if number == 0:
                 both = np.flatnonzero((self.x_high > self.x_low) & (weight != 0.0))
@@ -109,7 +128,26 @@ class Columns:
             if ramps:
                 slope, pairs = _sum_of(ramps)
                 made.append(Element(cell.kind, cell.radius, cell.time, slope, pairs))
-        return tuple(made)
+        return (*made, *self._products(weight))
+
+    def _products(self, weight: Array) -> Iterator[Element]:
+        """Products with weight, in chains: each reads the lag of the next one."""
+        left: dict[int, dict[int, float]] = {}
+        for k in np.flatnonzero((self.other != NO_CELL) & (weight != 0.0)).tolist():
+            one, other = int(self.cell[k]), int(self.other[k])
+            own = left.setdefault(one, {})
+            left.setdefault(other, {})[one] = own[other] = own.get(other, 0.0) + float(weight[k] * self.gain[k])
+        for begin in left:
+            at = begin
+            while left[at]:
+                other = min(left[at])
+                value = left[at].pop(other)
+                left[other].pop(at, None)
+                yield Element("product", 1.0, self.cells[at].time, value)
+                at = other
+                if not left[at]:
+                    yield Element("past", 0.0, self.cells[at].time, 0.0)
+                    at = begin
 
 
 def _ramp(v: Array, low: Array, high: Array) -> Array:
@@ -134,24 +172,28 @@ def columns_of(groups: Sequence[str], ramps: int, pace: Pace | None) -> Columns:
     names, joined = list[str](), list[tuple[int, int]]()
     inner = np.linspace(-1.0, 1.0, ramps + 1)[1:-1].tolist()
     made: list[tuple[str, list[Element], list[Line], int]] = [
-        ("x", [], [(0, 1.0, part, NOWHERE) for part in _parts(inner)], ramps)
+        ("x", [], [Line(0, 1.0, part) for part in _parts(inner)], ramps)
     ]
     for name in groups:
         new, own, chain = GROUPS[name](pace)
-        made.append(
-            (name, new, [(len(cells) + sum(len(m[1]) for m in made) + c, g, a, b) for c, g, a, b in own], chain)
-        )
+        made.append((name, new, [_shifted(line, len(cells) + sum(len(m[1]) for m in made)) for line in own], chain))
     for name, new, own, chain in made:
         first = len(lines)
         joined += [(k, k + 1) for k in range(first, first + len(own) - 1) if (k - first) % chain < chain - 1]
         cells += new
         lines += own
         names += [name] * len(own)
-    cell, gain, own_part, x_part = zip(*lines, strict=True)
+    cell, gain, own_part, x_part, other = zip(*lines, strict=True)
     low, high = np.array(own_part).T
     x_low, x_high = np.array(x_part).T
     pairs = np.array(joined, dtype=np.int64).reshape(-1, 2)
-    return Columns(tuple(cells), np.array(names), np.array(cell), np.array(gain), low, high, x_low, x_high, pairs)
+    return Columns(
+        tuple(cells), np.array(names), np.array(cell), np.array(gain), low, high, x_low, x_high, pairs, np.array(other)
+    )
+
+
+def _shifted(line: Line, by: int) -> Line:
+    return line._replace(cell=line.cell + by, other=line.other if line.other == NO_CELL else line.other + by)
 
 
 def _parts(inner: Sequence[float]) -> list[Part]:
@@ -163,7 +205,7 @@ Group = tuple[list[Element], list[Line], int]  # cells, lines (numbered among th
 
 
 def _plain(cells: list[Element]) -> Group:
-    return cells, [(k, 1.0, EVERYWHERE, NOWHERE) for k in range(len(cells))], 1
+    return cells, [Line(k, 1.0) for k in range(len(cells))], 1
 
 
 def _plays(pace: Pace | None) -> Group:
@@ -180,14 +222,14 @@ def _paths(pace: Pace | None) -> Group:
 
 def _lagging(pace: Pace | None) -> Group:
     cells = [Element("play", r) for r in RADII]
-    return cells, [(k, 1.0, part, NOWHERE) for k in range(len(RADII)) for part in _parts(FINE)], len(FINE) + 1
+    return cells, [Line(k, 1.0, part) for k in range(len(RADII)) for part in _parts(FINE)], len(FINE) + 1
 
 
 def _leading(pace: Pace | None) -> Group:
     """What a ramp of x has more than that of a play, wide enough that the difference never falls."""
     cells = [Element("play", r) for r in RADII]
     lines = [
-        (k, -1.0, (a, b), (round(a - r, 9), round(b + r, 9))) for k, r in enumerate(RADII) for a, b in _parts(FINE)
+        Line(k, -1.0, (a, b), (round(a - r, 9), round(b + r, 9))) for k, r in enumerate(RADII) for a, b in _parts(FINE)
     ]
     return cells, lines, len(FINE) + 1
 
@@ -213,7 +255,7 @@ def _lag_times(pace: Pace | None, passed: float = 2.0) -> list[float]:
 
 def _creep_by_place(pace: Pace | None) -> Group:
     times = _lag_times(pace)
-    lines = [(k, 1.0, part, NOWHERE) for k in range(len(times)) for part in _parts(COARSE)]
+    lines = [Line(k, 1.0, part) for k in range(len(times)) for part in _parts(COARSE)]
     return [Element("creep", 0.0, time) for time in times], lines, len(COARSE) + 1
 
 
@@ -224,16 +266,21 @@ def _relaxing(pace: Pace | None) -> Group:
 
 def _relaxing_by_place(pace: Pace | None) -> Group:
     times = _lag_times(pace)
-    lines = [(k, -1.0, part, part) for k in range(len(times)) for part in _parts(COARSE)]
+    lines = [Line(k, -1.0, part, part) for k in range(len(times)) for part in _parts(COARSE)]
     return [Element("past", 0.0, time) for time in times], lines, len(COARSE) + 1
 
 
 def _rates(pace: Pace | None) -> Group:
     assert pace is not None
-    lines = [
-        (k, 1.0 / s, (-s, s), NOWHERE) for k, move in enumerate(pace.moves) for s in (move * q for q in SATURATIONS)
-    ]
+    lines = [Line(k, 1.0 / s, (-s, s)) for k, move in enumerate(pace.moves) for s in (move * q for q in SATURATIONS)]
     return [Element("relax", 0.0, samples * pace.period) for samples in RATE_LAGS], lines, 1
+
+
+def _products(pace: Pace | None) -> Group:
+    times = _lag_times(pace)
+    pairs = [(i, j) for i in range(len(times)) for j in range(i, len(times))]
+    lines = [Line(i, sign, WITHIN, other=j) for i, j in pairs for sign in (1.0, -1.0)]
+    return [Element("past", 0.0, time) for time in times], lines, 1
 
 
 GROUPS: dict[str, Callable[[Pace | None], Group]] = {
@@ -248,4 +295,5 @@ GROUPS: dict[str, Callable[[Pace | None], Group]] = {
     "relax": _relaxing,
     "relax-by-place": _relaxing_by_place,
     "rate": _rates,
+    "product": _products,
 }

@@ -13,15 +13,17 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
-from dehyst.families.fitting import FamilyFit, Judge, fit_one, orientation_of
-from dehyst.families.registry import TITLES, names, title_of
+from dehyst.families.fitting import FamilyFit, Judge, fit_one, training_of_log
+from dehyst.families.registry import BEST, TITLES, names, title_of
+from dehyst.families.registry import ROWS as ROW_NAMES
 from dehyst.families.table import ROWS
-from dehyst.families.training import Training, training_of
-from dehyst.identification import Fit, identify
-from dehyst.identification.data import DataSet, prepare
+from dehyst.families.training import Training
+from dehyst.identification import Fit
+from dehyst.identification.direct import direct_fit
+from dehyst.identification.families import STATIC
+from dehyst.identification.procedure import DIRECT, Prepared, prepared
 from dehyst.identification.scores import parts
 from dehyst.identification.settings import check_recordings
-from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
@@ -208,24 +210,26 @@ def compare(
         raise ParameterError(
             f"no family '{unknown[0] if unknown else ''}'. There are: {', '.join(all_names())}.", names=unknown
         )
+    log = prepared(records, train_fraction)
+    training = training_of_log(log, seed)
     begun = time.thread_time()
-    auto = best_fit(records, train_fraction)
+    auto = best_fit(log, training)
     spent = time.thread_time() - begun
     with single_blas():
-        data = prepare(records, split_recordings(records, train_fraction))
-        part = parts(records, data, auto.certificate.initial_state)
-        judge = Judge(records, part, data.output_range)
+        part = parts(records, log.data, auto.certificate.initial_state)
+        judge, found = Judge(records, part, log.data.output_range), []
         baseline = judge.identified(auto, spent)
-        training, found = training_of(records, data, orientation_of(data), seed), []
         for number, name in enumerate(wanted):
             if progress is not None:
                 progress(name, number, len(wanted))
             if name == auto.family:
                 found.append(baseline)
-            elif name == "static":
+            elif name == BEST and auto.family in ROW_NAMES:  # whose best one it is
+                found.append(_as(name, baseline))
+            elif name == STATIC:
                 found.append(judge.curve_of(auto))
             else:
-                found.append(_entry(name, judge, data, training, train_fraction))
+                found.append(_entry(name, judge, log, training))
     curve = (auto.static_test or auto.static_train).rmse_percent
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
@@ -234,17 +238,21 @@ def compare(
     return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
 
 
-def _entry(name: str, judge: Judge, data: DataSet, training: Training, train_fraction: float | None) -> FamilyFit:
+def _entry(name: str, judge: Judge, log: Prepared, training: Training) -> FamilyFit:
     begun = time.thread_time()
     try:
         if name in TITLES:
-            fit = identify(judge.records, name, train_fraction=train_fraction)
+            fit = direct_fit(log) if name == DIRECT else log.plays(name)
             return judge.identified(fit, time.thread_time() - begun)
-        found = fit_one(name, judge, data, training)
+        return _as(name, fit_one(name, judge, log.data, training))
     except DehystError as fault:
         return FamilyFit(name, title_of(name), reason=" ".join(str(fault).split()))
-    family = found.model.family
-    return found if family == name else replace(found, title=f"{found.title}: {family}")
+
+
+def _as(name: str, found: FamilyFit) -> FamilyFit:
+    """The row of a family, which says which other one it stands for."""
+    own = found.model.family
+    return found if own == name else replace(found, family=name, title=f"{title_of(name)}: {own}")
 
 
 def _with_reason(entry: FamilyFit, auto: Fit, curve: float) -> FamilyFit:

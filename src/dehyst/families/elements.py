@@ -4,20 +4,22 @@ A row of the grammar names elements, maps and a direction; the record holds thei
 
     T(y) = c + sum over k of h_k w_k f_k(e_k),   x = M(u)
 
-=========  =============================================================================================  =============
-kind       element e, memory z, present input x                                                           slope with x
-=========  =============================================================================================  =============
-``input``  e = x                                                                                          1
-``play``   e = z <- max(x - r, min(x + r, z))                                                             0 or 1
-``stop``   e = x - z, z as play                                                                           0 or 1
-``creep``  e = z <- z + g (t - z), t = max(x - r, min(x + r, z)), g = 1 - exp(-h / time)                   0 to g
-``relax``  e = x - z of the sample before, then z as creep; time 0, r = 0: the rate                       1
-``past``   e = z of the sample before, then z as creep                                                    0
-``path``   e = z <- s r + exp(-|x - x'| / r) (z - s r), s the sign of x - x'                               0 to 2
-``wide``   e = z <- play of radius r + (time / h) |x - x'|, time / h <= 15/16                             0 to 2
-=========  =============================================================================================  =============
+===========  =============================================================================================  ============
+kind         element e, memory z, present input x                                                         slope with x
+===========  =============================================================================================  ============
+``input``    e = x                                                                                        1
+``play``     e = z <- max(x - r, min(x + r, z))                                                           0 or 1
+``stop``     e = x - z, z as play                                                                         0 or 1
+``creep``    e = z <- z + g (t - z), t = max(x - r, min(x + r, z)), g = 1 - exp(-h / time)                0 to g
+``relax``    e = x - z of the sample before, then z as creep; time 0, r = 0: the rate                     1
+``past``     e = z of the sample before, then z as creep                                                  0
+``path``     e = z <- s r + exp(-|x - x'| / r) (z - s r), s the sign of x - x'                            0 to 2
+``wide``     e = z <- play of radius r + (time / h) |x - x'|, time / h <= 15/16                           0 to 2
+``product``  e = z z+ of the sample before, both within -r .. r, then z as past; z+ of the next element   0
+===========  =============================================================================================  ============
 
 h is the time since the sample before, x' its input. f is a piecewise linear map of any slopes; M and T are increasing.
+A product is followed by a ``past`` or another product: sums of products are Volterra's second order of what lags.
 Since no element falls with x while its memory stands, the sum rises with x for any memory if its least slope is above
 0 (`dehyst.families.rising`); then the inverse is exact, sample by sample, for every row.
 
@@ -49,11 +51,13 @@ from dehyst.families.rising import least_slope, most_slope
 from dehyst.models import ModelCard, SignalCard
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
+from dehyst.models.machine import Direction, Machine
 
 KINDS = _native.ELEMENT_KINDS
 DIRECTIONS = ("forward", "inverse")
-LAGS = ("creep", "relax", "past")
+LAGS = ("creep", "relax", "past", "product")
 LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
+SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
@@ -117,7 +121,7 @@ class Element:
     @property
     def timed(self) -> bool:
         """Whether its step depends on time."""
-        return self.time > 0.0 and self.kind in ("creep", "relax", "past", "wide")
+        return self.time > 0.0 and self.kind in (*LAGS, "wide")
 
 
 def pairs_of(given: Any, name: str, rising: bool = False) -> Pairs:
@@ -206,6 +210,12 @@ class ElementModel(LoopModel):
             raise ParameterError(f"elements and schedules are not lists of such ({fault!s:.120}).") from None
         if not self.elements:
             raise ParameterError("a sum of elements has none; pass one Element or more.")
+        for q, after in zip(self.elements, (*self.elements[1:], Element("input")), strict=True):
+            if q.kind == "product" and after.kind not in ("past", "product"):
+                raise ParameterError(
+                    f"a product is followed by {after.kind!r}, and takes the lag of a past or product behind it. Put "
+                    f"one there; weight 0 leaves it out of the sum."
+                )
         put(self, "offset", parameter_number(self.offset, "offset"))
         for name in ("before_map", "after_map"):
             put(self, name, pairs_of(getattr(self, name), name, rising=True))
@@ -238,6 +248,13 @@ class ElementModel(LoopModel):
         own = dict.fromkeys(q.kind for q in self.elements)
         return (*own, "map") if self.before_map[0] or self.after_map[0] else tuple(own)
 
+    def machine(  # noqa: D102 - documented in the base class
+        self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
+    ) -> Machine:
+        from dehyst.families.element_machine import element_machine  # made for targets alone
+
+        return element_machine(self, direction, range, ramp, period)
+
     @property
     def prompt(self) -> ElementModel:
         """The same sum without dead time."""
@@ -254,7 +271,8 @@ class ElementModel(LoopModel):
         return self._become(MEMORYLESS)
 
     def _become(self, kinds: Mapping[str, str]) -> ElementModel:
-        changed = [(q, kinds.get(q.kind, q.kind)) for q in self.elements]
+        squared = [replace(q, kind="input", map=_square(q)) if q.kind == "product" else q for q in self.elements]
+        changed = [(q, kinds.get(q.kind, q.kind)) for q in squared]
         kept = tuple(replace(q, kind=kind, radius=q.radius * (kind != "input")) for q, kind in changed if kind)
         still = sum(q.weight * float(np.interp(0.0, *q.map)) for q, kind in changed if not kind and q.map[0])
         return replace(self, elements=kept, offset=self.offset + still)
@@ -280,8 +298,8 @@ class ElementModel(LoopModel):
         if self.least_slope >= LEAST_SLOPE:
             return ""
         return (
-            f"the slope of the sum can come to {self.least_slope:.3g} of its range over that of the other signal, and "
-            f"must be {LEAST_SLOPE:g} or more, so several values would answer one."
+            f"the sum can fall while what it sees rises: the slope of the sum, in ranges, can come to "
+            f"{self.least_slope:.3g} as lags catch up, and must be {LEAST_SLOPE:g} or more for an inverse that settles."
         )
 
     @property
@@ -307,8 +325,11 @@ class ElementModel(LoopModel):
 
     def pruned(self) -> Self:
         """Return the same sum without elements of zero weight, which is exact; one stays."""
-        kept = tuple(q for q in self.elements if q.weight != 0.0)
-        return replace(self, elements=kept or self.elements[:1])
+        kept: list[Element] = []
+        for q in self.elements:
+            if q.weight != 0.0 or (kept and kept[-1].kind == "product"):  # whose lag it is
+                kept.append(q)
+        return replace(self, elements=tuple(kept) or (Element("input", weight=0.0),))
 
     @property
     def free_parameters(self) -> int:
@@ -429,6 +450,7 @@ class ElementModel(LoopModel):
                 Element("stop", 0.3, weight=0.1),
                 Element("creep", 0.05, time=1.0, weight=0.2),
                 Element("relax", 0.0, time=0.2, weight=0.1),
+                Element("product", 1.0, time=0.2, weight=0.05),
                 Element("past", 0.0, time=3.0, weight=0.1),
                 Element("path", 0.3, weight=0.1),
                 Element("wide", 0.1, time=0.01, weight=0.1),
@@ -457,6 +479,16 @@ class ElementModel(LoopModel):
                 f"into every later sample. Drop them."
             )
         return found[0], found[1]
+
+
+def _square(product: Element) -> Pairs:
+    """The map of a product whose lags have caught up: the square of the input within its radius, in pieces of line."""
+    u = np.linspace(-product.radius, product.radius, SQUARE) if product.radius else np.array([-1.0, 1.0])
+    v = np.clip(u, -product.radius, product.radius) ** 2
+    v = _native.map_values(np.array(product.map[0]), np.array(product.map[1]), v) if product.map[0] else v
+    far = u[[0, -1]] * FARTHEST / max(product.radius, 1e-9)
+    u, v = np.concatenate([far[:1], u, far[1:]]), v[[0, *range(u.size), -1]]
+    return tuple(u.tolist()), tuple(v.tolist())
 
 
 def _schedule(given: Any) -> tuple[int, float, float]:

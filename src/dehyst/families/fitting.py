@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as _datetime
 import time as _time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,13 @@ from dehyst.families.inversion import first_input
 from dehyst.families.registry import family, title_of
 from dehyst.families.training import Training, steps_of, training_of
 from dehyst.grades import ENDINGS, Grade
-from dehyst.identification import facts
 from dehyst.identification.cautions import POOR_PERCENT
-from dehyst.identification.data import DataSet, Piece, prepare, range_over
+from dehyst.identification.data import DataSet, Piece, range_over
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.judge import GOOD_PERCENT
+from dehyst.identification.procedure import Prepared, prepared
 from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings
-from dehyst.identification.split import split_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.recording import Recording, takes_recordings
@@ -146,6 +145,18 @@ class Judge:
     records: tuple[Recording, ...]
     parts: tuple[Part, Part]
     output_range: float
+    _known: dict[str, tuple[tuple[Array, ...], tuple[Array, ...] | None]] = field(default_factory=dict)
+
+    def answers(self, model: LoopModel, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...] | None]:
+        """What a model predicts and what its inverse asks for; once for rows that come to the same sum."""
+        values = [(name, value) for name, value in model.parameters().items() if name != "row"]
+        key = repr((model.start, values))
+        if key not in self._known:
+            outputs = predicted(model, self.records, data)
+            if not all(np.all(np.isfinite(y)) for y in outputs):
+                raise IdentificationError(f"the fitted {model.family} model diverges on the held-out part.")
+            self._known[key] = outputs, None if model.no_inverse else demanded(model, self.records, data)
+        return self._known[key]
 
     def scored(self, family: str, model: Model, predictions: tuple[Array, ...], **more: Any) -> FamilyFit:
         """Return the fit of a model by what it predicts."""
@@ -215,16 +226,15 @@ def identify_family(
     >>> bool(fit.test.rmse_percent < 0.5)
     True
     """
-    records = check_recordings(recordings)
+    log = prepared(check_recordings(recordings), train_fraction)
     with single_blas():
-        data = prepare(records, split_recordings(records, train_fraction))
-        training = training_of(records, data, orientation_of(data), seed)
+        training, records, data = training_of_log(log, seed), log.records, log.data
         return fit_one(name, Judge(records, parts(records, data, "zero"), data.output_range), data, training)
 
 
-def orientation_of(data: DataSet) -> str:
-    """Which way round the loops of the fitted part run."""
-    return facts.orientation(facts.branches(data)).name
+def training_of_log(log: Prepared, seed: int = 0) -> Training:
+    """Fitted part of recordings that were prepared."""
+    return training_of(log.records, log.data, log.seen.loop.name, seed)
 
 
 def fit_one(name: str, judge: Judge, data: DataSet, training: Training) -> FamilyFit:
@@ -233,10 +243,7 @@ def fit_one(name: str, judge: Judge, data: DataSet, training: Training) -> Famil
     begun = _time.thread_time()
     model = found.fit(training)
     seconds = _time.thread_time() - begun
-    outputs = predicted(model, records, data)
-    if not all(np.all(np.isfinite(y)) for y in outputs):
-        raise IdentificationError(f"the fitted {name} model diverges on the held-out part.", family=name)
-    demands = None if model.no_inverse else demanded(model, records, data)
+    outputs, demands = judge.answers(model, data)
     error = None if demands is None else input_error(records, demands, judge.parts[1] or judge.parts[0])
     fit = judge.scored(
         name, model, outputs, demands=demands, inverse_percent=None if error is None else error.rms_percent,

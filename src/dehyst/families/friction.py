@@ -17,6 +17,7 @@ from dehyst.families.base import LoopModel
 from dehyst.families.curve import FLOOR, rising_polynomials, slopes, values
 from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
+from dehyst.identification.least_squares import triangle
 from dehyst.models.arrays import parameter_array
 from dehyst.ties import rank
 
@@ -179,9 +180,9 @@ def quick(columns: Array, y: Array) -> float:
     gram = (centred.T @ centred) / np.outer(size, size)
     gram.flat[:: size.size + 1] += 1e-12
     side = (centred.T @ wanted) / size
-    triangle = np.linalg.cholesky(gram)
-    goal = np.linalg.solve(triangle, side)
-    miss = nnls(triangle.T, goal, maxiter=30 * size.size)[1]
+    factor = np.linalg.cholesky(gram)
+    goal = np.linalg.solve(factor, side)
+    miss = nnls(factor.T, goal, maxiter=30 * size.size)[1]
     square = float(wanted @ wanted - goal @ goal + miss * miss)
     return float(np.sqrt(max(square, 0.0) / y.size))
 
@@ -189,12 +190,11 @@ def quick(columns: Array, y: Array) -> float:
 def nonnegative(columns: Array, y: Array) -> tuple[Array, float]:
     """Return the weights >= 0 and the offset that fit y best, by an orthogonal factorisation."""
     mean, level = columns.mean(axis=0), float(y.mean())
-    centred = columns - mean
-    size = np.linalg.norm(centred, axis=0)
+    reduced = triangle(np.column_stack([columns - mean, y - level]))
+    size = np.linalg.norm(reduced[:, :-1], axis=0)
     size[size == 0.0] = 1.0
-    triangle: Array = np.linalg.qr(np.column_stack([centred / size, y - level]), mode="r")  # type: ignore[assignment]
     try:
-        scaled = nnls(triangle[:, :-1], triangle[:, -1], maxiter=30 * size.size)[0]
+        scaled = nnls(reduced[:, :-1] / size, reduced[:, -1], maxiter=30 * size.size)[0]
     except RuntimeError:
         raise IdentificationError(
             f"the least squares with weights >= 0 over {size.size} columns did not end. The log hardly moves: "

@@ -9,6 +9,7 @@ Sums of blocks add up to those of every choice of blocks, so leaving blocks out 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,6 +22,7 @@ from dehyst.errors import IdentificationError
 
 Numbers = npt.NDArray[np.int64]
 Marks = npt.NDArray[np.bool_]
+Found = tuple[Array, Marks, float]  # unknowns, those off their bound, violation
 
 PIECES = 10
 BLOCKS = 5
@@ -120,14 +122,15 @@ def sums_of(columns: Array, y: Array, block: Numbers, least: Array, neighbours: 
     ramps = np.clip(y[:, None], low, high) - knots[:-1]
     rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
     n = rows.shape[1]
-    gram, rhs = np.zeros((BLOCKS, pieces, n, n)), np.zeros((BLOCKS, pieces, n))
+    gram, rhs = np.empty((BLOCKS, pieces, n, n)), np.zeros((BLOCKS, pieces, n))
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
     for k in range(BLOCKS * pieces):
         part = order[bounds[k] : bounds[k + 1]]
         b, m, own = k // pieces, k % pieces, rows[part]
-        gram[b, m], rhs[b, m] = own.T @ own, own.T @ y[part]
+        np.matmul(own.T, own, out=gram[b, m])
+        rhs[b, m] = own.T @ y[part]
         counted[b, m], square[b, m] = part.size, y[part] @ y[part]
     return Sums(gram, rhs, counted, square, knots, least, neighbours)
 
@@ -159,35 +162,52 @@ class Program:
         IdentificationError
             If the optimum was not reached.
         """
-        sums, size, n_own = self._sums, self._size, self._lower.size
-        seen = np.zeros(BLOCKS)
-        seen[list(blocks)] = 1.0
-        n, norm = float(seen @ sums.counted.sum(1)), float(np.sqrt(seen @ sums.square.sum(1)))
-        extra = self._extra(n, regularisation)
-        gram, rhs = (seen @ each for each in self._of_blocks)
-        found = _solved(gram.reshape(n_own, n_own) + extra, rhs, self._lower, norm, warm)
-        if not self._mapped:
-            return Weights(float(found[0][0]), found[0][1:], np.zeros(0), np.zeros(0), found[1], found[2])
-        gain = 1.0 / np.maximum(1.0 + found[0][size:], 2.0 * LEAST_OF_MAP) ** 2
-        each = np.outer(seen, gain).ravel()
-        gram, rhs = each @ self._gram, each @ self._rhs
-        norm = float(np.sqrt(each @ sums.square.ravel()))
-        u, passive, kkt = _solved(gram.reshape(n_own, n_own) + extra, rhs, self._lower, norm, found[1])
-        inner = sums.knots[0] + np.concatenate([[0.0], np.cumsum((1.0 + u[size:]) * np.diff(sums.knots))])
-        return Weights(float(u[0]), u[1:size], inner, sums.knots, passive, kkt)
+        return self.solve_each((blocks,), regularisation, warm)[0]
 
-    def _extra(self, n: float, regularisation: Regularisation) -> Array:
+    def solve_each(
+        self, choices: Sequence[tuple[int, ...]], regularisation: Regularisation, warm: Marks | None = None
+    ) -> list[Weights]:
+        """Return the weights from each choice of blocks; those of the first are where the others begin."""
+        sums, size, n_own = self._sums, self._size, self._lower.size
+        seen = np.array([[float(block in blocks) for block in range(BLOCKS)] for blocks in choices])
+        samples, norms = seen @ sums.counted.sum(1), np.sqrt(seen @ sums.square.sum(1))
+        extra = self._extra(regularisation)
+
+        def solved(weights: Array, sums_of: tuple[Array, Array], norms: Array, warm: list[Marks | None]) -> list[Found]:
+            grams, sides = (weights @ each for each in sums_of)  # one product reads the sums once
+            found: list[Found] = []
+            for k, (gram, side, norm) in enumerate(zip(grams, sides, norms.tolist(), strict=True)):
+                begin = warm[k] if k < len(warm) else found[0][1]
+                found.append(_solved(gram.reshape(n_own, n_own) + samples[k] * extra, side, self._lower, norm, begin))
+            return found
+
+        first = solved(seen, self._of_blocks, norms, [warm])
+        if not self._mapped:
+            return [Weights(float(u[0]), u[1:], np.zeros(0), np.zeros(0), off, kkt) for u, off, kkt in first]
+        gains = [1.0 / np.maximum(1.0 + u[size:], 2.0 * LEAST_OF_MAP) ** 2 for u, *_ in first]
+        each = np.stack([np.outer(own, gain).ravel() for own, gain in zip(seen, gains, strict=True)])
+        begun: list[Marks | None] = [passive for _, passive, _ in first]
+        final = solved(each, (self._gram, self._rhs), np.sqrt(each @ sums.square.ravel()), begun)
+        return [Weights(float(u[0]), u[1:size], self._inner(u[size:]), sums.knots, off, kkt) for u, off, kkt in final]
+
+    def _inner(self, slopes: Array) -> Array:
+        """T at the knots, from its slopes less 1."""
+        rises = (1.0 + slopes) * np.diff(self._sums.knots)
+        return np.asarray(self._sums.knots[0] + np.concatenate([[0.0], np.cumsum(rises)]))
+
+    def _extra(self, regularisation: Regularisation) -> Array:
+        """What a sample adds to the normal equations beside itself."""
         size, sums = self._size, self._sums
         extra = np.zeros((self._lower.size, self._lower.size))
-        extra[1:size, 1:size] = (n * regularisation.lam**2) * self._chains
-        extra[np.arange(1, size), np.arange(1, size)] += n * regularisation.ridge**2
+        extra[1:size, 1:size] = regularisation.lam**2 * self._chains
+        extra[np.arange(1, size), np.arange(1, size)] += regularisation.ridge**2
         if self._mapped:
             share = np.diff(sums.knots) / np.ptp(sums.knots)
-            extra[size:, size:] = n * (MEAN_SLOPE * np.outer(share, share) + SMOOTH_MAP**2 * sums.penalty[1])
+            extra[size:, size:] = MEAN_SLOPE * np.outer(share, share) + SMOOTH_MAP**2 * sums.penalty[1]
         return extra
 
 
-def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> tuple[Array, Marks, float]:
+def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> Found:
     u, passive, kkt, *_ = _native.solve_bounded(
         system, rhs, lower, 1, 0, _native.WEIGHTS, None, None, warm, max(norm, 1e-150)
     )

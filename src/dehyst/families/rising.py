@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import product
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from dehyst.families.elements import Element
 
 MOST_GROWTH = 15.0 / 16.0  # of a radius with the input: what the machine allows
-LAGS = ("relax", "past")
+LAGS = ("relax", "past", "product")
 
 
 def least_slope(elements: Sequence[Element], schedules: int = 0, period: float = 0.0) -> float:
@@ -30,6 +30,9 @@ def least_slope(elements: Sequence[Element], schedules: int = 0, period: float =
     stands still. So the least over all such speeds is taken. At half the sampling rate a lag of gain q gives
     back q/(2 - q) of its slope with the other sign, and a radius that grows by g gives back 2 g - 1, for a period [s]
     that is not 0.
+
+    A product stands still with the present input; as its lags catch up it goes with the other one, or with twice the
+    input, each within its radius: of all products of a lag that has not caught up the most of the sum counts.
 
     Examples
     --------
@@ -52,7 +55,7 @@ def most_slope(elements: Sequence[Element]) -> float:
     >>> most_slope([Element("input", weight=0.5), Element("path", 0.2, weight=0.25)])
     1.0
     """
-    steep = {"past": 0.0, "path": 2.0, "wide": 2.0}
+    steep = {"past": 0.0, "product": 0.0, "path": 2.0, "wide": 2.0}
     return sum(steep.get(q.kind, 1.0) * max(0.0, float(pieces(q)[1].max())) for q in elements)
 
 
@@ -60,11 +63,34 @@ def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: fl
     used = [q for q in elements if share[q.schedule] > 0.0]
     lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
     rest = [q for q in used if q.kind not in LAGS]
+    pairs = [(q, other) for q, other in pairwise(elements) if q.kind == "product" and q in used]
     return min(
         sum(_alone(q, period) for q in (*rest, *lags[fast:])) + _moving([*rest, *lags[:fast]], side)
+        - _products(pairs, lags[fast - 1].time if fast else -1.0, period)
         for fast in range(len(lags) + 1)
         for side in (1.0, -1.0)
-    )
+    )  # fmt: skip
+
+
+def _products(pairs: Sequence[tuple[Element, Element]], caught: float, period: float) -> float:
+    """The most that products fall by with an input so slow that lags up to a time constant follow it."""
+    slopes: dict[float, Array] = {}  # least and most of a sum, by the lag that holds; -1: both follow
+    early = 0.0
+    for q, other in pairs:
+        own = q.radius * np.array([pieces(q)[1].min(), pieces(q)[1].max()])
+        follow = [time for time in (q.time, other.time) if time <= caught]
+        hold = [time for time in (q.time, other.time) if time > caught]
+        if follow:
+            key = hold[0] if hold else -1.0
+            slopes[key] = slopes.get(key, 0.0) + (1.0 if hold else 2.0) * own
+        early += sum(_early(time, period) for time in hold) * float(np.abs(own).max())
+    return early + sum(float(np.abs(each).max()) for each in slopes.values())
+
+
+def _early(time: float, period: float) -> float:
+    """Share of its slope that a lag gives back at half the sampling rate, with the other sign."""
+    gain = 1.0 if time <= 0.0 else float(-np.expm1(-period / time))
+    return gain / (2.0 - gain) if period > 0.0 else 0.0
 
 
 @lru_cache(maxsize=1024)  # asked for every speed and direction
@@ -80,8 +106,7 @@ def _alone(element: Element, period: float) -> float:
     """The least that an element adds that neither follows the input itself nor moves with the plays."""
     inner, slopes = pieces(element)
     least, most = float(slopes.min()), float(slopes.max())
-    gain = 1.0 if element.time <= 0.0 else float(-np.expm1(-period / element.time))
-    early = gain / (2.0 - gain) if period > 0.0 else 0.0
+    early = _early(element.time, period)
     match element.kind:
         case "creep":
             return min(0.0, least)

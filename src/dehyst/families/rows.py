@@ -40,18 +40,18 @@ SHOWN = 3  # columns of a group in an example
 USUAL = Pace(0.01, 5.0, (0.01, 0.03, 0.1))
 
 
-def candidates(training: Training) -> tuple[Sum, ...]:
+def candidates(training: Training, firm: bool = True) -> tuple[Sum, ...]:
     """Sums that the training can tell apart: few groups where the input turned seldom, no time without stamps.
 
     What a group of columns remembers is seen only where the input turns. With fewer than three turns the rows with many
     groups follow the one loop that was seen, and err on the next. Where it never turned, no loop was seen: bends of
-    the curve are then taken for those of the map, as `identify` does.
+    the curve are then taken for those of the map, as `identify` does. Firm ones have inverses.
     """
     turns = turns_of(training)
     if turns < 1:
         return (replace(ROWS[0].sums[0], maps=(True,)),)
-    depth = "many" if turns >= ENOUGH_TURNS else "few"
-    able = [one for row in ROWS if row.chosen in ("always", depth) for one in row.sums]
+    depth = ["few"] if turns < ENOUGH_TURNS else ["many"] if firm else ["many", "simulate"]
+    able = [one for row in ROWS if row.chosen in ("always", *depth) for one in row.sums]
     if training.timed:
         return tuple(able)
     left = {(one.timeless.groups, one.direction): one.timeless for one in reversed(able) if one.timeless.groups}
@@ -91,7 +91,7 @@ def _fit_best(training: Training) -> ElementModel:
 
 def best_row(training: Training, firm: bool = True) -> Chosen:
     """Return the best row for a training, and all that were compared."""
-    return choose(training, candidates(training), firm)
+    return choose(training, candidates(training, firm), firm)
 
 
 def family_of(row: Row) -> Family:

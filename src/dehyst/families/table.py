@@ -19,10 +19,13 @@ TERMS = {
     "relax": "sum of w (x - q),  q as of creep without r, of the sample before",
     "relax-by-place": "sum of g(x) - g(q),  q as of creep without r, of the sample before",
     "rate": "sum of w clip((x - q) / s, -1, 1),  q as of creep, of the sample before: dampers that saturate",
+    "product": "sum of w q q',  q and q' as of creep without r, of the sample before, within the range; w of any sign",
     "path": "sum of w p,  p <- s r + exp(-|x - x'| / r) (p - s r),  s the sign of x - x'",
 }
 LAGGING = frozenset(("play", "lag", "creep", "viscous", "creep-by-place"))  # add loops that run counter-clockwise only
-TIMED = frozenset(("creep", "viscous", "creep-by-place", "relax", "relax-by-place", "rate"))
+TIMED = frozenset(("creep", "viscous", "creep-by-place", "relax", "relax-by-place", "rate", "product"))
+
+WORTH = 0.85
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,11 @@ class Sum:
     def timed(self) -> bool:
         """Whether it has elements that take time."""
         return not TIMED.isdisjoint(self.groups)
+
+    @property
+    def worth(self) -> float:
+        """Share of the error of others that it may leave to be taken: products of lags know much of one log."""
+        return WORTH if "product" in self.groups else 1.0
 
     @property
     def timeless(self) -> Sum:
@@ -56,7 +64,8 @@ class Row:
     sums
         Its groups of columns and direction; of several the one that errs least within the training.
     chosen
-        When the choice among rows looks at it: "always", with "few" turns, with "many", or "never".
+        When the choice among rows looks at it: "always", with "few" turns, with "many", with "many" to "simulate"
+        alone, or "never".
     source
         Where it comes from.
     cannot
@@ -84,6 +93,7 @@ def _row(name: str, title: str, groups: str, chosen: str, source: str, cannot: s
 
 
 OWN = "the sum is this project's, docs/decisions/0043"
+VOLTERRA = "Volterra 1930, second order; the sum is this project's, docs/decisions/0052"
 IWAN = "Iwan 1966; Vo-Minh and others 2011"
 CLOCKWISE = "Loops that run clockwise"
 ROWS = (
@@ -125,6 +135,19 @@ ROWS = (
     _row(
         "full-sum", "ramps of plays, creep, rate", "lag lead creep-by-place relax-by-place rate", "many", OWN,
         "Inertia; what few turns do not tell: it has the most weights.",
+    ),
+    _row(
+        "creep-volterra", "plays, creep, products of lags", "play creep product", "simulate", VOLTERRA,
+        f"{CLOCKWISE} but those of lags; an inverse that is stable for certain; lags faster than two samples.",
+    ),
+    _row(
+        "mixed-volterra", "plays, stops, creep, rate, products of lags", "play stop creep relax rate product",
+        "simulate", VOLTERRA, "An inverse that is stable for certain; what few turns do not tell.",
+    ),
+    _row(
+        "full-volterra", "ramps of plays, creep, rate, products of lags",
+        "lag lead creep-by-place relax-by-place rate product", "simulate", VOLTERRA,
+        "An inverse that is stable for certain; what few turns do not tell: it has the most weights.",
     ),
     _row(
         "inverse-stop", "inverse: stops, relaxation", "stop relax", "many", OWN,

@@ -9,7 +9,6 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
-from dehyst.identification.evidence import without_holds
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
 from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.measures import Measured
@@ -28,8 +27,6 @@ USELESS_GAIN = 2e3
 # ... nor is a model of an actuator that became another one.
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
-# Percent of range by which a model answers otherwise at a tenth of the speed, from which on that wants to be known.
-OTHER_SPEED = 1.0
 ROW_GAIN = (
     "Smooth the reference, or take plays with a bound of your own: --max-inverse-gain G, in units of input over output."
 )
@@ -53,14 +50,11 @@ class Knows:
         Loops that lead in one part of the input and lag in another.
     time
         Rate and creep.
-    creep
-        By how much its answer differs at a tenth of the log's speed, rms in percent of range (`slower_percent`).
     """
 
     leads: bool = False
     crosses: bool = False
     time: bool = False
-    creep: float = 0.0
 
 
 def of_range(percent: float) -> str:
@@ -110,8 +104,6 @@ def about_data(
             f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
-    if knows.creep > OTHER_SPEED:
-        yield from without_holds(loop.evidence, knows.creep)
     if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
         yield Finding(
             "drift",
@@ -168,6 +160,7 @@ def about_fit(
     paper: bool,
     asked_test: bool,
     knows: Knows,
+    turns: int,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
     first = records[0]
@@ -206,7 +199,7 @@ def about_fit(
         )
     error = (measured.test or measured.train).rmse
     bar = (measured.static_test or measured.static_train).rmse
-    if certificate.operators and error > STATIC_AS_GOOD * bar:
+    if turns and certificate.operators and error > STATIC_AS_GOOD * bar:  # one branch is no loop
         yield Finding(
             "static-as-good",
             f"a curve without hysteresis is as good: it misses by {100 * bar / data.output_range:.2f} % of range, the "
@@ -219,14 +212,14 @@ def about_fit(
         yield _bound_of_paper(first, slope, certificate.strain)
     gain = certificate.inverse_gain * slope
     misses = certificate.inverse_miss_percent > INVERSE_MISSES  # then nobody should use the inverse at all
-    if is_high(gain) and not misses:
+    if np.isfinite(gain) and is_high(gain) and not misses:  # without a bound there is no inverse
         yield Finding(
             "high-inverse-gain",
             f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
             f"ratio of the ranges): noise on its input becomes steps of its output. {_of_units(slope) if paper else ''}"
             f"{ROW_GAIN if knows.crosses else _cure_of_gain(certificate)}",
         )
-    if gain > USELESS_GAIN and not misses:
+    if np.isfinite(gain) and gain > USELESS_GAIN and not misses:
         yield Finding(
             "inverse-useless",
             f"a change of the wanted output by 0.01 % of its range may ask for {0.01 * gain:.0f} % of the input's: the "

@@ -24,7 +24,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.loops import turning_points
 from dehyst.models import Model
 from dehyst.models.model import require_model
-from dehyst.models.offset import following, offset_numbers
+from dehyst.models.offset import following, offset_numbers, width
 from dehyst.ranges import robust_range
 from dehyst.recording import Recording, require_recordings, takes_recordings
 from dehyst.ties import rank
@@ -379,11 +379,8 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
 def _followed(model: Model, records: Sequence[Recording], outputs: Sequence[Array], limit: float) -> tuple[Array, ...]:
     """Outputs with an offset that follows the last cycle, begun anew in each piece."""
     inputs, measured = [record.input for record in records], [record.output for record in records]
-    spans = (
-        (card.low, card.high) if card.low is not None and card.high is not None else range_over(values)
-        for card, values in ((model.card.output, measured), (model.card.input, inputs))
-    )
-    numbers = offset_numbers(limit, *(high - low for low, high in spans))
+    card = model.card
+    numbers = offset_numbers(limit, width(card.output, range_over(measured)), width(card.input, range_over(inputs)))
     followed = []
     for record, output in zip(records, outputs, strict=True):
         moved = np.array(output)

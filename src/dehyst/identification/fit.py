@@ -425,7 +425,7 @@ class Fit:
     @property
     def direction(self) -> str:
         """ "forward", or "inverse" where the input was identified as a function of the output."""
-        return str(getattr(self.model, "direction", "forward"))
+        return str(self.model.direction)
 
     @property
     def size(self) -> str:
@@ -442,7 +442,7 @@ class Fit:
     def evidence_words(self) -> tuple[str, ...]:
         """What the log shows of rate and creep, a sentence each, and what the model has of them where that differs."""
         has = {RATE: ("viscous", "rate"), CREEP: ("creep", "relax")}
-        kinds = elements_of(self.model)
+        kinds = self.model.kinds
         return tuple(
             f"{found}{_kept(found, any(k in kinds for k in has[found.group]))}" for found in self.facts.evidence
         )
@@ -589,7 +589,7 @@ class Fit:
             "inverse_miss_percent": self.certificate.inverse_miss_percent,
             "purpose": str(self.settings.get("purpose", "compensate")),
             "direction": self.direction,
-            "elements": list(elements_of(self.model)),
+            "elements": list(self.model.kinds),
             "dead_time_s": self.model.dead_time,
             "residual": self.residual.as_dict(),
             "input_error": {
@@ -619,16 +619,6 @@ def size_of(model: Any, nonzero: int, offered: int) -> str:
 def word_of(model: Any) -> str:
     """What a model is a sum of: "operators" where these are plays or stops alone, else "terms"."""
     return "terms" if model.play_core is None else "operators"
-
-
-BUILT_OF = {
-    "pi": ("play",), "pi-cumulative": ("play",), "modified-pi": ("play", "map"), "stop": ("stop",), "static": ("map",),
-}  # fmt: skip
-
-
-def elements_of(model: Any) -> tuple[str, ...]:
-    """Kinds of elements that a model is made of; the name of its family where it is no sum of elements."""
-    return tuple(getattr(model, "kinds", ())) or BUILT_OF.get(model.family, (model.family,))
 
 
 def _kept(found: Evidence, kept: bool) -> str:

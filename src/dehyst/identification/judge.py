@@ -64,9 +64,7 @@ def examine(
         evidence=measured.evidence,
     )
     judged = [*about_data(data, loop_facts, abs(change), doubt, knows)]
-    judged += about_fit(records, data, measured, certificate, paper, held_out, knows)
-    if loop_facts.turns == 0:  # one branch is no loop that a curve could be as good on
-        judged = [finding for finding in judged if finding.code != "static-as-good"]
+    judged += about_fit(records, data, measured, certificate, paper, held_out, knows, counts[1])
     # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
     said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
     read = [finding for record in records for finding in record.findings if finding.code not in said]

@@ -1,9 +1,10 @@
-"""Least squares with bounds by orthogonal factors: QR reduction, then NNLS, then a polish on the support.
+"""Least squares with bounds by orthogonal factors: QR reduction, an active set, then a solution on its support.
 
     minimise |F a + P w - b|^2   subject to   w >= lower,   a free
 
 QR keeps the conditioning of the regressors (normal equations would square it), and an active set method
-returns exact zeros, which interior-point and first-order solvers do not.
+returns exact zeros, which interior-point and first-order solvers do not. The set of normal equations is taken if the
+solution on it is optimal; SciPy's method, whose import takes longer than all that, is there for where it is not.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 
+from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
 
@@ -21,6 +22,8 @@ NO_EFFECT = 1e-12
 # Free columns are dependent where less than this share of the longest is left of one; they are then held, at no price
 # that could be measured, by rows of this share of it.
 DEPENDENT, HELD = 1e-10, 1e-7
+ROWS = 8192  # that are reduced at a time: they stay in the cache
+OPTIMAL = 1e-13  # violation of the conditions, relative, that rounding leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,10 @@ class Solution:
 
 def triangle(rows: Array) -> Array:
     """Triangular factor R (m, m) of rows (T, m): the same least-squares problem in m equations."""
-    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=np.float64)
+    kept = rows[:ROWS]
+    for begin in range(ROWS, rows.shape[0], ROWS):
+        kept = np.vstack([np.linalg.qr(kept, mode="r"), rows[begin : begin + ROWS]])
+    return np.asarray(np.linalg.qr(kept, mode="r"), dtype=np.float64)
 
 
 def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
@@ -58,11 +64,6 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
         Number of unbounded unknowns, whose columns come first. Of dependent ones the smallest solution is taken.
     lower
         Lower bounds of w, (n,).
-
-    Raises
-    ------
-    IdentificationError
-        If the active set method does not end.
 
     Examples
     --------
@@ -84,17 +85,35 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     lengths = np.linalg.norm(inner, axis=0)
     inner = np.where(lengths > NOTHING_LEFT * np.linalg.norm(r[:, free : free + n], axis=0), inner, 0.0)
     scale = np.where(lengths > 0, lengths, 1.0)
+    w = lower + _polish(inner, shifted, _active(inner / scale, shifted) / scale)
+    if not _kkt_residual(inner, target, w, lower) <= OPTIMAL:
+        w = lower + _polish(inner, shifted, _nonnegative(inner / scale, shifted) / scale)
+    a = _back_substitute(r[:free, :free], r[:free, -1] - r[:free, free : free + n] @ w)
+    return Solution(a, w, _kkt_residual(inner, target, w, lower))
+
+
+def _active(columns: Array, target: Array) -> Array:
+    """Weights >= 0 by normal equations: enough to know which of them are not 0."""
+    lower, norm = np.zeros(columns.shape[1]), max(float(np.linalg.norm(target)), 1e-150)
+    return _native.solve_bounded(
+        columns.T @ columns, columns.T @ target, lower, 0, 0, _native.WEIGHTS, target_norm=norm
+    )[0]
+
+
+def _nonnegative(columns: Array, target: Array) -> Array:
+    """Weights >= 0 by orthogonal factors."""
+    from scipy.optimize import nnls
+
+    n = columns.shape[1]
     try:
-        scaled, _ = nnls(inner / scale, shifted, maxiter=30 * n + 100)
+        weights: Array = nnls(columns, target, maxiter=30 * n + 100)[0]
     except RuntimeError as fault:
         raise IdentificationError(
             f"the quadratic program with {n} weights did not reach its optimum ({fault}). The operators are too alike "
             f"for this data: identify fewer (--n {max(2, n // 2)}), or give thresholds that lie further apart.",
             operators=n,
         ) from None
-    w = lower + _polish(inner, shifted, scaled / scale)
-    a = _back_substitute(r[:free, :free], r[:free, -1] - r[:free, free : free + n] @ w)
-    return Solution(a, w, _kkt_residual(inner, target, w, lower))
+    return weights
 
 
 def _held(r: Array, free: int) -> Array:

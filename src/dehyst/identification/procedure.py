@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy.typing as npt
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
-from dehyst.identification.certify import certify, seen_in
+from dehyst.identification.certify import Seen, certify, seen_in
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import STATIC, Estimate, fit_family
 from dehyst.identification.fit import Candidate, Fit
@@ -191,6 +192,52 @@ def solve_in_memory(
     with single_blas():
         data = prepare(records, call.split, weights)
         return solve(call, records[0], data, facts.branches(data), measure or InMemory(records), records)
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Recordings split and scaled once, for all families that are identified from them with their usual settings."""
+
+    records: tuple[Recording, ...]
+    split: Split
+    measure: InMemory
+
+    @cached_property
+    def data(self) -> DataSet:
+        """Scaled."""
+        return prepare(self.records, self.split)
+
+    @cached_property
+    def branches(self) -> tuple[facts.Branches, ...]:
+        """Of the fitted part."""
+        return facts.branches(self.data)
+
+    @cached_property
+    def seen(self) -> Seen:
+        """What the fitted part shows."""
+        return seen_in(self.branches)
+
+    def call(self, family: str) -> Call:
+        """Usual settings of a family."""
+        return call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", self.split)
+
+    def plays(self, family: str) -> Fit:
+        """Fit a family of plays; each once."""
+        if family not in self._fits:
+            with single_blas():
+                self._fits[family] = solve(
+                    self.call(family), self.records[0], self.data, self.branches, self.measure, self.records
+                )
+        return self._fits[family]
+
+    @cached_property
+    def _fits(self) -> dict[str, Fit]:
+        return {}
+
+
+def prepared(records: tuple[Recording, ...], train_fraction: float | None) -> Prepared:
+    """Return recordings that were checked, split."""
+    return Prepared(records, split_recordings(records, train_fraction), InMemory(records))
 
 
 def _identify_direct(

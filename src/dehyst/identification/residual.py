@@ -281,7 +281,7 @@ class _Span:
         """Input less its lags of some time constants."""
         every, none = max(1, self.x.size // MOST_LAGGING), np.zeros(0)
         time, x = np.ascontiguousarray(self.time[::every]), np.ascontiguousarray(self.x[::every])
-        ahead = _native.direct_bank(x, time, np.zeros(x.size, dtype=np.int64), none, none, times, True)
+        ahead = _native.direct_bank(x, time, none, none, times, True)[0]
         return np.column_stack([np.interp(self.time[at], time, one) for one in ahead.T])
 
     def features(self, at: Rows, times: Array) -> _Features:

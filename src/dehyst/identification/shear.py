@@ -186,11 +186,6 @@ def _gain(trial: Trial) -> float:
 def eps_of_gain(gain: float, shear: float = 0.0) -> float:
     """Return the bound of the first weight that keeps |1/w_1| - |k| <= G: eps = 1/(G + |k|). [output/input].
 
-    Raises
-    ------
-    ParameterError
-        If the gain is no positive number.
-
     Examples
     --------
     >>> eps_of_gain(20.0), eps_of_gain(20.0, shear=5.0)

@@ -2,7 +2,7 @@
 
 from dehyst.io.chunks import ChunkedLog, open_chunks
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
-from dehyst.io.logs import Signal, list_runs, read_log, read_signal
+from dehyst.io.logs import Signal, read_log, read_signal
 from dehyst.io.mcap_log import write_mcap
 from dehyst.io.write import format_csv, write_csv
 
@@ -14,7 +14,6 @@ __all__ = [
     "Signal",
     "format_csv",
     "inspect_log",
-    "list_runs",
     "open_chunks",
     "read_log",
     "read_signal",

@@ -143,10 +143,7 @@ def parse_date_times(cells: Sequence[str], order: str | None = None) -> Array:
     >>> parse_date_times(["1970-01-01T00:01:00Z", "x", "01.02.1970 00:00:00,5"]).tolist()
     [60.0, nan, 2678400.5]
     """
-    return _parse(cells, order or date_order(cells)[0])
-
-
-def _parse(cells: Sequence[str], order: str) -> Array:
+    order = order or date_order(cells)[0]
     return np.array([_seconds(cell, order) for cell in cells], dtype=np.float64)
 
 
@@ -179,7 +176,7 @@ def date_order(cells: Sequence[str]) -> tuple[str, bool]:
     usual, other = ("month", "day") if any(mark == "/" for _, mark, _, _ in dates) else ("day", "month")
     if len({date[:3] for date in dates}) == 1:
         return usual, False
-    spans = [_unevenness(_parse(cells, order)) for order in (usual, other)]
+    spans = [_unevenness(parse_date_times(cells, order)) for order in (usual, other)]
     return (usual, True) if spans[0] == spans[1] else ((usual if spans[0] < spans[1] else other), False)
 
 

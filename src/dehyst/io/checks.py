@@ -115,15 +115,7 @@ def check_signal(samples: Samples, about: Context, findings: list[Finding]) -> N
 
 
 def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, findings: list[Finding]) -> None:
-    """Findings about input and output together.
-
-    Raises
-    ------
-    ExcitationError
-        If the input never moves.
-    RecordingError
-        If the output never moves.
-    """
+    """Findings about input and output together."""
     x, y = samples.values
     if is_constant(x):
         raise ExcitationError(

@@ -1,13 +1,5 @@
 """Logs larger than memory: input and output in chunks, in constant memory, as often as they are needed.
 
-``open_chunks(path, input, output, time=None, *, run=None, time_unit=None, rows=131072) -> ChunkedLog``
-
-    log = open_chunks("long.csv", input="pressure", output="angle")
-    for time, x, y in log:                 # float64 (K,), 1 <= K <= rows; time is None without a time column
-        show(log.consumed, log.size)       # bytes
-    for time, x, y in log: ...             # and again from the start
-    log.samples, log.findings, log.provenance, log.input_label
-
 Rows in which a signal or the time is no number are left out and counted. What needs the whole log at once is not done:
 outliers stay in, angles are not unwrapped, rows are not sorted, gaps and a clock that jumps back are findings only.
 """
@@ -123,13 +115,7 @@ def _open(path: PathLike) -> Source:
 
 
 def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | None) -> str | None:
-    """The one clock of both signals.
-
-    Raises
-    ------
-    TimeError
-        If there are two.
-    """
+    """The one clock of both signals."""
     same = source.lengths.get(x_name, 0)
     others = {name for name, length in source.lengths.items() if length != same}
     if y_name not in others:

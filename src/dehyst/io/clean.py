@@ -55,13 +55,7 @@ class Context:
 
 
 def drop_unmeasured(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
-    """Drop rows in which a signal or the time is empty, not finite or not a number.
-
-    Raises
-    ------
-    RecordingError
-        If no row is left.
-    """
+    """Drop rows in which a signal or the time is empty, not finite or not a number."""
     parts = samples.values if samples.time is None else (*samples.values, samples.time)
     good = np.logical_and.reduce([finite(part) for part in parts])
     if good.all() and good.size:

@@ -203,15 +203,7 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
 
 
 def with_time_unit(table: Table, unit: str | None, time: str | None) -> Table:
-    """Table whose clock counts in `unit`: the named time column, else those that name no unit, else all.
-
-    Raises
-    ------
-    UnitError
-        If the unit is not one of time.
-    TimeError
-        If there is no such clock, or it holds date-times.
-    """
+    """Table whose clock counts in `unit`: the named time column, else those that name no unit, else all."""
     if unit is None:
         return table
     known = canonical(unit)
@@ -233,13 +225,7 @@ def with_time_unit(table: Table, unit: str | None, time: str | None) -> Table:
 
 
 def refuse_clock(table: Table, name: str, role: str) -> None:
-    """Refuse the time column as a signal.
-
-    Raises
-    ------
-    ColumnError
-        If the column is called like time and runs forward.
-    """
+    """Refuse the time column as a signal."""
     if not is_clock(table, name):
         return
     others = [column for column in table.columns if not is_clock(table, column)]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.io.clocks import TIME_WORDS, is_clock
+from dehyst.io.streams import labels_of, numbers_of
 from dehyst.io.table import Table, require_columns
 from dehyst.units import canonical, parse_unit, words
 from dehyst.visible import visible
@@ -24,17 +25,7 @@ RATE_NAMES = frozenset(["fs", "samplerate", "samplingrate", "samplefrequency", "
 
 @dataclass
 class Collector:
-    """Gathers what a binary log holds.
-
-    Attributes
-    ----------
-    name
-        File name without its folder.
-    columns, labels, units, clocks, stamps, scalars
-        As in `Table`.
-    findings
-        What was noticed on the way.
-    """
+    """Gathers what a binary log holds: columns and all that belongs to them as in `Table`, and what was noticed."""
 
     name: str
     columns: dict[str, Array] = field(default_factory=dict)
@@ -56,13 +47,10 @@ class Collector:
         if array.dtype.names:
             fields = ((f"{path}.{f}" if path else f, array[f]) for f in array.dtype.names)
             return [name for sub, part in fields for name in self.add(sub, part)]
-        if array.dtype.kind == "M":
-            seconds = array.astype("datetime64[ns]").astype(np.int64) / 1e9
-            names = self.add(path, np.where(np.isnat(array), np.nan, seconds), "s")
-            self.stamps.update(names)
+        if array.dtype.kind in "mM":
+            names = self.add(path, numbers_of(array), "s")
+            self.stamps.update(names if array.dtype.kind == "M" else [])
             return names
-        if array.dtype.kind == "m":
-            return self.add(path, array.astype("timedelta64[ns]").astype(np.float64) / 1e9, "s")
         if array.dtype.kind in "US":
             self._add_labels(path, array)
             return []
@@ -97,8 +85,7 @@ class Collector:
     def _add_labels(self, path: str, array: npt.NDArray[Any]) -> None:
         flat = np.atleast_1d(np.squeeze(array))
         if flat.ndim == 1 and flat.size > 1:
-            text = flat.astype(np.str_) if flat.dtype.kind == "U" else np.char.decode(flat, "latin-1")
-            self.labels[path] = np.char.strip(text)
+            self.labels[path] = labels_of(flat)
 
     def table(self, sha256: str) -> Table:
         """Finish: find the clocks of structs, make time from a sampling time, and build the table.

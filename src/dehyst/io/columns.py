@@ -37,20 +37,6 @@ def find_column(table: Table, wanted: str, role: str) -> str:
     """Name of the column that a user means.
 
     Tried in turn: the exact name, the name in any case, the name without its unit, ``#3`` for the third column.
-
-    Parameters
-    ----------
-    table
-        The log.
-    wanted
-        What the user typed.
-    role
-        ``"input"``, ``"output"`` or ``"time"``, for the message.
-
-    Raises
-    ------
-    ColumnError
-        If there is no such column, more than one, or it holds text.
     """
     wanted = str(wanted)
     found = _match(table, wanted)
@@ -162,13 +148,7 @@ def count_runs(table: Table) -> dict[str, int]:
 
 
 def select_run(table: Table, run: str | None) -> tuple[str | None, npt.NDArray[np.bool_]]:
-    """Run that is meant and the rows that belong to it.
-
-    Raises
-    ------
-    RunError
-        If there are several runs and none is named, or no such run.
-    """
+    """Run that is meant and the rows that belong to it."""
     everything = np.ones(table.rows.size, dtype=bool)
     runs = count_runs(table)
     listed = ", ".join(f"{name} ({rows} rows)" for name, rows in list(runs.items())[:40])

@@ -39,22 +39,7 @@ TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows l
 
 
 def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
-    """Read a text log.
-
-    Parameters
-    ----------
-    data
-        Bytes of the file.
-    name
-        File name without its folder, for messages.
-    sha256
-        Fingerprint of the file, carried along.
-
-    Raises
-    ------
-    LogError
-        If it is not text, or holds no table of numbers.
-    """
+    """Read a text log."""
     text = open_text(expand(data, name), name)
     layout = layout_of(text, name)
     findings: list[Finding] = []

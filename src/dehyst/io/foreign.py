@@ -130,13 +130,7 @@ def muted_stderr() -> Iterator[None]:
 def optional(
     module: str, extra: str, name: str, doing: str = "reading", instead: str = "save the columns as CSV"
 ) -> Any:
-    """Import an optional package, or say which line installs it, and what can be done `instead`.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
+    """Import an optional package, or say which line installs it, and what can be done `instead`."""
     try:
         return importlib.import_module(module)
     except ImportError as fault:
@@ -149,13 +143,7 @@ def optional(
 
 
 def refuse_bomb(expanded: int, packed: int, name: str) -> None:
-    """Refuse contents that unpack to more than 100 times the file (and 64 MB), or more than 1 GB.
-
-    Raises
-    ------
-    LogError
-        If they do.
-    """
+    """Refuse contents that unpack to more than 100 times the file (and 64 MB), or more than 1 GB."""
     limit = min(SIZE_LIMIT, max(BINARY_FREE, EXPANSION_LIMIT * packed))
     if expanded > limit:
         raise LogError(

@@ -71,13 +71,7 @@ def read_table(path: PathLike) -> Table:
 
 
 def path_of(path: PathLike) -> Path:
-    """Path of a log, whatever was given for it.
-
-    Raises
-    ------
-    LogError
-        If it is no path.
-    """
+    """Path of a log, whatever was given for it."""
     if not isinstance(path, str | os.PathLike):
         raise LogError(
             f"the log is given as {path!r:.60}, which is no path. Give the file's name, for example 'log.csv'; of "
@@ -88,13 +82,7 @@ def path_of(path: PathLike) -> Path:
 
 
 def require_file(source: Path) -> int:
-    """Bytes of a file that can be read more than once.
-
-    Raises
-    ------
-    LogError
-        If it is another thing, or empty.
-    """
+    """Bytes of a file that can be read more than once."""
     size = source.stat().st_size
     if not source.is_file():
         raise LogError(f"'{source}' is not a file that can be read twice; save it to disk first.", path=str(source))

@@ -20,11 +20,6 @@ def read_hdf5(data: bytes, name: str, sha256: str) -> Table:
     """Read a MAT file of version 7.3, or any HDF5 file of vectors and matrices.
 
     A group or struct field becomes ``group.field``.
-
-    Raises
-    ------
-    LogError
-        If it is damaged, unpacks to more than the limit, or holds no numbers.
     """
     import h5py  # 100 ms that the other formats need not pay
 

@@ -96,13 +96,7 @@ def _score(sample: Sequence[str], delimiter: str, decimal_comma: bool) -> tuple[
 
 
 def find_layout(lines: Sequence[str], name: str) -> Layout:
-    """Find the layout of a text log from its first and some later lines.
-
-    Raises
-    ------
-    LogError
-        If no delimiter makes columns of numbers.
-    """
+    """Find the layout of a text log from its first and some later lines."""
     body = [line for line in lines[: 4 * SAMPLE] if not is_comment(line)]
     if not body:
         raise LogError(

@@ -11,7 +11,7 @@ from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
 from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_time_unit
-from dehyst.io.columns import count_runs, find_column, run_column
+from dehyst.io.columns import find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
 from dehyst.io.table import Table
@@ -200,11 +200,6 @@ def read_signal(
     bare, unit = _label(table, name)
     provenance = _provenance(table, {"column": name, "time": clock}, chosen, start, stop, samples)
     return Signal(samples.values[0], samples.time, bare, unit, samples.breaks, tuple(findings), provenance)
-
-
-def list_runs(path: PathLike) -> dict[str, int]:
-    """Runs of a log, in its order, and their number of rows; empty if it does not tell runs apart."""
-    return count_runs(read_table(path))
 
 
 def _label(table: Table, name: str) -> tuple[str, str]:

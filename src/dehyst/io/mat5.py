@@ -83,15 +83,7 @@ class _Cursor:
 
 
 def parse_mat(data: bytes, name: str) -> dict[str, Any]:
-    """Variables of a MAT file of version 6 or 7.
-
-    Raises
-    ------
-    DamageError, struct.error, zlib.error
-        If it is damaged.
-    LogError
-        If its packed variables unpack to more than the limit.
-    """
+    """Variables of a MAT file of version 6 or 7; `DamageError` or what struct and zlib say of a damaged one."""
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
         raise DamageError("no byte order at 126")
@@ -190,13 +182,7 @@ def _nested(cursor: _Cursor, depth: int) -> Any:
 
 
 def parse_old(data: bytes) -> dict[str, Any]:
-    """Variables of a MAT file of version 4.
-
-    Raises
-    ------
-    DamageError, struct.error
-        If it is damaged.
-    """
+    """Variables of a MAT file of version 4; `DamageError` or what struct and zlib say of a damaged one."""
     found: dict[str, Any] = {}
     order = "<" if struct.unpack("<i", data[:4])[0] in range(5000) else ">"
     cursor = _Cursor(memoryview(data), order)

@@ -20,11 +20,6 @@ def read_mat(data: bytes, name: str, sha256: str) -> Table:
     """Read a MAT file of version 4, 6 or 7.
 
     A struct field becomes ``struct.field``; a signal of Simulink's structure with time takes its label.
-
-    Raises
-    ------
-    LogError
-        If it is damaged, unpacks to more than the limit, or holds no numbers.
     """
     found = Collector(name)
     guard(name, "MAT file", len(data), lambda: _fill(found, data))

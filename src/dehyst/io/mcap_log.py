@@ -52,10 +52,6 @@ def write_mcap(path: PathLike, channels: Mapping[str, tuple[npt.ArrayLike, Mappi
         Topic -> time, (T,) [s], and its columns by name, (T,) each. T may differ from channel to channel. Names are
         letters, digits and single underscores: ``"joint_1"``, ``"angle_rad"``.
 
-    Returns
-    -------
-    path : pathlib.Path
-
     Raises
     ------
     OutputError

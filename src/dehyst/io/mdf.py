@@ -11,15 +11,7 @@ from dehyst.io.table import Table
 
 
 def read_mdf(data: bytes, name: str, sha256: str) -> Table:
-    """Read all channels of numbers; each group has its own clock, ``time`` or ``time_group_2``.
-
-    Raises
-    ------
-    LogError
-        If it is damaged or holds no numbers.
-    MissingExtraError
-        If asammdf is not installed.
-    """
+    """Read all channels of numbers; each group has its own clock, ``time`` or ``time_group_2``."""
     asammdf = optional("asammdf", "mdf", name)
     found = Collector(name)
     guard(name, "MDF file", len(data), lambda: _fill(found, asammdf, data))

@@ -140,17 +140,7 @@ def read_part(text: bytes, offset: int, line: int, plain: Plain, capacity: int) 
 
 
 def read_plain(text: bytes, offset: int, line: int, plain: Plain) -> tuple[list[Array | Labels], Rows] | None:
-    """All columns from a byte on, and the number of each row's line; None if a cell is not plain.
-
-    Parameters
-    ----------
-    text
-        UTF-8.
-    offset, line
-        Byte at which the data begin, and number of that line.
-    plain
-        How to read it.
-    """
+    """All columns from a byte on, and the number of each row's line; None if a cell is not plain."""
     parts: list[Part] = []
     while offset < len(text):
         part = read_part(text, offset, line, plain, _room(text, offset))

@@ -42,11 +42,6 @@ def merge_clocks(x: Samples, y: Samples, about: Context, findings: list[Finding]
     """Interpolate the output linearly at the input's stamps, over the time that both cover.
 
     Stamps of the input that fall into a gap of the output are left out.
-
-    Raises
-    ------
-    TimeError
-        If a signal has no time, a clock restarts, or the two do not overlap.
     """
     tx, ty = x.time, y.time
     if tx is None or ty is None:
@@ -89,13 +84,7 @@ def merge_clocks(x: Samples, y: Samples, about: Context, findings: list[Finding]
 
 
 def parse_window(start: float | None, stop: float | None) -> tuple[float, float]:
-    """Bounds of ``start <= t < stop``, infinite where not given.
-
-    Raises
-    ------
-    TimeError
-        If the window is empty.
-    """
+    """Bounds of ``start <= t < stop``, infinite where not given."""
     window = (-math.inf if start is None else float(start), math.inf if stop is None else float(stop))
     if not window[0] < window[1]:
         raise TimeError(
@@ -122,13 +111,7 @@ def samples_of(
     findings: list[Finding],
     shift: bool = False,
 ) -> Samples:
-    """Samples of some columns on one clock, in the rows of `mask`; `shift` keeps stamps counted from 1970.
-
-    Raises
-    ------
-    ColumnError
-        If the numbers of a column cannot be trusted.
-    """
+    """Samples of some columns on one clock, in the rows of `mask`; `shift` keeps stamps counted from 1970."""
     for column in (*names, clock):
         if column is not None and column in table.refused:
             raise ColumnError(table.refused[column], column=column)
@@ -162,13 +145,7 @@ def prepare(
 
 
 def cut_window(samples: Samples, about: Context, window: tuple[float, float]) -> Samples:
-    """Samples of a window.
-
-    Raises
-    ------
-    TimeError
-        If there is no time, or no sample in it.
-    """
+    """Samples of a window."""
     if not (math.isfinite(window[0]) or math.isfinite(window[1])):
         return samples
     t = samples.time

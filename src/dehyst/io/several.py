@@ -61,14 +61,7 @@ def read_columns(
 
     Nothing is taken for an outlier: neighbouring rows of a table may be points that have nothing to do with each other.
 
-    Parameters
-    ----------
-    path
-        Log of any format that `dehyst.read_log` reads.
-    columns
-        Role, for messages, -> column, named as for `dehyst.read_log`.
-    time, run, start, stop, time_unit
-        As for `dehyst.read_log`.
+    `columns`: role, for messages, -> column, named as for `dehyst.read_log`.
 
     Raises
     ------

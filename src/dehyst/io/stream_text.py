@@ -18,8 +18,8 @@ from dehyst.io.cells import date_order, number, parse_date_times
 from dehyst.io.delimited import layout_of, read_delimited
 from dehyst.io.layout import Layout, is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part
-from dehyst.io.streams import Column, Piece
-from dehyst.io.table import Table, list_rows
+from dehyst.io.streams import Column, Piece, Source
+from dehyst.io.table import list_rows
 from dehyst.io.text import open_text
 
 BLOCK = 1 << 20  # bytes read at a time
@@ -29,7 +29,7 @@ ODD_MOST = 0.1  # of the lines of a chunk may be read one by one
 SHOWN = 4
 
 
-class TextSource:
+class TextSource(Source):
     """A .csv .txt .tsv .dat file, also packed with gzip."""
 
     costly = True
@@ -64,10 +64,6 @@ class TextSource:
             else:
                 while block := stream.read(BLOCK):
                     yield block, stream.tell()
-
-    def head(self) -> Table:
-        """First rows, as the reader of whole files gives them."""
-        return self._table
 
     def findings(self) -> list[Finding]:
         """Lines of another width, left out in the last pass."""

@@ -49,10 +49,11 @@ class Source(Protocol):
     size: int
     costly: bool
     lengths: Mapping[str, int]
+    _table: Table
 
     def head(self) -> Table:
         """First rows, as the reader of whole files gives them."""
-        ...
+        return self._table
 
     def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
         """All rows of some columns, at most `rows` at a time."""
@@ -60,7 +61,7 @@ class Source(Protocol):
 
     def findings(self) -> list[Finding]:
         """What the last pass met with, besides cells without numbers."""
-        ...
+        return []
 
 
 def open_source(path: Path, head: bytes) -> Source:
@@ -68,15 +69,15 @@ def open_source(path: Path, head: bytes) -> Source:
     from dehyst.io.formats import BAGS, NPY, TABLES, ZIP
 
     if head.startswith(BAGS):
-        from dehyst.io.stream_bags import BagSource
+        from dehyst.io.ros import BagSource
 
         return BagSource(path)
     if head.startswith((*ZIP, NPY)):
-        from dehyst.io.stream_arrays import ArraySource
+        from dehyst.io.numpy_files import ArraySource
 
         return ArraySource(path)
     if head.startswith(TABLES):
-        from dehyst.io.stream_tables import TableSource
+        from dehyst.io.parquet import TableSource
 
         return TableSource(path, head)
     from dehyst.io.stream_text import TextSource
@@ -92,7 +93,12 @@ def numbers_of(values: npt.NDArray[Any]) -> Column:
     if values.dtype.kind == "m":
         return values.astype("timedelta64[ns]").astype(np.float64) / 1e9
     if values.dtype.kind in "US":
-        text = values.astype(np.str_) if values.dtype.kind == "U" else np.char.decode(values, "latin-1")
-        return np.asarray(np.char.strip(text))
+        return labels_of(values)
     with np.errstate(all="ignore"):
         return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def labels_of(values: npt.NDArray[Any]) -> npt.NDArray[np.str_]:
+    """Labels of an array of texts, without blanks around them."""
+    text = values.astype(np.str_) if values.dtype.kind == "U" else np.char.decode(values, "latin-1")
+    return np.asarray(np.char.strip(text))

@@ -80,13 +80,7 @@ def _utf16(data: bytes) -> str | None:
 
 
 def decode(data: bytes, name: str) -> str:
-    """Decode a text log: UTF-8 or UTF-16 with or without byte-order mark, else Latin-1.
-
-    Raises
-    ------
-    LogError
-        If the bytes are not text.
-    """
+    """Decode a text log: UTF-8 or UTF-16 with or without byte-order mark, else Latin-1."""
     wide = _utf16(data)
     if wide:
         text = data[: len(data) // 2 * 2].decode(wide, errors="replace").lstrip("\ufeff")
@@ -192,13 +186,7 @@ class Text:
 
 
 def open_text(data: bytes, name: str) -> Text:
-    """Decode the first lines of a log, and of the others as much as it takes to have UTF-8.
-
-    Raises
-    ------
-    LogError
-        If the bytes are not text.
-    """
+    """Decode the first lines of a log, and of the others as much as it takes to have UTF-8."""
     cut = len(data) if _utf16(data) else _head_size(data)
     if cut < len(data) and (data.isascii() or data[cut:].isascii()):
         head = decode(data[:cut], name)

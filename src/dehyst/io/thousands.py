@@ -70,14 +70,7 @@ def marks_of(cells: Sequence[str]) -> Marks:
 def separator_of(cells: Sequence[str], marks: Marks, decimals: frozenset[str]) -> tuple[str, bool]:
     """Mark that may separate the thousands of a column, and whether that is certain.
 
-    Parameters
-    ----------
-    cells
-        Cells of the column, without blanks around them.
-    marks
-        Those of the column.
-    decimals
-        Decimal signs that are certain anywhere in the log.
+    `decimals` are the decimal signs that are certain anywhere in the log.
 
     Returns
     -------

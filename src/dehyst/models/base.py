@@ -14,6 +14,7 @@ from dehyst._native import StackStepper, Stepper
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import signal_array
+from dehyst.models.machine import Direction, Machine
 from dehyst.models.model import Band, Model
 from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 
@@ -49,6 +50,12 @@ class HysteresisModel(Model):
     @abstractmethod
     def inverse(self) -> HysteresisModel:
         """Return the model that undoes this one, state included: x = inverse.simulate(model.simulate(x))."""
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """ "play" or "stop", and "map" if there is one before or behind them."""
+        mapped = any(each is not None for each in self.maps)
+        return (self.operators[0], "map") if mapped else (self.operators[0],)
 
     @abstractmethod
     def with_state(self, state: npt.ArrayLike | None) -> Self:
@@ -296,6 +303,13 @@ class HysteresisModel(Model):
     def _inner(self) -> HysteresisModel:
         """The operator alone."""
         return self
+
+    def machine(  # noqa: D102 - documented in the base class
+        self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
+    ) -> Machine:
+        from dehyst.models.play_machine import play_machine  # made for targets alone
+
+        return play_machine(self, direction, range, ramp)
 
     def final_state(self, x: npt.ArrayLike) -> Array:
         """Return the play states (n,) after an input signal, for ``with_state``."""

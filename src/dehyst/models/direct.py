@@ -19,6 +19,7 @@ from dehyst.models.arrays import parameter_array, parameter_number, signal_array
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
 from dehyst.models.follow import BEYOND, follow
+from dehyst.models.machine import Direction, Machine
 from dehyst.models.model import Band, Inverted, Model, Steps, WeightTable
 from dehyst.models.schedule import Schedule
 
@@ -213,6 +214,11 @@ class DirectInverse(Model):
         return tuple(SignalCard(each.name, each.unit, each.low, each.high) for each in self.outside)
 
     @property
+    def unit_needs(self) -> tuple[str, ...]:
+        """The rate of the output, and the scheduling variables."""
+        return ("rate", *self.needs)
+
+    @property
     def no_forward(self) -> str:
         """Without a range of the output there is nowhere to look for the one that an input gives."""
         card = self.card.output
@@ -367,6 +373,13 @@ class DirectInverse(Model):
             len(GROUPS),
             bool(self.known),
         )  # fmt: skip
+
+    def machine(  # noqa: D102 - documented in the base class
+        self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
+    ) -> Machine:
+        from dehyst.models.direct_machine import direct_machine  # made for targets alone
+
+        return direct_machine(self, direction, range, ramp, period)
 
     def core_stepper(self, period: float) -> DirectStepper:
         """Return the step of exported code, for samples `period` apart: ``step(y, rate, first, second)`` answers u.

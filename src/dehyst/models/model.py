@@ -17,7 +17,8 @@ from dehyst.arrays import Array
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.models.arrays import parameter_number
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.offset import following, offset_numbers
+from dehyst.models.machine import Direction, Machine
+from dehyst.models.offset import following, offset_numbers, width
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
@@ -143,6 +144,11 @@ class Model(ABC):
         return ""
 
     @property
+    def unit_needs(self) -> tuple[str, ...]:
+        """Further inputs of the unit that runs it on a target."""
+        return self.needs
+
+    @property
     def no_export(self) -> str:
         """Why no target can run it, in one sentence; empty if one can."""
         if self.core:
@@ -167,6 +173,11 @@ class Model(ABC):
     def remarks(self) -> tuple[str, ...]:
         """What only this kind of model says of itself, a few words each."""
         return ()
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of elements that it is made of; the name of its family where it is no sum of elements."""
+        return (self.family,)
 
     @property
     def weight_tables(self) -> tuple[WeightTable, ...]:
@@ -217,7 +228,7 @@ class Model(ABC):
     ) -> Array:
         """Return the output (T,) with an offset that follows the last cycle of what was measured. [output]
 
-        The same as a `FollowingBlock` does that runs forward. No sample depends on a measurement of its own or later.
+        The same as a forward `Block` with `follow_offset`. No sample depends on a measurement of its own or later.
 
         Parameters
         ----------
@@ -229,11 +240,14 @@ class Model(ABC):
             As in `simulate`.
         """
         said = self.simulate(x, time, **signals)
-        width, height = (
-            float(np.ptp(values)) if card.low is None or card.high is None else float(card.high - card.low)
-            for card, values in ((self.card.input, np.asarray(x)), (self.card.output, said))
-        )
-        return following(x, said, measured, offset_numbers(limit, height, width))
+        numbers = offset_numbers(limit, width(self.card.output, said), width(self.card.input, x))
+        return following(x, said, measured, numbers)
+
+    def machine(
+        self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
+    ) -> Machine:
+        """Return the core's block that runs the model, or its inverse, on a machine; `dehyst.block` wraps it."""
+        raise ParameterError(self.no_export)
 
     @abstractmethod
     def inverse(self) -> Model:
@@ -261,9 +275,15 @@ class Model(ABC):
         """Return at how many samples of a simulated output (T,) the model had none for its input."""
         return 0
 
-    def too_slow(self, period: float) -> bool:
-        """Whether a period [s] is so long that what the log knows of time would be lost."""
-        return self.rate_dependent and 0.0 < TOO_SLOW * self.period < period
+    def too_slow(self, period: float) -> str:
+        """Why a period [s] is too long for what the log knows of time, and what to type; empty if it is not."""
+        if not self.rate_dependent or not 0.0 < TOO_SLOW * self.period < period:
+            return ""
+        return (
+            f"a period of {period:g} s is {period / self.period:.3g} times that of the log, {self.period:g} s: this "
+            f"{self.family} model depends on time, and what happens within a period is lost. Give it in seconds: "
+            f"{self.period:g}, or less."
+        )
 
     @abstractmethod
     def stepper(self, period: float | None = None) -> Any:
@@ -461,8 +481,8 @@ class Steps(ABC):
         self._needs, self._family, self._timed = model.needs, model.family, model.rate_dependent
         self.period = model.period if period is None else _positive(period)
         self.output = 0.0
-        if model.too_slow(self.period):
-            warnings.warn(too_slow_words(model, self.period), UserWarning, stacklevel=3)
+        if slow := model.too_slow(self.period):
+            warnings.warn(slow, UserWarning, stacklevel=3)
 
     @abstractmethod
     def reset(self) -> None:
@@ -481,15 +501,6 @@ class Steps(ABC):
                 f"model.stepper(period) with the period of your loop [s], or step(x, seconds)."
             )
         return passed
-
-
-def too_slow_words(model: Model, period: float) -> str:
-    """What `Model.too_slow` means, and what to type."""
-    return (
-        f"a period of {period:g} s is {period / model.period:.3g} times that of the log, {model.period:g} s: this "
-        f"{model.family} model depends on time, and what happens within a period is lost. Give it in seconds: "
-        f"{model.period:g}, or less."
-    )
 
 
 def require_model(model: object, wanted: str) -> Model:

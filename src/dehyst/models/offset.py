@@ -13,6 +13,7 @@ from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number, signal_array
+from dehyst.models.card import SignalCard
 
 TURN = 0.05  # of the range: so far back is a turning point
 MOST = 0.5  # of the range: an inverse's demand still turns where its reference turns
@@ -72,6 +73,11 @@ def offset_numbers(limit: float, output: float, x: float) -> OffsetNumbers:
     return OffsetNumbers(share * output, TURN * x, share * output / x)
 
 
+def width(card: SignalCard, otherwise: npt.ArrayLike) -> float:
+    """Return the identified range of a signal; where that is not known, the range of these values."""
+    return float(np.ptp(otherwise) if card.low is None or card.high is None else card.high - card.low)
+
+
 def following(x: npt.ArrayLike, said: npt.ArrayLike, measured: npt.ArrayLike, numbers: OffsetNumbers) -> Array:
     """Return a model's output (T,) with the offset of the last cycle of what was measured, NaN where nothing was.
 
@@ -85,7 +91,7 @@ def following(x: npt.ArrayLike, said: npt.ArrayLike, measured: npt.ArrayLike, nu
     [-0.3, 0.0]
     """
     inputs, answers = signal_array(x, "input x"), signal_array(said, "said")
-    seen = np.ascontiguousarray(measured, dtype=np.float64)
+    seen = signal_array(measured, "measured")
     if not inputs.shape == answers.shape == seen.shape:
         raise ParameterError(f"input, output and measurement differ: {inputs.shape}, {answers.shape}, {seen.shape}.")
     moved: Array = answers + numbers.made().run(inputs, answers, seen)

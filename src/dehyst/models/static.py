@@ -45,6 +45,11 @@ class StaticCurve(HysteresisModel):
         return 0
 
     @property
+    def kinds(self) -> tuple[str, ...]:
+        """A map."""
+        return ("map",)
+
+    @property
     def inverse_gain(self) -> float:
         """Largest slope of the inverse curve. [input/output]"""
         return self.curve.inverse_gain

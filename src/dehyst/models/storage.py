@@ -54,13 +54,7 @@ def model_to_dict(model: Model) -> Json:
 
 
 def signed(kind: str, family: str, parameters: Json, card: ModelCard) -> Json:
-    """Return the content of a file of a kind, with its checksum.
-
-    Raises
-    ------
-    ParameterError
-        If something is no plain JSON value.
-    """
+    """Return the content of a file of a kind, with its checksum."""
     content: Json = {
         "format": kind,
         "schema": SCHEMA,
@@ -129,13 +123,7 @@ def _read_signal(p: Any, name: str) -> SignalCard:
 
 
 def check_signed(content: Any, path: str) -> Json:
-    """Return the content of a model file, as it was when it was signed.
-
-    Raises
-    ------
-    ModelFileError
-        If it is no model or of another schema version, nested too deeply, or was altered.
-    """
+    """Return the content of a model file, as it was when it was signed."""
     if not isinstance(content, dict) or not isinstance(content.get("format"), str) or content["format"] not in READERS:
         raise _refuse(path, f'is not a dehyst model: it lacks "format": "{OWN}".')
     if type(content.get("schema")) is not int or content["schema"] != SCHEMA:
@@ -170,14 +158,7 @@ def read_card(content: Json) -> ModelCard:
 
 
 def model_from_dict(content: Any, path: str = "model") -> Model:
-    """Return the model of a file's content, or refuse it by name.
-
-    Raises
-    ------
-    ModelFileError
-        If the content is not a model, of another schema version, was altered since it was saved, or its
-        parameters are not those of a model.
-    """
+    """Return the model of a file's content, or refuse it by name."""
     intact = check_signed(content, path)
     made: Callable[[Any, Any], Model] = import_module(READERS[intact["format"]]).model_of
     try:

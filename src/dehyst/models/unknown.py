@@ -63,11 +63,6 @@ def start_states(plays: Plays, first: float, known: float | None, past: Past = N
         Plays of radius up to it are in the state of the model; None: nothing is known.
     past
         Range that the input has not left since the memory was that of the model's start state; None: any.
-
-    Raises
-    ------
-    ParameterError
-        If `known` is negative or no number, or `past` no range.
     """
     r = plays.thresholds
     if known is not None and parameter_number(known, "known") < 0.0:
@@ -95,13 +90,7 @@ def start_states(plays: Plays, first: float, known: float | None, past: Past = N
 
 
 def check_past(past: Past) -> Past:
-    """Return a past range, or refuse it.
-
-    Raises
-    ------
-    ParameterError
-        If it is no pair of numbers, the smallest first.
-    """
+    """Return a past range, or refuse it."""
     if past is None:
         return None
     try:

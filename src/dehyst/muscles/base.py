@@ -139,7 +139,8 @@ class MuscleModel(ABC):
 
     def _contacts(self) -> tuple[Array, Array]:
         """Slip strains (n,), increasing, and shares (n,), together 1, of the stop operators in the slip; or none."""
-        return np.zeros(0), np.zeros(0)
+        strains = np.array([self.presliding] if hasattr(self, "presliding") else [])
+        return strains, np.ones(strains.size)
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -28,9 +28,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from dehyst.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import parameter
 from dehyst.muscles.braid import NEUTRAL, BraidedMuscle, contracting_angle
@@ -89,9 +86,6 @@ class ChouHannaford(BraidedMuscle):
 
     def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
         return self.band * slip
-
-    def _contacts(self) -> tuple[Array, Array]:
-        return np.array([self.presliding]), np.ones(1)
 
 
 MUSCLE = ChouHannaford

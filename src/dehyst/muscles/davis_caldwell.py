@@ -30,9 +30,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import parameter
@@ -140,9 +137,6 @@ class DavisCaldwell(BraidedMuscle):
         if self.exponent:
             load = load * (load / self.reference_pressure) ** self.exponent
         return self.friction * load * self.contact_area(kappa, m) * slip
-
-    def _contacts(self) -> tuple[Array, Array]:
-        return np.array([self.presliding]), np.ones(1)
 
 
 MUSCLE = DavisCaldwell

@@ -116,11 +116,6 @@ def quick_release(
     mass
         That is moved; by default that of the weight, load/g. [kg]
 
-    Raises
-    ------
-    ParameterError
-        If the load is not positive or not less than the force, or the mass not positive.
-
     Examples
     --------
     >>> from dehyst.muscles import muscle

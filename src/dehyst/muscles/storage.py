@@ -21,20 +21,6 @@ LARGEST = 100_000  # bytes; parameters are a few numbers
 def save_muscle(model: MuscleModel, path: str | os.PathLike[str], provenance: Mapping[str, Any] | None = None) -> Path:
     """Write a model's parameters to a JSON file, which `load_muscle` and ``dehyst muscle FILE`` read.
 
-    Parameters
-    ----------
-    model
-        Any model of the registry.
-    path
-        File to write.
-    provenance
-        Where the parameters come from, plain values.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-
     Examples
     --------
     >>> import pathlib, tempfile

@@ -27,9 +27,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
-from dehyst.arrays import Array
 from dehyst.muscles.arithmetic import Arithmetic
 from dehyst.muscles.base import MuscleModel, parameter
 from dehyst.muscles.braid import conical_limit, conical_pull, contracting_angle
@@ -119,9 +116,6 @@ class TonduLopez(MuscleModel):
         rest = 2.0 * math.pi * self.radius * self.length / math.sin(self.angle)
         inside = 1.0 - (math.cos(self.angle) * (1.0 - kappa)) ** 2
         return rest * (1.0 - kappa) * m.sqrt(m.maximum(inside, 0.0))
-
-    def _contacts(self) -> tuple[Array, Array]:
-        return np.array([self.presliding]), np.ones(1)
 
 
 MUSCLE = TonduLopez

@@ -41,11 +41,6 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
     parameters : dict
         Nested; keys are the fields of ``plant_joint`` in plant/plant.h.
 
-    Raises
-    ------
-    ParameterError
-        If no muscles drive the joint.
-
     Examples
     --------
     >>> from dehyst.plant import load_robot

@@ -1,21 +1,22 @@
-"""Parameter file of the simulated robot: read, changed, checked, and handed out in SI."""
+"""Parameter file of the simulated robot: read, changed, checked, and handed out in SI; its sources."""
 
 from __future__ import annotations
 
 import copy
 import hashlib
 import json
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
 from dehyst.errors import ParameterError
 from dehyst.plant import tables
-from dehyst.plant.agreement import refuse_contradictions
-from dehyst.plant.validation import NAMED, SINGLE, TEXTS, closest, converted, known_keys
+from dehyst.plant.validation import NAMED, SINGLE, TEXTS, closest, converted, known_keys, refuse_contradictions
 
 PACKAGED = Path(__file__).with_name("arm.toml")
 SIZE_LIMIT = 1 << 20
@@ -228,3 +229,46 @@ def _read(file: Path) -> dict[str, Any]:
             f"like [joint.1]; texts stand in quotes.",
             file=file.name,
         ) from None
+
+
+_TABLE = re.compile(r"\[([\w.-]+)\]")
+_VALUE = re.compile(r"([\w-]+)\s*=\s*[^#]*#\s*(.*)")
+
+
+@cache
+def sources() -> dict[str, str]:
+    """Return what the packaged file says beside each number: dotted key -> meaning, source or "assumption".
+
+    Examples
+    --------
+    >>> sources()["sensors.encoder_bits"]
+    '[1]'
+    """
+    found: dict[str, str] = {}
+    table = ""
+    for line in PACKAGED.read_text(encoding="utf-8").splitlines():
+        if heading := _TABLE.match(line):
+            table = heading[1]
+        elif value := _VALUE.match(line):
+            found[f"{table}.{value[1]}"] = value[2].strip()
+    return found
+
+
+def changes_from_packaged(robot: Robot) -> dict[str, Any]:
+    """Return the values, by dotted key, in which a robot differs from the packaged one.
+
+    Examples
+    --------
+    >>> changes_from_packaged(load_robot(changes={"hysteresis.scale": 1.5}))
+    {'hysteresis.scale': 1.5}
+    """
+    packaged = dict(_leaves(load_robot().values))
+    return {key: value for key, value in _leaves(robot.values) if packaged.get(key) != value}
+
+
+def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value

@@ -12,37 +12,19 @@ from dehyst.errors import MissingExtraError
 
 
 def mujoco() -> Any:
-    """Return the module mujoco.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed, with the line to type.
-    """
+    """Return the module mujoco."""
     return _imported("mujoco", "simulating the arm")
 
 
 def mink() -> Any:
-    """Return the module mink, inverse kinematics.
-
-    Raises
-    ------
-    MissingExtraError
-        If it or the solver that it calls is not installed, with the line to type.
-    """
+    """Return the module mink, inverse kinematics."""
     _imported("daqp", "the inverse kinematics of the arm")
     return _imported("mink", "the inverse kinematics of the arm")
 
 
 @cache
 def mj_step_address() -> int:
-    """Return the address of MuJoCo's ``void mj_step(const mjModel*, mjData*)``, for a loop without Python.
-
-    Raises
-    ------
-    MissingExtraError
-        If MuJoCo's library is not where its package is.
-    """
+    """Return the address of MuJoCo's ``void mj_step(const mjModel*, mjData*)``, for a loop without Python."""
     package = Path(mujoco().__file__).parent
     names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco*.dll")
     libraries = sorted(file for pattern in names for file in package.rglob(pattern))

@@ -1,4 +1,4 @@
-"""One pneumatic joint alone, run open loop: its angle is moved, its valves or its pressures are commanded."""
+"""One pneumatic joint alone, run open loop: its angle is moved, the pressures in its muscles are commanded."""
 
 from __future__ import annotations
 
@@ -35,10 +35,6 @@ class Course:
         (T, 2), pull of the muscles, never negative. [N]
     friction
         (T, 2), hysteresis force that opposes contraction. [N]
-    spool
-        (T, 2), position of the valves' spools, -1 (exhausts) to 1 (fills).
-    mass
-        (T, 2), air that went in since the start. [kg]
     """
 
     time: Array
@@ -48,62 +44,6 @@ class Course:
     contraction: Array
     force: Array
     friction: Array
-    spool: Array
-    mass: Array
-
-
-def run_valves(
-    parameters: dict[str, Any],
-    angle: npt.ArrayLike,
-    valve: npt.ArrayLike,
-    period: float,
-    *,
-    pressure: tuple[float, float] = (3e5, 3e5),
-    mechanisms: Sequence[Mechanism] = (),
-) -> Course:
-    """Run a joint with commanded valves.
-
-    Parameters
-    ----------
-    parameters
-        Physics of the joint, see `dehyst.plant.joints.pneumatic_joint_parameters`.
-    angle
-        (T,) angles, one a period, linear in between. [rad]
-    valve
-        (T, 2) commands of the valves, held for the period that follows; -1 exhausts, 1 fills, NaN closes.
-    period
-        Time from sample to sample, 0.5 ms on the robot. [s]
-    pressure
-        Gauge pressures at the start, where nothing is remembered. [Pa]
-    mechanisms
-        Two hysteresis mechanisms of one's own, see `dehyst.plant.mechanisms.Mechanism`; none: those of the parameters.
-
-    Returns
-    -------
-    Course
-        T samples, the first one the start.
-
-    Raises
-    ------
-    ParameterError
-        If lengths differ, or the physics are not complete.
-
-    Examples
-    --------
-    Fill the first muscle of joint 1 for 20 ms, hold its angle:
-
-    >>> from dehyst.plant import load_robot
-    >>> from dehyst.plant.joints import pneumatic_joint_parameters
-    >>> physics = pneumatic_joint_parameters(load_robot(), 1, seed=0)
-    >>> course = run_valves(physics, np.zeros(41), np.tile([1.0, 0.0], (41, 1)), period=0.0005)
-    >>> bool(3.2e5 < course.pressure[-1, 0] < 4e5), bool(course.torque[-1] > course.torque[0])
-    (True, True)
-    """
-    q, u = _checked(angle, valve, period)
-    joint = _joint(parameters, mechanisms)
-    joint.reset(float(q[0]), pressure[0], pressure[1], 0)
-    first = joint.state
-    return _course(parameters, period, q, first, joint.run(q[:-1], np.diff(q) / period, u[:-1], period))
 
 
 def run_pressures(
@@ -118,22 +58,26 @@ def run_pressures(
 
     Parameters
     ----------
-    parameters, angle
-        As of `run_valves`.
+    parameters
+        Physics of the joint, see `dehyst.plant.joints.pneumatic_joint_parameters`.
+    angle
+        (T,) angles, one a period, linear in between. [rad]
     pressure
-        (T, 2) gauge pressures. [Pa]
-    period, mechanisms
-        As of `run_valves`.
+        (T, 2) gauge pressures; those of the first sample are where nothing is remembered. [Pa]
+    period
+        Time from sample to sample, 0.5 ms on the robot. [s]
+    mechanisms
+        Two hysteresis mechanisms of one's own, see `dehyst.plant.mechanisms.Mechanism`; none: those of the parameters.
 
     Returns
     -------
     Course
-        T samples, the first one the start; no valve moves and no mass is counted.
+        T samples, the first one the start.
 
     Raises
     ------
     ParameterError
-        As of `run_valves`.
+        If lengths differ, or the physics are not complete.
 
     Examples
     --------
@@ -151,7 +95,13 @@ def run_pressures(
     joint = _joint(parameters, mechanisms)
     joint.reset(float(q[0]), float(p[0, 0]), float(p[0, 1]), 0)
     first = joint.state
-    return _course(parameters, period, q, first, joint.run_imposed(q[:-1], np.diff(q) / period, p[1:], period))
+    signals = joint.run_imposed(q[:-1], np.diff(q) / period, p[1:], period)
+    both = {name: np.vstack([first[name], signals[name]]) for name in ("pressure", "contraction", "force", "friction")}
+    both["pressure"] = both["pressure"] - float(parameters["air"]["ambient"])
+    force = both["force"]
+    torque = np.concatenate(([float(parameters["radius"]) * (force[0, 0] - force[0, 1])], signals["torque"]))
+    time: Array = np.arange(q.size, dtype=np.float64) * period
+    return Course(time=time, angle=q, torque=torque, **both)
 
 
 def _checked(angle: npt.ArrayLike, commands: npt.ArrayLike, period: float) -> tuple[Array, Array]:
@@ -187,18 +137,3 @@ def _joint(parameters: dict[str, Any], mechanisms: Sequence[Mechanism]) -> Pneum
     for muscle, mechanism in enumerate(mechanisms):
         joint.attach(muscle, mechanism)
     return joint
-
-
-def _course(
-    parameters: dict[str, Any],
-    period: float,
-    q: Array,
-    first: dict[str, tuple[float, float]],
-    signals: dict[str, Array],
-) -> Course:
-    both = {name: np.vstack([first[name], signals[name]]) for name in first}
-    both["pressure"] = both["pressure"] - float(parameters["air"]["ambient"])
-    force = both["force"]
-    torque = np.concatenate(([float(parameters["radius"]) * (force[0, 0] - force[0, 1])], signals["torque"]))
-    time: Array = np.arange(q.size, dtype=np.float64) * period
-    return Course(time=time, angle=q, torque=torque, **both)

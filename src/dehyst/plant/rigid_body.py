@@ -178,12 +178,7 @@ def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerat
     D holds the bearings' ``damping_Nm_s`` (MuJoCo counts it as a passive force; it is in here once, and an
     integrator of that model adds nothing to it).
 
-    Parameters
-    ----------
-    model
-        From `arm_model`.
-    angles, velocities, accelerations
-        (T, n) of the moving joints. [rad, rad/s, rad/s^2]
+    `angles`, `velocities` [rad/s] and `accelerations` of the moving joints are (T, n).
 
     Returns
     -------
@@ -208,13 +203,6 @@ def bias_torque(model: MjModel, angles: Array) -> Array:
 
 def joint_inertia(model: MjModel, angles: Array | None = None) -> Array:
     """Inertia about each moving joint while the others stand still: the diagonal of M(q).
-
-    Parameters
-    ----------
-    model
-        From `arm_model`.
-    angles
-        (T, n) or (n,); None: the zero pose. [rad]
 
     Returns
     -------

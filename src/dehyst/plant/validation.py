@@ -1,4 +1,4 @@
-"""Values of a parameter file against the tables: unknown, missing, of a wrong type, outside the physical range."""
+"""Values of a parameter file against the tables, one by one and together: unknown, missing, of a wrong type, absurd."""
 
 from __future__ import annotations
 
@@ -9,52 +9,32 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from numbers import Integral, Real
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, Union, get_args, get_origin, get_type_hints
 
 from dehyst.errors import ParameterError
 from dehyst.plant import tables
 from dehyst.plant.tables import Key
 
+if TYPE_CHECKING:
+    from dehyst.plant.parameters import Robot
+
 SINGLE: dict[str, type] = {
-    "air": tables.Air,
-    "hysteresis": tables.Hysteresis,
-    "tolerance": tables.Tolerance,
-    "sensors": tables.Sensors,
-    "base": tables.Base,
-    "electric": tables.Electric,
-    "payload": tables.Payload,
-    "simulation": tables.Simulation,
-    "controller": tables.Controller,
-    "compensator": tables.Compensator,
-    "homing": tables.Homing,
-    "calibration": tables.Calibration,
-    "identification": tables.Identification,
-    "path": tables.Path,
-}
-NAMED: dict[str, type] = {
-    "map": tables.ForceMap,
-    "muscle": tables.Muscle,
-    "valve": tables.Valve,
-    "joint": tables.Joint,
-}  # tables of tables: [joint.1], [muscle.dmsp40]
+    table.__name__.lower(): table
+    for table in (
+        tables.Air, tables.Hysteresis, tables.Tolerance, tables.Sensors, tables.Base, tables.Electric, tables.Payload,
+        tables.Simulation, tables.Controller, tables.Compensator, tables.Homing, tables.Calibration,
+        tables.Identification, tables.Path,
+    )
+}  # fmt: skip
+NAMED: dict[str, type] = {"map": tables.ForceMap, "muscle": tables.Muscle, "valve": tables.Valve, "joint": tables.Joint}
+# tables of tables: [joint.1], [muscle.dmsp40]
 TEXTS = ("name",)
 Nested = dict[str, Any]
 
 
 # what stands after the quantity's name -> factor to SI. Frequencies become angular: [rad/s].
-TO_SI: dict[str, float] = {
-    "": 1.0,
-    "m": 1.0,
-    "kg": 1.0,
-    "s": 1.0,
-    "K": 1.0,
-    "N": 1.0,
-    "Nm": 1.0,
-    "Nm_s": 1.0,
-    "m_s": 1.0,
-    "m_s2": 1.0,
-    "m_s3": 1.0,
-    "1_s": 1.0,
+IN_SI = ("", "m", "kg", "s", "K", "N", "Nm", "Nm_s", "m_s", "m_s2", "m_s3", "1_s")
+TO_SI: dict[str, float] = dict.fromkeys(IN_SI, 1.0) | {
     "deg": math.pi / 180.0,
     "bar": 1e5,
     "bar_rad": 1e5,
@@ -88,11 +68,6 @@ def converted(values: Mapping[str, Any], source: str) -> tuple[Nested, Nested]:
         Table name -> key -> value; tables of tables one deeper. In SI these are in the plural: ``joints``.
     source
         Name of the file, for messages.
-
-    Raises
-    ------
-    ParameterError
-        At the first key that is unknown, missing, of a wrong type or outside its range.
     """
     _refuse_unknown(values, source)
     missing = sorted(set(_required(values)) - set(_dotted(values)))
@@ -140,7 +115,7 @@ def known_keys(values: Mapping[str, Any]) -> list[str]:
 
 def refuse(message: str, key: str, value: object, source: str) -> ParameterError:
     """Return the error for a value that cannot stand at this key."""
-    return ParameterError(f"{source}: {key} = {_shown(value)} {message}", key=key, value=value, source=source)
+    return ParameterError(f"{source}: {key} = {shown(value)} {message}", key=key, value=value, source=source)
 
 
 def closest(word: str, known: Sequence[str]) -> str:
@@ -149,7 +124,8 @@ def closest(word: str, known: Sequence[str]) -> str:
     return f"; the closest that exists is {found[0]!r}" if found else ""
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
+    """Return a value as it is typed, cut after sixty letters."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -278,3 +254,91 @@ def _list(value: Any, spec: Key, key: str, source: str) -> list[float]:
         wanted = str(spec.least) if spec.least == spec.most else f"{spec.least} to {spec.most}"
         raise refuse(f"has {len(value)} numbers, not {wanted}.", key, value, source)
     return [_number(v, spec, f"{key}[{i}]", source) for i, v in enumerate(value)]
+
+
+# Muscles are pretensioned by at most 5 % and contract by at most 25 %: catalogue of the DMSP.
+LEAST_CONTRACTION, MOST_CONTRACTION = -0.05, 0.30
+COEFFICIENTS = {"tool": 6, "exponential": 6, "geometric": 8}
+
+
+def refuse_contradictions(robot: Robot, source: str) -> None:
+    """Check names that refer to other tables, and values against each other."""
+    for name, law in robot.maps.items():
+        wanted = COEFFICIENTS[law.form]
+        if len(law.coefficients) != wanted:
+            raise refuse(
+                f"has not the {wanted} coefficients of the form {law.form!r}.",
+                f"map.{name}.coefficients",
+                law.coefficients,
+                source,
+            )
+    for name, muscle in robot.muscles.items():
+        _known(muscle.map, list(robot.maps), f"muscle.{name}.map", source)
+        counts = {len(muscle.creep_time), len(muscle.creep_force), len(muscle.creep_pressure)}
+        if len(counts) > 1:
+            raise refuse(
+                f"and creep_force_N and creep_pressure_N_bar have {sorted(counts)} numbers: one of each a branch of "
+                f"creep. For no creep type hysteresis.creep = 0.",
+                f"muscle.{name}.creep_time_s", muscle.creep_time, source,
+            )  # fmt: skip
+    for number in robot.joints:
+        _check_joint(robot, number, source)
+    _check_pressures(robot, source)
+    if 2 * robot.path.rounding >= 0.8 * robot.path.cube:
+        raise refuse(
+            f"rounds more than the rectangle's short side of 0.8 x {robot.path.cube:g} m holds; below "
+            f"{0.4 * robot.path.cube:.4g} m.",
+            "path.rounding_m", robot.path.rounding, source,
+        )  # fmt: skip
+
+
+def _known(word: str, names: list[str], key: str, source: str) -> None:
+    if word not in names:
+        raise refuse(f"is not in the file{closest(word, names)}. It has {', '.join(names)}.", key, word, source)
+
+
+def _check_joint(robot: Robot, number: int, source: str) -> None:
+    joint = robot.joints[number]
+    where = f"joint.{number}"
+    _known(joint.drive, ["electric", *robot.muscles], f"{where}.drive", source)
+    if not joint.pneumatic:
+        return
+    lacking = [key for key, value in (("valve", joint.valve), ("radius_m", joint.radius),
+                                      ("contraction", joint.contraction)) if value is None]  # fmt: skip
+    if lacking:
+        raise ParameterError(
+            f"{source}: {where} is driven by muscles and lacks {', '.join(lacking)}. Add them, or set {where}.drive = "
+            f'"electric".',
+            key=where,
+            missing=lacking,
+        )
+    assert joint.valve is not None
+    assert joint.radius is not None
+    assert joint.contraction is not None
+    _known(joint.valve, list(robot.valves), f"{where}.valve", source)
+    stroke = joint.radius * joint.range / robot.muscles[joint.drive].length
+    low, high = joint.contraction - stroke, joint.contraction + stroke
+    if low < LEAST_CONTRACTION or high > MOST_CONTRACTION:
+        raise ParameterError(
+            f"{source}: at the ends of the range of {where} its muscles contract by {low:.3f} and {high:.3f} of their "
+            f"length, possible are {LEAST_CONTRACTION:g} .. {MOST_CONTRACTION:g}. Make {where}.range_deg or radius_m "
+            f"smaller, the muscle longer, or put contraction in the middle.",
+            key=where,
+            low=low,
+            high=high,
+        )
+
+
+def _check_pressures(robot: Robot, source: str) -> None:
+    c, supply = robot.controller, robot.air.supply
+    if not c.pressure_low < c.mean_pressure < c.pressure_high:
+        raise refuse(
+            f"is not between pressure_low_bar = {c.pressure_low / 1e5:g} and pressure_high_bar = "
+            f"{c.pressure_high / 1e5:g}.",
+            "controller.mean_pressure_bar", c.mean_pressure / 1e5, source,
+        )  # fmt: skip
+    if c.pressure_high >= supply:
+        raise refuse(
+            f"is not below the supply, air.supply_bar = {supply / 1e5:g}: nothing would flow.",
+            "controller.pressure_high_bar", c.pressure_high / 1e5, source,
+        )  # fmt: skip

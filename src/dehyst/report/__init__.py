@@ -1,6 +1,6 @@
 """Report: a fit, or the paper's whole experiment, -> one self-contained HTML page."""
 
-from dehyst.report import quiet  # noqa: F401 - before anything that draws
+from dehyst.report import theme  # noqa: F401 - before anything that draws: it loads matplotlib without its lines
 from dehyst.report.compare import write_comparison_figure, write_comparison_report
 from dehyst.report.drift import drift_page, write_drift_report
 from dehyst.report.page import write_figures, write_report

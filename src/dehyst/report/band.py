@@ -8,11 +8,9 @@ from pathlib import Path
 from matplotlib.figure import Figure as Canvas
 
 from dehyst.arrays import Array
-from dehyst.files import write_atomically
 from dehyst.report.figures.panel import Axes, add_legend, draw_series, label_axes
-from dehyst.report.svg import HEIGHT, WIDTH, png_file, svg_file
-from dehyst.report.sweep import require_picture_name
-from dehyst.report.theme import DATA, MODEL, PAPER, TEST, settings, style
+from dehyst.report.svg import HEIGHT, WIDTH, paper, require_picture_name, write_drawn
+from dehyst.report.theme import DATA, MODEL, TEST, settings
 from dehyst.report.thin import Window
 
 TITLE = "dehyst band: "  # by which a picture is known that may be drawn anew
@@ -21,31 +19,14 @@ TITLE = "dehyst band: "  # by which a picture is known that may be drawn anew
 def write_band(
     path: str | PathLike[str], time: Array, low: Array, high: Array, certainty: Array, across: str, up: str
 ) -> Path:
-    """Write the picture of an interval over time, with how much of the memory is known below it.
-
-    Parameters
-    ----------
-    path
-        File to write, ``.svg`` or ``.png``.
-    time, low, high, certainty
-        Abscissa, ends of the interval, share of the memory that is known, (T,) each.
-    across, up
-        Labels of abscissa and of the interval, with units.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written or has another ending.
-    """
+    """Write the picture of an interval over time, with how much of the memory is known below it."""
     target = require_picture_name(path)
-    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": "band"}
-    with settings(style() | face):
+    with settings(paper("band")):
         canvas = Canvas(figsize=(1.5 * WIDTH, 1.5 * HEIGHT), layout="constrained")
         above, below = canvas.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         _draw_band(above, time, low, high, up)
         _draw_certainty(below, time, certainty, across)
-        png = target.suffix.lower() == ".png"
-        return write_atomically(target, png_file(canvas, TITLE + up) if png else svg_file(canvas, TITLE + up))
+        return write_drawn(canvas, target, TITLE + up)
 
 
 def _draw_band(axes: Axes, time: Array, low: Array, high: Array, up: str) -> None:

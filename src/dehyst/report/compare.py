@@ -15,9 +15,8 @@ from dehyst.grades import Grade
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, path_of, says
-from dehyst.report.sheet import Sheet, sheet_page
+from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.svg import write_picture
-from dehyst.report.sweep import require_picture_name
 from dehyst.report.tables import Table
 from dehyst.report.text import number, short
 from dehyst.report.theme import DATA, INK, MODEL, MUTED, OTHER, STATIC, TEST, TRAIN
@@ -71,7 +70,7 @@ def write_comparison_figure(found: Comparison, path: str | os.PathLike[str]) -> 
         If the file cannot be written or has another ending.
     """
     names = short(", ".join(record.name for record in found.recordings), 60)
-    return write_picture(comparison_figures(found)[0], require_picture_name(path), f"{TITLE}{names}")
+    return write_picture(comparison_figures(found)[0], path, f"{TITLE}{names}")
 
 
 def comparison_page(found: Comparison) -> str:

@@ -16,7 +16,7 @@ from dehyst.identification.drift import Drift, LogDrift
 from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
-from dehyst.report.sheet import Sheet, sheet_page
+from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.tables import Table
 from dehyst.report.text import number, plain, short, with_unit
 from dehyst.report.theme import DATA, FIFTH, MODEL, MUTED, SIXTH, STATIC, TEST, TRAIN, Token

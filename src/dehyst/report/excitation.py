@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import io
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from dehyst.evaluation import ExcitationPlan
-from dehyst.files import write_atomically
-from dehyst.report.svg import PNG_DPI
-from dehyst.report.text import clean, number, short
-from dehyst.report.theme import FIFTH, INK, MUTED, OTHER, PAPER, TEST, TRAIN, settings, style
+from dehyst.report.svg import paper, require_picture_name, write_drawn
+from dehyst.report.text import number, short
+from dehyst.report.theme import FIFTH, INK, MUTED, OTHER, TEST, TRAIN, settings
 
 TITLE = "dehyst design: "  # by which a picture is known that may be drawn anew
 SIZE = (9.6, 4.6)  # [inch]
@@ -26,32 +22,15 @@ BARS = (("smallest", "hardest mix\nof weights"), ("creep", "creep"), ("rate", "r
 
 
 def write_excitation_figure(path: str | PathLike[str], plan: ExcitationPlan, title: str) -> Path:
-    """Write the picture of a plan.
-
-    Parameters
-    ----------
-    path
-        File to write, ``.svg`` or ``.png``.
-    plan
-        What is drawn.
-    title
-        Of the picture.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    target = Path(path)
-    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": "dehyst design"}
-    with settings(style() | face):
+    """Write the picture of a plan."""
+    target = require_picture_name(path)
+    with settings(paper("dehyst design")):
         canvas = Canvas(figsize=SIZE, layout="constrained")
         canvas.suptitle(short(title, 80), x=0.01, ha="left", fontsize=12.5, fontweight="bold", color=INK.light)
         above, below = canvas.subplots(2, 1, height_ratios=[2.3, 1.0])
         _draw_motion(above, plan)
         _draw_figures(below, plan)
-        png = target.suffix.lower() == ".png"
-        return write_atomically(target, _png(canvas) if png else _svg(canvas, title))
+        return write_drawn(canvas, target, f"{TITLE}{title}")
 
 
 def _draw_motion(axes: Any, plan: ExcitationPlan) -> None:
@@ -87,18 +66,3 @@ def _draw_figures(axes: Any, plan: ExcitationPlan) -> None:
     axes.set_xlabel("share that nothing else imitates (1: apart for sure)", color=MUTED.light)
     axes.legend(loc="lower right")
     axes.grid(axis="y", visible=False)
-
-
-def _png(canvas: Canvas) -> bytes:
-    stream = io.BytesIO()
-    FigureCanvasAgg(canvas)
-    canvas.savefig(stream, format="png", dpi=PNG_DPI, metadata={"Software": None})
-    return stream.getvalue()
-
-
-def _svg(canvas: Canvas, title: str) -> str:
-    stream = io.StringIO()
-    FigureCanvasSVG(canvas)
-    nothing = {"Creator": None, "Date": None, "Format": None, "Type": None, "Title": clean(f"{TITLE}{title}")}
-    canvas.savefig(stream, format="svg", metadata=nothing)
-    return stream.getvalue()

@@ -15,23 +15,12 @@ from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSAB
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import SignalCard
 from dehyst.ranges import robust_range
-from dehyst.report.parts import inverse_miss
 from dehyst.report.text import count, number, short, with_unit
 
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """One aspect of a fit.
-
-    Attributes
-    ----------
-    aspect
-        What is judged.
-    grade
-        The judgement.
-    reason
-        The numbers behind it.
-    """
+    """One aspect of a fit: what is judged, the judgement, and the numbers behind it."""
 
     aspect: str
     grade: Grade
@@ -162,7 +151,24 @@ def _span(signals: list[Array]) -> float:
     return max(robust_range(signals), 5e-324)
 
 
+def inverse_miss(fit: Fit) -> tuple[float, float]:
+    """Return RMS and largest difference of the input asked for and the input applied.
+
+    Over held-out samples, or over the fitted ones if none were held out. [input]
+    """
+    chosen = fit.train_masks if fit.test is None else fit.test_masks
+    miss = np.concatenate(
+        [
+            (demanded - recording.input)[mask]
+            for recording, demanded, mask in zip(fit.recordings, fit.inverse_predictions, chosen, strict=True)
+        ]
+    )
+    return float(np.sqrt(np.mean(miss**2))), float(np.max(np.abs(miss)))
+
+
 def _inverse(fit: Fit) -> Light:
+    if fit.model.no_inverse:
+        return Light("Inverse", Grade.BAD, f"there is none: {fit.model.no_inverse.rstrip('.')}")
     miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     share = miss[0] / _input_range(fit)
@@ -180,7 +186,7 @@ def _inverse(fit: Fit) -> Light:
         reason += (
             f", but after a turn 1 % of output can ask for {of_range(gain)} the input's range; smooth the reference"
         )
-    else:
+    elif not math.isnan(gain):
         reason += f"; 1 % of output asks for at most {number(gain, 2)} % of input"
     return Light("Inverse", grade, reason)
 

@@ -18,9 +18,8 @@ from dehyst.muscles.fit import MuscleFit
 from dehyst.muscles.force_map import reach
 from dehyst.muscles.loops import STROKE, Loop
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
-from dehyst.report.sheet import Sheet, sheet_page
+from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.svg import write_picture
-from dehyst.report.sweep import require_picture_name
 from dehyst.report.tables import Table
 from dehyst.report.text import number, short
 from dehyst.report.theme import CYCLE, DATA, INK, MODEL, MUTED, TEST, Token
@@ -41,22 +40,6 @@ def write_muscle_report(
 ) -> Path:
     """Write the page of a muscle on the bench: one HTML file that needs nothing else and runs nothing.
 
-    Parameters
-    ----------
-    bench
-        Result of `dehyst.muscles.bench.run_bench`.
-    path
-        File to write, for example ``"muscle.html"``.
-    title
-        What the model is, in a line.
-    fit
-        How it was fitted, if it was.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written. An earlier file of that name stays as it was.
-
     Examples
     --------
     >>> import pathlib, tempfile
@@ -71,18 +54,10 @@ def write_muscle_report(
 
 
 def write_muscle_figure(bench: Bench, path: str | os.PathLike[str], fit: MuscleFit | None = None) -> Path:
-    """Write forces, loops and quick release as one picture, ``.svg`` or ``.png``.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written or has another ending.
-    """
+    """Write forces, loops and quick release as one picture, ``.svg`` or ``.png``."""
     drawn = [figure for figure in muscle_figures(bench, fit) if figure.key != "fit"]
     panels = [replace(figure.panels[0], title=figure.title) for figure in drawn]
-    return write_picture(
-        Figure("muscle", bench.model.name, "", tuple(panels)), require_picture_name(path), f"{TITLE}{bench.model.name}"
-    )
+    return write_picture(Figure("muscle", bench.model.name, "", tuple(panels)), path, f"{TITLE}{bench.model.name}")
 
 
 def muscle_page(bench: Bench, title: str = "", fit: MuscleFit | None = None) -> str:

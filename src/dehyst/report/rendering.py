@@ -1,8 +1,9 @@
-"""Pages from templates: escaped, complete, with the date."""
+"""Pages from templates: escaped, complete, with the date; and the sheet, what the smaller reports have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib.resources import files
@@ -12,10 +13,13 @@ import jinja2
 from markupsafe import Markup
 
 from dehyst import __version__
+from dehyst.findings import Finding
+from dehyst.grades import Grade
 from dehyst.report.figures.panel import Figure
 from dehyst.report.svg import panel_svg
-from dehyst.report.text import clean
+from dehyst.report.tables import Table
 from dehyst.report.theme import FONT_STACK, variables
+from dehyst.visible import visible_lines as clean
 
 
 def rendered(template: str, **values: Any) -> str:
@@ -55,3 +59,31 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a page of a verdict, figures and tables shows.
+
+    `kind` is the question it answers, above the heading; `relation` the signals below it; `subject` the word for the
+    title of the window, "drift"; `more` are further sentences of the verdict, notes names with a sentence each.
+    """
+
+    kind: str
+    title: str
+    relation: str
+    subject: str
+    badge: str
+    grade: Grade
+    lead: str
+    figures: Sequence[Figure] = ()
+    warnings: Sequence[Finding] = ()
+    tables: Sequence[Table] = ()
+    more: Sequence[str] = ()
+    notes: Sequence[tuple[str, str]] = ()
+    warnings_of: str = "Warnings"
+
+
+def sheet_page(sheet: Sheet) -> str:
+    """Return the text of the page: one HTML file that needs nothing else and runs nothing."""
+    return rendered("sheet.html", sheet=sheet, figures=pictures(sheet.figures))

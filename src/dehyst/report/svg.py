@@ -6,6 +6,7 @@ import io
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,17 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
+from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.report.figures.panel import Figure, Panel
-from dehyst.report.text import clean, short
+from dehyst.report.text import short
 from dehyst.report.theme import INK, PAPER, TOKENS, settings, style
+from dehyst.visible import visible_lines as clean
 
 # Size of a panel: two fit beside each other on a desk, one fills a phone with letters still readable. [inch]
 WIDTH, HEIGHT = 4.7, 3.55
 PNG_DPI = 200
+ENDINGS = (".svg", ".png")
 
 _SVG = "{http://www.w3.org/2000/svg}"
 _XLINK = "{http://www.w3.org/1999/xlink}"
@@ -57,19 +61,37 @@ def inline_svg(canvas: Canvas, prefix: str, alt: str) -> str:
 def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
     """Write a figure with all its panels as SVG and PNG; return the files."""
     stem = f"figure-{number}-{figure.key}"
-    with settings(_paper(stem)):
+    with settings(paper(stem)):
         return write_canvas(_drawn(figure), folder, stem, figure.title)
 
 
-def write_picture(figure: Figure, path: Path, title: str) -> Path:
-    """Write a figure with all its panels as one file, PNG if its name ends so and SVG otherwise."""
-    with settings(_paper(figure.key)):
-        canvas = _drawn(figure)
-        png = path.suffix.lower() == ".png"
-        return write_atomically(path, png_file(canvas, title) if png else svg_file(canvas, title))
+def write_picture(figure: Figure, path: str | PathLike[str], title: str) -> Path:
+    """Write a figure with all its panels as one file, ``.svg`` or ``.png``; any other ending is refused."""
+    target = require_picture_name(path)
+    with settings(paper(figure.key)):
+        return write_drawn(_drawn(figure), target, title)
 
 
-def _paper(salt: str) -> dict[str, Any]:
+def require_picture_name(path: str | PathLike[str]) -> Path:
+    """Return the path of a picture, or refuse one that ends in neither ``.svg`` nor ``.png``."""
+    target = Path(path)
+    if target.suffix.lower() in ENDINGS:
+        return target
+    raise OutputError(
+        f"cannot write the picture '{target}': its ending says neither SVG nor PNG. Name a file that ends in "
+        f"{' or '.join(ENDINGS)}.",
+        path=str(target),
+    )
+
+
+def write_drawn(canvas: Canvas, target: Path, title: str) -> Path:
+    """Write what was drawn on paper, PNG if the name ends so and SVG otherwise."""
+    png = target.suffix.lower() == ".png"
+    return write_atomically(target, png_file(canvas, title) if png else svg_file(canvas, title))
+
+
+def paper(salt: str) -> dict[str, Any]:
+    """Return the settings of a picture that stands in a file of its own."""
     return style() | {"svg.hashsalt": salt, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}
 
 

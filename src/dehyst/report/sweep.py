@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import math
 import statistics
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
-from dehyst.errors import OutputError
-from dehyst.files import write_atomically
-from dehyst.report.svg import PNG_DPI
-from dehyst.report.text import clean, short
-from dehyst.report.theme import CYCLE, INK, MUTED, PAPER, settings, style
+from dehyst.report.svg import paper, require_picture_name, write_drawn
+from dehyst.report.text import short
+from dehyst.report.theme import CYCLE, INK, MUTED, settings
+from dehyst.visible import visible_lines as clean
 
 TITLE = "dehyst sweep: "  # by which a picture is known that may be drawn anew
-ENDINGS = (".svg", ".png")
 WIDTH, HEIGHT = 3.3, 2.3  # of one panel [inch]
 MOST_ROWS = 24  # of panels; more would be no picture
 WIDEST = 30.0  # [inch]
@@ -64,46 +58,12 @@ class Curve:
     scattered: bool = False
 
 
-def require_picture_name(path: str | PathLike[str]) -> Path:
-    """Return the path of a picture, or refuse one that ends in neither ``.svg`` nor ``.png``.
-
-    Raises
-    ------
-    OutputError
-        If it does.
-    """
-    target = Path(path)
-    if target.suffix.lower() in ENDINGS:
-        return target
-    raise OutputError(
-        f"cannot write the picture '{target}': its ending says neither SVG nor PNG. Name a file that ends in "
-        f"{' or '.join(ENDINGS)}.",
-        path=str(target),
-    )
-
-
 def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Curve]) -> Path:
-    """Write the picture of a sweep: a row for each study's parameter, a column for each figure.
-
-    Parameters
-    ----------
-    path
-        File to write, ``.svg`` or ``.png``.
-    name
-        Name of the sweep.
-    curves
-        Panels; those of the same study and parameter stand beside each other.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written or has another ending.
-    """
+    """Write the picture of a sweep: a row for each study's parameter, a column for each figure."""
     target = require_picture_name(path)
     rows = list(dict.fromkeys((curve.study, curve.parameter) for curve in curves))[:MOST_ROWS]
     columns = list(dict.fromkeys(curve.figure for curve in curves))[: int(WIDEST / WIDTH)]
-    face = {"figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light, "svg.hashsalt": clean(f"sweep {name}")}
-    with settings(style() | face):
+    with settings(paper(clean(f"sweep {name}"))):
         width, height = max(WIDTH * len(columns), NARROWEST), HEIGHT * max(len(rows), 1)
         across = max(1, int(width / ENTRY))
         lines = math.ceil(len({group for curve in curves for group in curve.group}) / across)
@@ -112,7 +72,7 @@ def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Cu
         parts: Any = canvas.subfigures(2, 1, height_ratios=[above, height])
         handles = _draw(parts[1], rows, columns, curves) if rows and columns else {}
         _head(parts[0], name, handles, across, above)
-        return write_atomically(target, _png(canvas, name) if target.suffix.lower() == ".png" else _svg(canvas, name))
+        return write_drawn(canvas, target, f"{TITLE}{name}")
 
 
 def _head(part: Any, name: str, handles: dict[str, Any], across: int, height: float) -> None:
@@ -198,25 +158,3 @@ def _line(axes: Any, dots: Sequence[tuple[float, float]], colour: str, marker: s
     axes.vlines(places, [min(run) for run in runs], [max(run) for run in runs], color=colour, lw=1.0, alpha=0.6)
     medians = [statistics.median(run) for run in runs]
     return axes.plot(places, medians, color=colour, marker=marker, ms=4.5, mew=0.0, lw=1.4)[0]
-
-
-def _png(canvas: Canvas, name: str) -> bytes:
-    stream = io.BytesIO()
-    FigureCanvasAgg(canvas)
-    canvas.savefig(stream, format="png", dpi=PNG_DPI, metadata={"Software": None, "Title": clean(f"{TITLE}{name}")})
-    return stream.getvalue()
-
-
-def _svg(canvas: Canvas, name: str) -> str:
-    stream = io.StringIO()
-    FigureCanvasSVG(canvas)
-    nothing = {"Creator": None, "Date": None, "Format": None, "Type": None}
-    canvas.savefig(stream, format="svg", metadata=nothing)
-    text = stream.getvalue()
-    root = ElementTree.fromstring(text[text.index("<svg") :])
-    title = ElementTree.Element("{http://www.w3.org/2000/svg}title")
-    title.text = clean(f"{TITLE}{name}")
-    root.insert(0, title)
-    ElementTree.register_namespace("", "http://www.w3.org/2000/svg")
-    ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -50,16 +50,27 @@ def key_figures(fit: Fit) -> tuple[tuple[str, str, str, str], ...]:
     unit, out = fit.recordings[0].input_unit, fit.recordings[0].output_unit
     slope = f"{unit}/{out}" if unit and out else ""
     score = fit.train if fit.test is None else fit.test
+    gain, trip = fit.certificate.inverse_gain, fit.certificate.round_trip_error
     static = fit.static_train if fit.static_test is None or fit.test is None else fit.static_test
     tiles = [
         ("Train RMSE", number(fit.train.rmse_percent), "%", f"{with_unit(fit.train.rmse, out)}, fitted"),
         ("Largest error", number(score.max), out, "fitted" if fit.test is None else "held out"),
         ("Without hysteresis", number(static.rmse_percent), "%", "RMSE of the best curve"),
-        ("Inverse gain", number(fit.certificate.inverse_gain), slope, "largest slope"),
-        ("Round trip error", number(fit.certificate.round_trip_error, 2), "", "of the range"),
+        ("Inverse gain", number(gain), slope, "largest slope"),
+        ("Round trip error", number(trip, 2), "", "of the range"),
         ("Weights", str(fit.certificate.nonzero_weights), "", fit.size or "a curve without memory"),
         ("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
     ]
+    if np.isnan(gain):  # families without a bound of it: what their inverse misses
+        missed, none = fit.input_error, "–"
+        known = not fit.model.no_inverse
+        tiles[3:5] = [
+            (name, number(value) if known else none, "%" if known else "", words if known else "there is no inverse")
+            for name, value, words in (
+                ("Input error", missed.rms_percent, "of the input's range, rms"),
+                ("Input offset", missed.bias_percent, "of the input's range, mean"),
+            )
+        ]
     test = ("Test RMSE", "–", "", "nothing was held out")
     if fit.test is not None:
         test = ("Test RMSE", number(fit.test.rmse_percent), "%", f"{with_unit(fit.test.rmse, out)}, held out")
@@ -104,7 +115,8 @@ def _compared(fit: Fit) -> tuple[Table, ...]:
     rows = tuple(
         (
             f"{row.family}, chosen" if row.chosen else row.family, row.direction, number(row.test_percent),
-            number(row.input_percent), "-" if row.tracking_percent is None else number(row.tracking_percent),
+            "none" if np.isnan(row.input_percent) else number(row.input_percent),
+            "-" if row.tracking_percent is None else number(row.tracking_percent),
             "yes" if row.exportable else "no",
         )
         for row in fit.table
@@ -128,14 +140,17 @@ def _certificate(fit: Fit) -> Table:
     unit, out = fit.recordings[0].input_unit, fit.recordings[0].output_unit
     gain_unit = f"{unit}/{out}" if unit and out else ""
     missing = ", ".join(number(r) for r in c.undetermined[:12]) + (", …" if len(c.undetermined) > 12 else "")
+    proved = (
+        ("KKT residual of the optimisation", c.kkt_residual, number(c.kkt_residual, 2)),
+        ("Round trip error, of the range", c.round_trip_error, number(c.round_trip_error, 2)),
+        ("Largest slope of the inverse", c.inverse_gain, with_unit(c.inverse_gain, gain_unit)),
+    )
     return Table(
         "Certificate",
         (),
         (
-            ("KKT residual of the optimisation", number(c.kkt_residual, 2)),
             ("Solved by", c.route + (f", condition {number(c.condition, 2)}" if np.isfinite(c.condition) else "")),
-            ("Round trip error, of the range", number(c.round_trip_error, 2)),
-            ("Largest slope of the inverse", with_unit(c.inverse_gain, gain_unit)),
+            *((name, words) for name, value, words in proved if not np.isnan(value)),
             ("With weight", fit.size or "a curve without memory"),
             ("Thresholds the data did not determine", f"{missing} {unit}".strip() if c.undetermined else "none"),
             ("Memory before the first sample", c.initial_state),

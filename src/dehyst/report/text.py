@@ -13,20 +13,6 @@ ELLIPSIS = "…"
 NARROW_SPACE = "\u202f"
 
 
-def clean(text: object) -> str:
-    """Return text without characters that no page or SVG may hold.
-
-    Control characters are illegal in XML; lone surrogates cannot be encoded; bidirectional overrides would
-    reorder the words around a name.
-
-    Examples
-    --------
-    >>> clean("a\\x00b\\u202ec")
-    'a\\\\x00b\\\\u202ec'
-    """
-    return visible_lines(text)
-
-
 def short(text: object, length: int = 42) -> str:
     """Return text on one line, its middle left out if it is longer than `length`.
 
@@ -35,7 +21,7 @@ def short(text: object, length: int = 42) -> str:
     >>> short("a_very_long_column_name [bar]", 16)
     'a_very_…e [bar]'
     """
-    line = " ".join(clean(text).split())
+    line = " ".join(visible_lines(text).split())
     if width(line) <= length:
         return line
     head, tail = "", ""

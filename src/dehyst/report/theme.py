@@ -6,12 +6,19 @@ becomes a CSS variable, so that figures follow the reader's light or dark settin
 
 from __future__ import annotations
 
+import logging
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, cast
 
-import matplotlib
-from matplotlib import font_manager
+_log = logging.getLogger("matplotlib")
+_level = _log.level
+_log.setLevel(logging.ERROR)  # its lines about a HOME that cannot be written: nothing is lost by that
+try:
+    import matplotlib
+    from matplotlib import font_manager  # looks for its folders and its fonts
+finally:
+    _log.setLevel(_level)
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,13 +78,6 @@ def thin_path(x: Array, y: Array, window: Window) -> tuple[Array, Array] | None:
     A sample is dropped if it lies in the same cell as its predecessor; so no dropped sample is farther than the
     diagonal of a cell from a kept one. The smallest of `CELLS` that suffices is taken.
     First, last and turning points stay.
-
-    Parameters
-    ----------
-    x, y
-        Samples in time order, (T,); NaN interrupts.
-    window
-        Range of the panel.
     """
     if x.size <= LIMIT:
         return x, y

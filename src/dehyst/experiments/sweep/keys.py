@@ -12,7 +12,7 @@ from typing import Any
 
 from dehyst.errors import ParameterError
 from dehyst.plant import Robot, load_robot
-from dehyst.plant.validation import known_keys
+from dehyst.plant.validation import known_keys, shown
 
 # Settings of a run that are no parameters of the robot: name -> value if nothing is said, and values allowed.
 RUN_SETTINGS: Mapping[str, tuple[Any, tuple[str, ...] | None]] = {
@@ -83,7 +83,7 @@ class Keys:
             close = sorted(name for name in self.names if name.rpartition(".")[2] == key.rpartition(".")[2])[:3]
         near = f"Did you mean {' or '.join(close)}? " if close else ""
         return (
-            f"there is no parameter {_shown(key)}. {near}Parameters are the keys of the robot's file with their table, "
+            f"there is no parameter {shown(key)}. {near}Parameters are the keys of the robot's file with their table, "
             f"for example hysteresis.scale, and {', '.join(RUN_SETTINGS)}."
         )
 
@@ -100,7 +100,7 @@ class Keys:
         """
         seen: set[tuple[str, str]] = set()
         for number, (where, changes) in enumerate(sets):
-            told = {(key, _shown(value)) for key, value in changes.items() if not isinstance(value, float)}
+            told = {(key, shown(value)) for key, value in changes.items() if not isinstance(value, float)}
             if number >= MOST_CHECKED and told <= seen:
                 continue
             seen |= told
@@ -136,16 +136,11 @@ def _check_setting(key: str, value: Any, where: str) -> None:
     allowed = RUN_SETTINGS[key][1]
     if allowed is not None:
         if value not in allowed:
-            raise ParameterError(f"{where}: {key} is {_shown(value)}, but it is one of: {', '.join(allowed)}.", key=key)
+            raise ParameterError(f"{where}: {key} is {shown(value)}, but it is one of: {', '.join(allowed)}.", key=key)
         return
     number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     if not number or abs(value) > LARGEST_LOAD:
         raise ParameterError(
-            f"{where}: {key} is {_shown(value)}, but must be a number between -{LARGEST_LOAD:g} and {LARGEST_LOAD:g}.",
+            f"{where}: {key} is {shown(value)}, but must be a number between -{LARGEST_LOAD:g} and {LARGEST_LOAD:g}.",
             key=key,
         )
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

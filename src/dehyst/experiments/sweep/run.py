@@ -29,7 +29,7 @@ from dehyst.experiments.sweep.workers import (
     require_sendable,
     task_of,
 )
-from dehyst.io.tables import require_table_name, write_table
+from dehyst.io.write import require_table_name, write_table
 
 AHEAD = 2  # runs handed out for each worker: one that it computes, one that waits for it
 MOST_WORKERS = 1024
@@ -114,10 +114,6 @@ def run_sweep(
         Do the runs again that failed.
     overwrite
         Replace a table that is there already and has no journal.
-
-    Returns
-    -------
-    result : SweepResult
 
     Raises
     ------

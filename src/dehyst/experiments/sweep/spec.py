@@ -167,11 +167,6 @@ def load_sweep(path: str | Path) -> SweepSpec:
 def parse_sweep(document: Mapping[str, Any], name: str = "sweep.toml", folder: Path = Path()) -> SweepSpec:
     """Return the sweep that a TOML document describes; `name` is for messages, `folder` has the robot's file.
 
-    Raises
-    ------
-    ParameterError
-        If a key is unknown or a value is not allowed.
-
     Examples
     --------
     >>> study = {"name": "size", "grid": {"hysteresis.scale": [0.5, 1.0]}}

@@ -73,13 +73,7 @@ def task_of(spec: SweepSpec, point: Point, evaluate: Evaluator) -> Task:
 
 
 def require_sendable(evaluate: Evaluator) -> None:
-    """Refuse a function that other processes cannot import.
-
-    Raises
-    ------
-    ParameterError
-        If it is a lambda, a local function, or anything else that has no name in a module.
-    """
+    """Refuse a function that other processes cannot import."""
     try:
         pickle.dumps(evaluate)
     except Exception as fault:
@@ -108,13 +102,7 @@ def _number(name: str, value: Any) -> float:
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[Executor]:
-    """Processes of this machine, started fresh, each with one thread, deaf to Ctrl-C, ending with this process.
-
-    Raises
-    ------
-    ParameterError
-        If they cannot start.
-    """
+    """Processes of this machine, started fresh, each with one thread, deaf to Ctrl-C, ending with this process."""
     pool = None
     with _one_thread():
         try:
@@ -200,13 +188,6 @@ def dask_cluster(address: str) -> Iterator[tuple[Executor, int]]:
     """Executor on a Dask cluster, and how many runs it takes at a time.
 
     dehyst must be installed on its workers, in the same version.
-
-    Raises
-    ------
-    MissingExtraError
-        If distributed is not installed.
-    ParameterError
-        If there is no cluster at that address, or it has no workers.
     """
     try:
         distributed = importlib.import_module("distributed")

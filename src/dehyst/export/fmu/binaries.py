@@ -65,15 +65,6 @@ class Binaries:
 def compile_binaries(name: str, sources: Mapping[str, bytes], version: Version) -> Binaries:
     """Compile the FMU for every platform that a compiler is found for.
 
-    Parameters
-    ----------
-    name
-        Model identifier.
-    sources
-        Path below sources/ -> content; all.c is compiled.
-    version
-        Of FMI.
-
     Raises
     ------
     OutputError

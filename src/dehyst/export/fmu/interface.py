@@ -77,8 +77,8 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
     source = _name(subject.input.name, "input", taken)
     result = _name(subject.output.name, "output", taken | {source})
     low, high = numbers.input_low, numbers.input_high
-    said = "wanted output of the actuator" if subject.what == "inverse" else "input of the actuator"
-    answer = "input of the actuator that gives it" if subject.what == "inverse" else "output of the actuator"
+    said = "wanted output of the actuator" if subject.what != "forward" else "input of the actuator"
+    answer = "input of the actuator that gives it" if subject.what != "forward" else "output of the actuator"
     start, limits = (start_input(numbers),), (numbers.least, numbers.most)
     said, answer = f"{said}: {subject.input.label}", f"{answer}: {subject.output.label}"
     beyond = BEYOND[subject.real]

@@ -78,13 +78,7 @@ class Package:
 
 
 def package(subject: Subject, version: Version) -> Package:
-    """Write the sources, compile them where a compiler is found, and put the FMU together.
-
-    Raises
-    ------
-    OutputError
-        If a compiler is found and fails.
-    """
+    """Write the sources, compile them where a compiler is found, and put the FMU together."""
     variables = placed(interface(subject), arrays=version == 3)
     unit = Unit(
         subject.name, subject.title, *_part(subject), core=_core(subject), variables=variables, period=subject.period
@@ -122,7 +116,7 @@ def _part(subject: Subject) -> tuple[str, dict[str, object]]:
             "start_output": hexadecimal(subject.start_output),
             "starts": [hexadecimal(value) for value in (start_input(subject.block), *subject.middle[1:])],
         }
-        return "fmu/unit_block.h.j2", {"words": words, "beyond": BEYOND[subject.real], **starts}
+        return "fmu/unit_block.h.j2", {"words": words, "beyond": BEYOND[subject.real], "b": subject.block, **starts}
     assert subject.parameters is not None  # a joint controller has them
     inputs = [hexadecimal(value) for value in joint_starts(subject.parameters).values()]
     bits = {"switches": list(SWITCHES.values()), "flags": list(FLAGS.values())}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +22,8 @@ from dehyst.export.signal import Signal, Whole, same_bits
 from dehyst.export.subject import Subject
 
 
-def verify_fmu(folder: Path, subject: Subject) -> list[Check]:
-    """Return what holds of an exported folder."""
+def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+    """Compile the sources, step the binary, ask FMPy where it is installed."""
     path = folder / f"{subject.name}.fmu"
     signals = [("test signal", subject.test)] + ([("excerpt of the log", subject.excerpt)] if subject.excerpt else [])
     return [

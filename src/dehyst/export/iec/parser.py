@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dehyst.export.iec import tree
-from dehyst.export.iec.lexer import words
-from dehyst.export.iec.reserved import RESERVED
+from dehyst.export.iec.lexer import RESERVED, words
 from dehyst.export.iec.tree import TextError, Token, Type, Unit, Variable
 
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR")

@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 
 from dehyst.export import numbers as of_core
-from dehyst.export.numbers import BlockNumbers, ModelNumbers, OffsetUnit
+from dehyst.export.numbers import ModelNumbers, OffsetUnit, UnitNumbers
+from dehyst.export.plays import BlockNumbers
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
@@ -34,11 +35,12 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
     words
         ``input`` and ``output``: signals with units; ``about``: comment on top.
     """
+    reach = number("ReachLow", real, numbers.reach_low, "the same in front of the last map")
     own = (
         *model_tables(real, numbers.model),
-        *_limits(real, numbers),
+        *limits(real, numbers, (reach, number("ReachHigh", real, numbers.reach_high))),
         *model_variables(real, len(numbers.model.threshold)),
-        *_variables(real),
+        *frame_variables(real),
     )
     return unit_of(name, real, words, rendered("block.st.j2", **shape(numbers.model)), own, (), numbers.offset)
 
@@ -115,14 +117,14 @@ def model_tables(real: str, model: ModelNumbers) -> tuple[Variable, ...]:
     )
 
 
-def _limits(real: str, b: BlockNumbers) -> tuple[Variable, ...]:
+def limits(real: str, b: UnitNumbers, inner: Sequence[Variable] = ()) -> tuple[Variable, ...]:
+    """Return limits, straight line and fading of a unit; `inner` are limits in front of its last map."""
     return (
         number("InputLow", real, b.input_low, "inputs beyond are taken as the limit"),
         number("InputHigh", real, b.input_high),
         number("OutputLow", real, b.output_low, "no output lies beyond"),
         number("OutputHigh", real, b.output_high),
-        number("ReachLow", real, b.reach_low, "the same in front of the last map"),
-        number("ReachHigh", real, b.reach_high),
+        *inner,
         number("LineSlope", real, b.line_slope, "answer while off: LineOffset + LineSlope * InputValue"),
         number("LineOffset", real, b.line_offset),
         number("Fade", real, b.fade, "share of a switching that one call makes"),
@@ -144,7 +146,8 @@ def model_variables(real: str, n: int) -> tuple[Variable, ...]:
     )
 
 
-def _variables(real: str) -> tuple[Variable, ...]:
+def frame_variables(real: str) -> tuple[Variable, ...]:
+    """Return what every unit has beside its model."""
     return (
         Variable("VAR", "Running", "BOOL", ("FALSE",), comment="FALSE until the first call"),
         Variable("VAR", "Started", "BOOL", ("FALSE",), comment="FALSE until the first good sample after a restart"),

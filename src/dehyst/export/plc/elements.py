@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dehyst.export.element_numbers import ElementBlockNumbers
+from dehyst.export.elements import ElementBlockNumbers
 from dehyst.export.plc.block import number, table, unit_of
 from dehyst.export.plc.ports import signal_names
 from dehyst.export.plc.pou import Pou, Variable
@@ -18,7 +18,7 @@ def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, w
     before, after = numbers.map_points
     halvings, kinds = HALVINGS[real], set(p.kind)
     body = rendered(
-        "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6}), plays=bool(kinds & {1, 2, 7}),
+        "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6, 8}), plays=bool(kinds & {1, 2, 7}),
         points=bool(numbers.points[0]), start=bool(p.start),
         sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
         holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,

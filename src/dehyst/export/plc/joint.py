@@ -7,7 +7,8 @@ from types import MappingProxyType
 
 from dehyst.control import JointControllerParameters
 from dehyst.export.numbers import DirectNumbers, ModelNumbers
-from dehyst.export.plc.block import common_constants, model_tables, model_variables, number, shape, table
+from dehyst.export.plc.block import common_constants, model_tables, model_variables, number, shape
+from dehyst.export.plc.direct import GROUPS, direct_states, direct_tables, direct_work
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
 
@@ -16,57 +17,6 @@ _ROOT = {  # smallest radicand, first guess and last digit of the root in core/p
     "LREAL": (1e-300, (0x1FF7A3BEA91D9B1C & (2**52 - 1)) / 2.0**52, 2.0**-52),
     "REAL": (1e-37, (0x1FBB4F2E & (2**23 - 1)) / 2.0**23, 2.0**-23),
 }
-
-
-GROUPS = 8  # DEHYST_GROUPS of core/dehyst.h
-
-
-def direct_tables(real: str, direct: DirectNumbers) -> tuple[Variable, ...]:
-    """Return the constants of a direct inverse."""
-    tables = (
-        ("RadiusTable", direct.radius, "r of the stops [y]"),
-        ("LengthTable", direct.length, "x of the lags along the path [y]"),
-        ("GainTable", direct.gain, "1 - exp(-T/tau) of the creep lags"),
-        ("WeightTable", direct.weight, "a row a set: polynomial, stops, lags along the path, creep lags, rate"),
-        ("LowTable", direct.low, "ranges of what the weights depend on"),
-        ("HighTable", direct.high, ""),
-    )
-    groups = tuple(str(group) for group in direct.group)
-    return (
-        *(table(name, real, values, comment) for name, values, comment in tables if values),
-        Variable("VAR CONSTANT", "GroupTable", "DINT", groups, len(groups), "group of each term"),
-        number("DirectCenter", real, direct.center, "subtracted in front of the polynomial"),
-        number("DirectLow", real, direct.input_low, "beyond, the polynomial is held"),
-        number("DirectHigh", real, direct.input_high),
-        number("DirectLowest", real, direct.output_low, "no answer lies beyond"),
-        number("DirectHighest", real, direct.output_high),
-    )
-
-
-def direct_states(real: str, direct: DirectNumbers, prefix: str) -> tuple[Variable, ...]:
-    """Return what it remembers along one signal."""
-    sizes = (
-        (("Low", "High"), len(direct.radius)),
-        (("Path", "PathDoubt"), len(direct.length)),
-        (("Lag", "LagDoubt"), len(direct.gain)),
-        (("Part", "Doubt"), GROUPS),
-    )
-    arrays = [(f"{prefix}{name}", size) for pair, size in sizes for name in pair if size]
-    return (
-        *(Variable("VAR", name, real, ("0.0",) * size, size) for name, size in arrays),
-        *(Variable("VAR", f"{prefix}{name}", real, ("0.0",)) for name in names("Last Curve")),
-        *(Variable("VAR", f"{prefix}{name}", "BOOL", ("FALSE",)) for name in names("Limited Rejected")),
-    )
-
-
-def direct_work(real: str) -> tuple[Variable, ...]:
-    """Return what its step works with."""
-    reals = names("DirectInside DirectThere DirectRoom DirectBottom DirectTop DirectPlace DirectWay WeightNow Lasting")
-    return (
-        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
-        *(Variable("VAR", name, "DINT", ("0",)) for name in names("TermNumber GroupNumber SetNumber")),
-        Variable("VAR", "Shares", real, ("0.0",) * 6, 6, "of the sets of weights"),
-    )
 
 
 def joint_block(

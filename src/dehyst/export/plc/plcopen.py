@@ -20,19 +20,7 @@ _KINDS = {"FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 
 
 def plcopen_xml(project: str, units: tuple[Pou, ...], version: str, date: str) -> bytes:
-    """Return a project with these units as PLCopen XML.
-
-    Parameters
-    ----------
-    project
-        Its name.
-    units
-        Each function block before its first use.
-    version
-        Of dehyst.
-    date
-        Of creation, as ``2026-01-31T12:00:00``.
-    """
+    """Return a project with these units as PLCopen XML."""
     root = ElementTree.Element("project", {"xmlns": SPACE})
     about = {"companyName": "dehyst", "productName": "dehyst", "productVersion": version, "creationDateTime": date}
     ElementTree.SubElement(root, "fileHeader", about)
@@ -92,13 +80,7 @@ def _add_variable(parent: ElementTree.Element, variable: Variable) -> None:
 
 
 def text_of(xml: bytes) -> str:
-    """Return the units of a PLCopen file as source text, so that what the file says can be run.
-
-    Raises
-    ------
-    ModelFileError
-        If it is no PLCopen file, or holds what `plcopen_xml` does not write.
-    """
+    """Return the units of a PLCopen file as source text, so that what the file says can be run."""
     if not xml.startswith(HEAD) or b"<!" in xml:  # no document type, no entity: nothing that grows while it is read
         raise ModelFileError("the PLCopen XML file does not begin as dehyst writes it, in UTF-8: export it again")
     try:

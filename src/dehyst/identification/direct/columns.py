@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from math import comb
 
 import numpy as np
@@ -112,8 +113,8 @@ class Layout:
             return [[0], [1], *given]
         return given or [[0, 1]]
 
-    def select(self, shape: Shape, rows: Array) -> tuple[Array, int]:
-        """System [constants | slopes of the polynomials, terms | u] of a shape, and the number of its constants.
+    def select(self, shape: Shape, rows: Array) -> Array:
+        """System [constants | slopes of the polynomials, terms | u] of a shape.
 
         `rows` are full rows, or their triangle.
         """
@@ -125,9 +126,10 @@ class Layout:
             np.sum([rows[:, self.polynomials + part * self.terms + terms] for part in parts], axis=0)
             for parts in self.sets_of(shape)
         ]
-        return np.column_stack([*constants, *slopes, *bounded, rows[:, -1]]), len(constants)
+        return np.column_stack([*constants, *slopes, *bounded, rows[:, -1]])
 
 
+@cache
 def rising_powers(degree: int) -> Array:
     """Coefficients (degree + 1, degree) of polynomials that rise from -1 to 1: integrals of Bernstein's of degree - 1.
 
@@ -142,46 +144,46 @@ def rising_powers(degree: int) -> Array:
     return columns
 
 
-def past_of(y: Array, start: str) -> Array:
+def past_of(start: str) -> Array:
     """Turning points before the first sample that its memory is of: both extremes, or none."""
     return np.array({"rising": [1.0, -1.0], "falling": [-1.0, 1.0]}.get(start, []))
 
 
-def memory_columns(bank: Bank, y: Array, time: Array | None, start: str) -> Array:
-    """Outputs of stops, path lags and creep (T, n + k + m), those of the middle of what is admissible."""
-    past = past_of(y, start)
-    clock = np.arange(y.size, dtype=np.float64) if time is None else time
-    none, one = np.zeros(0), np.zeros(y.size, dtype=np.int64)
-    whole = np.concatenate([past, y])
-    begun = np.concatenate([np.full(past.size, clock[0]), clock])
-    zeros = np.zeros(whole.size, dtype=np.int64)
-    walked = _native.direct_bank(whole, begun, zeros, bank.radii, bank.lengths, none, start != "unknown")[past.size :]
-    if bank.time_constants.size == 0:
-        return walked
-    # Creep is at rest at the first sample, whatever turned before.
-    creep = _native.direct_bank(y, clock, one, none, none, bank.time_constants, True)
-    return np.column_stack([walked, creep])
+def terms_along(layout: Layout, piece: DirectPiece, start: str, every: int = 1) -> Iterator[tuple[slice, Array]]:
+    """What every term of one set would contribute along a piece, (m, terms), and where, in parts for the cache.
 
-
-def terms_along(layout: Layout, piece: DirectPiece, start: str) -> Array:
-    """What every term of one set would contribute along a piece, (T, terms)."""
-    y = np.ascontiguousarray(piece.y)
-    return np.column_stack([memory_columns(layout.bank, y, piece.time, start), piece.rate])
+    Stops are those of the middle of what is admissible. `every`: the share of rows that are needed, for longer parts.
+    """
+    y, known, own = np.ascontiguousarray(piece.y), start != "unknown", layout.bank
+    clock = np.arange(y.size, dtype=np.float64) if piece.time is None else np.ascontiguousarray(piece.time)
+    bank, past, memory = (own.radii, own.lengths, own.time_constants, known), past_of(start), None
+    if past.size:  # creep is at rest at the first sample, whatever turned before
+        memory = _native.direct_bank(past, np.zeros(past.size), *bank)[1]
+        memory[1], memory[memory.size - own.time_constants.size :] = clock[0], y[0]
+    for begin in range(0, y.size, ROWS * every):
+        part = slice(begin, min(begin + ROWS * every, y.size))
+        walked, memory = _native.direct_bank(y[part], clock[part], *bank, memory)
+        yield part, np.column_stack([walked, piece.rate[part]])
 
 
 def rows_at(layout: Layout, piece: DirectPiece, terms: Array, at: slice | Indices) -> Array:
-    """All columns at some samples of a piece, (m, width); `terms` are those along the piece."""
+    """All columns at some samples of a piece, (m, width); `terms` are those there."""
     y, given = piece.y[at], tuple(xi[at] for xi in piece.given)
     out = np.empty((y.size, layout.width))
-    powers = np.power(np.clip(y, -1.0, 1.0)[:, None], np.arange(layout.powers))  # held beyond the fitted range
+    powers = powers_of(y, layout.powers)
     for part, share in enumerate(set_shares(given) or [np.ones(y.size)]):
         out[:, layout.powers * part : layout.powers * (part + 1)] = share[:, None] * powers
-    by_output = np.clip(0.5 * (y + 1.0), 0.0, 1.0)
-    for place, share in enumerate(set_shares((by_output, *given))):
+    for place, share in enumerate(set_shares((by_output(y), *given))):
         begin = layout.polynomials + place * layout.terms
-        np.multiply(terms[at], share[:, None], out=out[:, begin : begin + layout.terms])
+        np.multiply(terms, share[:, None], out=out[:, begin : begin + layout.terms])
     out[:, -1] = piece.u[at]
     return out
+
+
+def by_output(y: Array) -> Array:
+    """Share of the upper end of the schedule of the output, (T,)."""
+    share: Array = np.clip(0.5 * (y + 1.0), 0.0, 1.0)
+    return share
 
 
 def set_shares(schedules: tuple[Array, ...]) -> list[Array]:
@@ -189,10 +191,17 @@ def set_shares(schedules: tuple[Array, ...]) -> list[Array]:
     return [part for xi in schedules for part in (1.0 - xi, xi)]
 
 
+def powers_of(y: Array, count: int) -> Array:
+    """y^0, y^1, ... (T, count), held beyond the fitted range."""
+    return np.vander(np.clip(y, -1.0, 1.0), count, increasing=True)
+
+
 def fitted_rows(layout: Layout, data: DirectData, start: str, every: int = 1) -> Iterator[Array]:
     """All columns of the fitted samples, or of every so manieth of them, in parts that fit into the cache."""
     for piece in data.pieces:
-        terms = terms_along(layout, piece, start)
         fitted = np.flatnonzero(piece.mask(True))[::every]
-        for begin in range(0, fitted.size, ROWS):
-            yield rows_at(layout, piece, terms, fitted[begin : begin + ROWS])
+        for part, terms in terms_along(layout, piece, start, every):
+            if part.start >= piece.split:
+                break
+            at = fitted[slice(*np.searchsorted(fitted, [part.start, part.stop]))]
+            yield rows_at(layout, piece, terms[at - part.start], at)

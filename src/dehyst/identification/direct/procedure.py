@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
-from dehyst.identification import facts
+from dehyst.findings import Finding
 from dehyst.identification.cautions import Knows
-from dehyst.identification.certify import fit_of, seen_in
-from dehyst.identification.data import prepare
+from dehyst.identification.certify import fit_of
 from dehyst.identification.direct.cautions import about_direct_fit, about_terms
 from dehyst.identification.direct.columns import (
     GROUPS,
@@ -25,21 +24,20 @@ from dehyst.identification.direct.columns import (
     Bank,
     Layout,
     Shape,
-    rows_at,
     terms_along,
 )
 from dehyst.identification.direct.data import DirectData, DirectPiece, check_given, prepare_direct
 from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
 from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
 from dehyst.identification.direct.times import AUTO, check_creep, time_constants
-from dehyst.identification.evidence import slower_percent
+from dehyst.identification.evidence import Evidence, without_holds
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
 from dehyst.identification.measures import InMemory
-from dehyst.identification.procedure import call_of, solve_in_memory
+from dehyst.identification.procedure import Prepared, prepared
 from dehyst.identification.scores import Part, part_of
-from dehyst.identification.settings import PAPER_OPERATORS, check_recordings, eps_of_call
-from dehyst.identification.split import HALF, Split, split_recordings
+from dehyst.identification.settings import check_recordings
+from dehyst.identification.split import HALF, Split
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas
 from dehyst.identification.tracking import with_table
@@ -96,7 +94,7 @@ def _polynomials(estimate: DirectEstimate, data: DirectData, given: int) -> Arra
     return np.vstack([np.zeros((2, parts.shape[1])), parts]) if estimate.shape.by_output else parts
 
 
-def compare_forward(records: tuple[Recording, ...], split: Split, measure: InMemory) -> tuple[Fit, ...]:
+def compare_forward(log: Prepared) -> tuple[Fit, ...]:
     """Identify every forward family on the same samples, the one with the best inverse first.
 
     A family that cannot be identified is left out; if none can, the fault of the last one is raised.
@@ -104,9 +102,8 @@ def compare_forward(records: tuple[Recording, ...], split: Split, measure: InMem
     fits: list[Fit] = []
     fault: DehystError | None = None
     for family in FAMILIES:
-        call = call_of(family, PAPER_OPERATORS, eps_of_call(family, None), None, "auto", split)
         try:
-            fits.append(solve_in_memory(call, records, None, measure))
+            fits.append(log.plays(family))
         except DehystError as found:
             fault = found
     if not fits:
@@ -201,27 +198,49 @@ def identify_direct(
     given = _check_schedules(records, {LOAD: load, MEAN_PRESSURE: mean_pressure}, units or {})
     if given and train_fraction is None:
         train_fraction = HALF  # a recording may be all that there is at one load
-    split = split_recordings(records, train_fraction)
+    log = prepared(records, train_fraction)
+    asked = _Asked(creep, times, initial_state, starts, given, bool(position_schedule), stops_only)
+    return direct_fit(log, asked)
+
+
+class _Asked(NamedTuple):
+    """Settings, checked, as they are if nobody asks; scheduling signals: samples of each recording, and a unit."""
+
+    creep: int | str = AUTO
+    times: Array | None = None
+    initial_state: str = AUTO
+    starts: tuple[str, ...] = STARTS
+    given: Mapping[str, tuple[tuple[Array, ...], str]] = {}
+    by_output: bool = True
+    stops_only: bool = False
+
+
+USUAL = _Asked()
+
+
+def direct_fit(log: Prepared, asked: _Asked = USUAL) -> Fit:
+    """Identify the compensator of recordings that were prepared."""
+    records, given, times = log.records, asked.given, asked.times
     with single_blas():
-        data = prepare_direct(records, split, given)
-        _refuse_untimed(data, creep, times, records)
-        asked = times is not None or not isinstance(creep, str)
-        bank = Bank(RADII, LENGTHS, time_constants(data, creep, times) if data.timed else np.zeros(0))
+        data = prepare_direct(records, log.split, given)
+        _refuse_untimed(data, asked.creep, times, records)
+        bank = Bank(RADII, LENGTHS, time_constants(data, asked.creep, times) if data.timed else np.zeros(0))
         layout = Layout(bank, len(data.given))
         trials = Trials(layout, data)
         creeps = ("creep",) if bank.time_constants.size else ()
-        required = creeps if asked else ()
-        lags = () if stops_only else ("path",)
-        viscous = ("viscous",) if data.timed and not stops_only else ()
-        optional = (*lags, *(creeps if not asked else ()), *viscous)
-        chosen = choose_shape(trials, required, optional, starts, by_output=bool(position_schedule))
-        settings = _settings(creep, times, initial_state, split, chosen.shape, bank, data)
-        loads = [
-            [np.clip((given[g.name][0][k] - g.low) / (g.high - g.low), 0.0, 1.0) for g in data.given]
-            for k in range(len(records))
-        ]
-        measure = InMemory(records, loads)  # which tests rate and creep once for all of them
-        return _fitted(records, split, data, layout, trials, chosen, bool(required), settings, measure)
+        required = creeps if times is not None or not isinstance(asked.creep, str) else ()
+        lags = () if asked.stops_only else ("path",)
+        viscous = ("viscous",) if data.timed and not asked.stops_only else ()
+        optional = (*lags, *(creeps if not required else ()), *viscous)
+        chosen = choose_shape(trials, required, optional, asked.starts, by_output=asked.by_output)
+        settings = _settings(asked, log.split, chosen.shape, bank, data)
+        if data.given:
+            loads = [
+                [np.clip((given[g.name][0][k] - g.low) / (g.high - g.low), 0.0, 1.0) for g in data.given]
+                for k in range(len(records))
+            ]
+            log = replace(log, measure=InMemory(records, loads))
+        return _fitted(log, data, layout, trials, chosen, bool(required), settings)
 
 
 def _check_start(initial_state: str) -> tuple[str, ...]:
@@ -253,20 +272,12 @@ def _refuse_untimed(data: DirectData, creep: int | str, times: Array | None, rec
         )
 
 
-def _settings(
-    creep: int | str,
-    times: Array | None,
-    initial_state: str,
-    split: Split,
-    shape: Shape,
-    bank: Bank,
-    data: DirectData,
-) -> dict[str, Any]:
+def _settings(asked: _Asked, split: Split, shape: Shape, bank: Bank, data: DirectData) -> dict[str, Any]:
     return {
         "family": DirectInverse.family,
-        "creep": creep if times is None else "given",
+        "creep": asked.creep if asked.times is None else "given",
         "creep_times": bank.time_constants.tolist() if "creep" in shape.groups else [],
-        "initial_state": initial_state,
+        "initial_state": asked.initial_state,
         **split.settings,
         "schedules": [given.name for given in data.given],
         "degree": shape.degree,
@@ -286,26 +297,22 @@ class _Answers(NamedTuple):
 
 
 def _fitted(
-    records: tuple[Recording, ...],
-    split: Split,
+    log: Prepared,
     data: DirectData,
     layout: Layout,
     trials: Trials,
     chosen: TriedShape,
     asked: bool,
     settings: dict[str, Any],
-    measure: InMemory,
 ) -> Fit:
-    shape = chosen.shape
-    estimate = solve_shape(layout, shape, *trials.rows(shape.start))
+    shape, records, whole = chosen.shape, log.records, log.data
+    estimate = solve_shape(layout, shape, *trials.system(shape))
     model = build_direct(layout, estimate, data, _signals(records, data))
     answers = _answers(records, data, layout, estimate, model)
-    others = compare_forward(records, split, measure)
-    prepared = prepare(records, split)
-    seen = seen_in(facts.branches(prepared))
-    static = curve_of(fit_static(prepared, "zero")[0], prepared)
-    measured = measure.compared(
-        prepared, answers.scored, answers.outputs, answers.demands, float("nan"), static, seen.counts[1]
+    others = compare_forward(log)
+    static = curve_of(fit_static(whole, "zero")[0], whole)
+    measured = log.measure.compared(
+        whole, answers.scored, answers.outputs, answers.demands, float("nan"), static, log.seen.counts[1]
     )
     terms, rises = int(layout.terms_of(shape).size), model.least_slope() > 0.0
     certificate = Certificate(
@@ -325,11 +332,11 @@ def _fitted(
         *about_direct_fit(
             measured.input_error, others[0], rises, 100.0 * data.amplitude / data.input_range * chosen.uncertainty
         ),
+        *_without_holds(records, data, model, measured.evidence),
     )
-    creep = _slower(records, data, model) if model.time_constants.size else 0.0
     fit = fit_of(
         model, model.family, f"{model.family}, {size_of(model, model.nonzero_weights, terms)}",
-        Knows(leads=True, crosses=True, time=True, creep=creep), prepared, seen, static, measured, certificate,
+        Knows(leads=True, crosses=True, time=True), whole, log.seen, static, measured, certificate,
         settings, _candidates(trials, chosen, data), more=more,
     )  # fmt: skip
     return with_table(replace(fit, details=_details(model, settings, rises, answers.missed)), *others)
@@ -355,11 +362,9 @@ def _answers(
     missed, start = 0, estimate.shape.start
     for piece in data.pieces:
         at, k = piece.span, piece.recording
-        terms = terms_along(layout, piece, start)
-        for begin in range(0, piece.y.size, ROWS):
-            part = slice(begin, min(begin + ROWS, piece.y.size))
-            rows, there = rows_at(layout, piece, terms, part), slice(at.start + part.start, at.start + part.stop)
-            demands[k][there] = data.level + data.amplitude * predict(layout, estimate, rows)
+        for part, terms in terms_along(layout, piece, start):
+            asked = predict(layout, estimate, piece, terms, part)
+            demands[k][at.start + part.start : at.start + part.stop] = data.level + data.amplitude * asked
         found = follow(model, records[k].input[at], piece.time, _given(data, piece), start)
         outputs[k][at] = found.y
         missed += found.missed
@@ -367,15 +372,14 @@ def _answers(
     return _Answers(tuple(demands), tuple(outputs), (part_of(train), part_of(test)), missed)
 
 
-def _slower(records: tuple[Recording, ...], data: DirectData, model: DirectInverse) -> float:
-    """By how much the model asks for another input at a tenth of the speed. [% of range, rms]"""
+def _without_holds(
+    records: tuple[Recording, ...], data: DirectData, model: DirectInverse, tested: Sequence[Evidence]
+) -> Iterator[Finding]:
     piece = data.pieces[0]
-    if piece.time is None:
-        return 0.0
-    y = records[piece.recording].output[piece.span][:ROWS]
-    given = _given(data, piece)
-    cut = {name: values[:ROWS] for name, values in given.items()}
-    return slower_percent(lambda at: model.run(y, at, given=cut).u, piece.time[:ROWS])
+    if piece.time is not None and model.time_constants.size:
+        y = records[piece.recording].output[piece.span][:ROWS]
+        cut = {name: values[:ROWS] for name, values in _given(data, piece).items()}
+        yield from without_holds(tested, lambda at: model.run(y, at, given=cut).u, piece.time[:ROWS])
 
 
 def _given(data: DirectData, piece: DirectPiece) -> dict[str, Array]:

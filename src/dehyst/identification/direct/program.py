@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.identification.direct.columns import Layout, Shape, rising_powers
+from dehyst.identification.direct.columns import Layout, Shape, by_output, powers_of, rising_powers, set_shares
+from dehyst.identification.direct.data import DirectPiece
 from dehyst.identification.least_squares import solve_bounded, triangle
 
 # Square of the weight of each non-negative unknown, whose column is scaled to rms 1, relative to a sample. It keeps
@@ -42,9 +43,9 @@ class DirectEstimate:
     kkt_residual: float
 
 
-def solve_shape(layout: Layout, shape: Shape, reduced: Array, samples: int, ridge: float = RIDGE) -> DirectEstimate:
-    """Solve the program of a shape for full rows, or triangles of them stacked, that stand for `samples` samples."""
-    system, free = layout.select(shape, reduced)
+def solve_shape(layout: Layout, shape: Shape, system: Array, samples: int, ridge: float = RIDGE) -> DirectEstimate:
+    """Solve the program of a shape for its rows, or triangles of them stacked, that stand for `samples` samples."""
+    free = len(layout.constants)
     slopes = layout.parts * shape.degree
     terms = system.shape[1] - 1 - free - slopes
     rms = np.sqrt(np.sum(system[:, free + slopes : -1] ** 2, axis=0) / max(samples, 1))
@@ -62,8 +63,7 @@ def solve_shape(layout: Layout, shape: Shape, reduced: Array, samples: int, ridg
 
 def rms_on(layout: Layout, estimate: DirectEstimate, reduced: Array, samples: int) -> float:
     """RMS of the residual of an estimate on rows, or on the triangle of rows, that stand for `samples` samples."""
-    system, _ = layout.select(estimate.shape, reduced)
-    left = system @ np.append(estimate.unknowns, -1.0)
+    left = layout.select(estimate.shape, reduced) @ np.append(estimate.unknowns, -1.0)
     return float(np.sqrt(left @ left / max(samples, 1)))
 
 
@@ -113,16 +113,21 @@ def without(blocks: list[Block], left_out: int) -> tuple[Array, int]:
 
 def held_out(layout: Layout, shape: Shape, blocks: list[Block]) -> Array:
     """RMS on every block of the fit to the others, scaled, (blocks,)."""
-    return np.array(
-        [
-            rms_on(layout, solve_shape(layout, shape, *without(blocks, k)), block.rows, block.samples)
-            for k, block in enumerate(blocks)
-        ]
-    )
+    errors = []
+    for k, block in enumerate(blocks):
+        rows, samples = without(blocks, k)
+        estimate = solve_shape(layout, shape, layout.select(shape, rows), samples)
+        errors.append(rms_on(layout, estimate, block.rows, block.samples))
+    return np.array(errors)
 
 
-def predict(layout: Layout, estimate: DirectEstimate, rows: Array) -> Array:
-    """Scaled input that an estimate asks for, (T,), from full rows."""
-    system, _ = layout.select(estimate.shape, rows)
-    asked: Array = system[:, :-1] @ estimate.unknowns
+def predict(layout: Layout, estimate: DirectEstimate, piece: DirectPiece, terms: Array, at: slice) -> Array:
+    """Scaled input that an estimate asks for at some samples of a piece, (m,), from the terms there."""
+    y, given = piece.y[at], tuple(xi[at] for xi in piece.given)
+    powers, chosen = powers_of(y, estimate.shape.degree + 1), terms[:, layout.terms_of(estimate.shape)]
+    stored = set_shares((by_output(y), *given))
+    sets = (np.sum([stored[k] for k in parts], axis=0) for parts in layout.sets_of(estimate.shape))
+    curves = zip(set_shares(given) or [np.ones(y.size)], (powers @ estimate.polynomials.T).T, strict=True)
+    weighted = zip(sets, (chosen @ estimate.weights.T).T, strict=True)
+    asked: Array = np.sum([share * values for share, values in (*curves, *weighted)], axis=0)
     return asked

@@ -57,13 +57,14 @@ class Trials:
             self._blocks[start] = blocks_of(parts, self._samples, BLOCKS)
         return self._blocks[start]
 
-    def rows(self, start: str) -> tuple[Array, int]:
-        """All fitted rows under one start, reduced, and their number."""
-        if self._every == 1:
-            blocks = self.blocks(start)
-        else:
-            blocks = blocks_of(fitted_rows(self._layout, self._data, start), self._data.fitted, 1)
-        return np.concatenate([block.rows for block in blocks]), sum(block.samples for block in blocks)
+    def system(self, shape: Shape) -> tuple[Array, int]:
+        """All fitted rows of a shape, reduced, and their number."""
+        blocks, select = self.blocks(shape.start), self._layout.select
+        if self._every > 1:
+            parts = fitted_rows(self._layout, self._data, shape.start)
+            blocks = blocks_of((select(shape, part) for part in parts), self._data.fitted, 1)
+            return blocks[0].rows, blocks[0].samples
+        return np.concatenate([select(shape, block.rows) for block in blocks]), sum(block.samples for block in blocks)
 
     def __call__(self, shape: Shape) -> TriedShape:
         """Try a shape."""

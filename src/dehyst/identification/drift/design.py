@@ -21,6 +21,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.identification.drift.cycles import Cycle, samples_of
 from dehyst.identification.drift.parts import Prediction
+from dehyst.identification.drift.statistics import rms
 from dehyst.recording import Recording
 
 OFFSET, GAIN, HYSTERESIS, BEND, S_BEND, CREEP = "offset", "gain", "hysteresis", "bend", "s-bend", "creep"
@@ -226,14 +227,10 @@ def estimate(
             values[k, first : first + len(step)] = found
             counting = counting - matrix @ np.where([part in ignored for part in step], found, 0.0)
             left, first = left - matrix @ found, first + len(step)
-        rest[k], error[k], counted[k] = _rms(left), _rms(measured.error[place]), _rms(counting)
+        rest[k], error[k], counted[k] = rms(left), rms(measured.error[place]), rms(counting)
         if inverse is not None and measured.inverse_error is not None:
-            inverse[k] = _rms(measured.inverse_error[place])
+            inverse[k] = rms(measured.inverse_error[place])
     everything = np.concatenate([measured.places(group) for group in groups])
     sizes = [1.0 if part == OFFSET else float(np.std(measured.columns[part][everything])) for part in parts]
     motion = np.array([np.std(measured.drive[measured.places(group)]) for group in groups])
     return Estimates(tuple(parts), values, rest, error, inverse, counted, np.array(sizes), motion)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -16,11 +16,10 @@ from dehyst.models.follow import follow
 from dehyst.models.model import Model
 from dehyst.recording import Recording
 
-Parted: TypeAlias = Model  # what can be taken apart: its core is one of `CORES`
+Parted: TypeAlias = Model  # what can be taken apart: the core runs it
 Given: TypeAlias = Mapping[str, Array]
 
 DIRECT, ELEMENTS = "direct", "elements"  # cores of the models that say what part of their answer is creep
-CORES = ("plays", DIRECT, ELEMENTS)
 CREEPING, VISCOUS = GROUPS.index("creep"), GROUPS.index("viscous")
 
 

@@ -28,9 +28,10 @@ from dehyst.identification.drift.opening import (
     scale_of,
     with_model,
 )
-from dehyst.identification.drift.parts import CORES, Subject
+from dehyst.identification.drift.parts import Subject
 from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
-from dehyst.identification.drift.scoring import blocks_of, percents, rms, trends_of
+from dehyst.identification.drift.scoring import blocks_of, percents, trends_of
+from dehyst.identification.drift.statistics import rms
 from dehyst.identification.mending import mended
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
@@ -112,7 +113,7 @@ def drift(
     >>> dehyst.drift(model, later).verdict[:32]
     'drifted (against the model): off'
     """
-    if getattr(model, "core", "") not in CORES:
+    if not getattr(model, "core", ""):
         raise ParameterError(
             f"model is a {type(model).__name__}, which cannot be taken apart into loop, curve and creep. drift() takes "
             f"plays, sums of elements and direct inverses: identify one from the same log, dehyst.identify(log)."

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dehyst.arrays import Array
 from dehyst.identification.drift import design, testing
 from dehyst.identification.drift.cycles import Cycle, groups_of
 from dehyst.identification.drift.design import Estimates, Measured, Scale
 from dehyst.identification.drift.result import Blocks, LogDrift, Trend
-from dehyst.identification.drift.statistics import trend
+from dehyst.identification.drift.statistics import rms, trend
 
 MOST_BLOCKS = 120
 
@@ -20,11 +19,6 @@ def percents(found: Estimates, scale: Scale) -> tuple[float, float | None]:
     """Errors of all groups together, of the response and of the drive that the inverse asks for. [% of range]"""
     inverse = None if found.inverse is None else 100.0 * rms(found.inverse) / (2.0 * scale.drive[1])
     return 100.0 * rms(found.error) / scale.span, inverse
-
-
-def rms(values: Array) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def blocks_of(

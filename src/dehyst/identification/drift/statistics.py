@@ -74,6 +74,11 @@ def quantile(confidence: float, freedom: int) -> float:
     return float(stdtrit(freedom, 0.5 + 0.5 * confidence))
 
 
+def rms(values: Array) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def contrast(values: Array, reference: Array | float = 0.0) -> Contrast:
     """Compare the mean of group estimates with a number, or with that of the groups of a reference.
 

@@ -20,7 +20,7 @@ from dehyst.identification.drift.design import (
     Scale,
 )
 from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, UNCHANGED, Change
-from dehyst.identification.drift.statistics import Contrast, contrast
+from dehyst.identification.drift.statistics import Contrast, contrast, rms
 
 # Smallest change worth a word: RMS of what it does, percent of the response's range.
 LEAST = 0.1
@@ -154,7 +154,7 @@ def _growth(part: str, now: Array, tested: Contrast, allowed: float, known: floa
     small = size < rule.tolerance(OFFSET, True)
     p_value = 1.0 if small else tested.p_value(float(np.log(allowed)), sided=1)
     detectable = float(np.expm1(min(20.0, tested.detectable(float(np.log(allowed)), rule.level))))
-    grown = max(high, 100.0 * (_rms(now) / known - 1.0))
+    grown = max(high, 100.0 * (rms(now) / known - 1.0))
     resolved = part == REST or small or part in rule.ignored or grown < DOUBLED
     return Change(
         part, growth, low, high, "%", size, 100.0 * detectable, None, p_value, rule.counts(part, p_value), resolved
@@ -172,7 +172,7 @@ def _growths(now: Estimates, before: Estimates | None, alike: bool, scale: Scale
         later = np.maximum(later, floor)
         if then is not None:
             then = np.maximum(then, floor)
-            tested, known = _compare(now, before, np.log(later), np.log(then)), _rms(then)
+            tested, known = _compare(now, before, np.log(later), np.log(then)), rms(then)
         elif rule.own_error is not None:
             known = max(0.01 * rule.own_error * scale.span, floor)
             tested, allowed = contrast(np.log(later), float(np.log(known))), REST_GROWTH_CARD
@@ -180,7 +180,3 @@ def _growths(now: Estimates, before: Estimates | None, alike: bool, scale: Scale
             continue
         found.append(_growth(part, later, tested, allowed, known, scale, rule))
     return found
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -12,8 +12,7 @@ from dehyst.report.figures.play import play_figure
 from dehyst.report.figures.residual import residual_figure
 from dehyst.report.figures.settings import settings_figure
 from dehyst.report.figures.structure import structure_figure
-from dehyst.report.figures.terms import terms_figure
-from dehyst.report.figures.weights import weights_figure
+from dehyst.report.figures.weights import terms_figure, weights_figure
 
 __all__ = ["Figure", "Panel", "all_figures"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.identification.fit import Fit
-from dehyst.report.figures.arrows import draw_arrows
+from dehyst.report.figures.loop import draw_arrows
 from dehyst.report.figures.panel import (
     Axes,
     Figure,

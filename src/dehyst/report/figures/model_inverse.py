@@ -19,7 +19,7 @@ from dehyst.report.figures.panel import (
     path_of,
     says,
 )
-from dehyst.report.parts import inverse_miss
+from dehyst.report.judgement import inverse_miss
 from dehyst.report.text import with_unit
 from dehyst.report.theme import DATA, MODEL, STATIC
 from dehyst.report.thin import Window
@@ -28,25 +28,28 @@ from dehyst.report.thin import Window
 def model_figure(fit: Fit) -> Figure:
     """Return figure 4."""
     rec = fit.recordings[0]
-    rms, worst = (with_unit(value, rec.input_unit) for value in inverse_miss(fit))
     caption = (
         "Model: what it predicts for the measured input, with the best curve without hysteresis (dashed), which "
-        "every hysteresis model has to beat. Inverse model: the compensator's view, the input that it asks for to "
-        f"reach the measured output. It misses the input that was really applied by {rms} (RMS; largest {worst})."
+        "every hysteresis model has to beat."
     )
-    panels = (
-        Panel(
-            "Model: output over input",
-            partial(_draw_model, fit),
-            says(f"{rec.output_label} over {rec.input_label}: measured, model, and the curve without hysteresis."),
-        ),
-        Panel(
-            "Inverse model: input over output",
-            partial(_draw_inverse, fit),
-            says(f"{rec.input_label} over {rec.output_label}: applied, and asked for by the inverse model."),
-        ),
+    model = Panel(
+        "Model: output over input",
+        partial(_draw_model, fit),
+        says(f"{rec.output_label} over {rec.input_label}: measured, model, and the curve without hysteresis."),
     )
-    return Figure("model", "Model and inverse against the data", caption, panels)
+    if fit.model.no_inverse:
+        return Figure("model", "Model against the data", f"{caption} It has no inverse.", (model,))
+    rms, worst = (with_unit(value, rec.input_unit) for value in inverse_miss(fit))
+    caption += (
+        " Inverse model: the compensator's view, the input that it asks for to reach the measured output. It misses "
+        f"the input that was really applied by {rms} (RMS; largest {worst})."
+    )
+    inverse = Panel(
+        "Inverse model: input over output",
+        partial(_draw_inverse, fit),
+        says(f"{rec.input_label} over {rec.output_label}: applied, and asked for by the inverse model."),
+    )
+    return Figure("model", "Model and inverse against the data", caption, (model, inverse))
 
 
 def _draw_model(fit: Fit, axes: Axes) -> None:

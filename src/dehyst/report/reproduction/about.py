@@ -9,7 +9,8 @@ from dehyst.experiments.results import ACCEPTABLE, Reproduction
 from dehyst.report.reproduction.numbers import NO_HYSTERESIS, listed
 from dehyst.report.reproduction.words import MECHANISMS
 from dehyst.report.tables import Table
-from dehyst.report.text import clean, number, plain, short
+from dehyst.report.text import number, plain, short
+from dehyst.visible import visible_lines as clean
 
 # Settings with a place of their own on the page; all others are listed as they are.
 OWN = ("parameters", "sources", "changes", "versions", "command", "compensator", "compensators")

@@ -22,14 +22,13 @@ from dehyst.report.reproduction.numbers import (
     trial_ratio,
     trials_of,
 )
+from dehyst.report.reproduction.overview import NAMES, ROW, dot, draw_rows
 from dehyst.report.reproduction.picture import Picture, Plate
 from dehyst.report.reproduction.trials import TIME, first_cycle
 from dehyst.report.tables import Table
 from dehyst.report.text import number, short
-from dehyst.report.theme import AXIS, CYCLE, INK, MUTED, PAPER, Token
+from dehyst.report.theme import AXIS, CYCLE, MUTED, Token
 
-ROW = 0.205  # inch
-NAMES = 1.18
 LEGIBLE = 1.35  # the scale ends this much beyond the points
 
 
@@ -65,27 +64,15 @@ def _summaries(names: Sequence[str]) -> str:
 
 
 def _draw(result: Reproduction, trial: str, joint: int, axes: Axes) -> None:
-    y, ticks, names, values = 0.0, [], [], [1.0]
-    for plant in result.plants.values():
-        axes.text(
-            -(NAMES - 0.06) / (4.7 - NAMES - 0.1), y, short(plant.plant, 17), transform=axes.get_yaxis_transform(),
-            color=INK.light, fontweight="bold", fontsize=9.8, va="center", clip_on=False,
-        )  # fmt: skip
-        y += 0.9
-        for k, name in enumerate(result.compensators):
-            token = _token(k)
-            found = [trial_ratio(plant, joint, trial, name, figure) for figure in ("rms_deg", "max_deg")]
-            values += [share for one in found if one is not None for share in (one.low, one.high) if share > 0]
-            _points(axes, y, found, token)
-            ticks.append(y)
-            names.append(short(name, 14))
-            y += 1.0
-        y += 0.2
-    axes.set_ylim(y - 0.2, -0.5)
-    axes.set_yticks(ticks, names)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(axis="y", visible=False)
-    axes.spines["left"].set_visible(False)
+    values = [1.0]
+
+    def row(plant: PlantResult, k: int, y: float) -> None:
+        name = result.compensators[k]
+        found = [trial_ratio(plant, joint, trial, name, figure) for figure in ("rms_deg", "max_deg")]
+        values.extend(share for one in found if one is not None for share in (one.low, one.high) if share > 0)
+        _points(axes, y, found, _token(k))
+
+    draw_rows(axes, result, [short(name, 14) for name in result.compensators], row, 0.2)
     axes.axvline(1.0, color=MUTED.light, lw=1.0, ls=(0, (5, 3)), zorder=1)
     axes.set_xscale("log")
     axes.set_xlim(min(values) / LEGIBLE, max(values) * LEGIBLE)
@@ -105,8 +92,7 @@ def _token(k: int) -> Token:
 
 
 def _dot(token: Token, filled: bool) -> dict[str, object]:
-    face = token.light if filled else PAPER.light
-    return {"marker": "o", "ms": 6.0 if filled else 5.0, "mfc": face, "mec": token.light, "mew": 1.5}
+    return {**dot(token, filled), "ms": 6.0 if filled else 5.0, "mew": 1.5}
 
 
 def _points(axes: Axes, y: float, found: Sequence[Spread | None], token: Token) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
-from dehyst.experiments.results import Reproduction
+from dehyst.experiments.results import PlantResult, Reproduction
 from dehyst.report.figures.panel import Axes, says
 from dehyst.report.reproduction.numbers import OFF, Spread, joints_of, left_off, trial_figure, trial_name, trials_of
 from dehyst.report.reproduction.picture import Picture, Plate
@@ -53,35 +54,46 @@ def _refused_words(result: Reproduction, joints: tuple[int, ...]) -> str:
 
 
 def _draw(result: Reproduction, trial: str, joints: tuple[int, ...], axes: Axes) -> None:
-    y, ticks, names = 0.0, [], []
     values: list[float] = []
+
+    def row(plant: PlantResult, k: int, y: float) -> None:
+        off = trial_figure(plant, joints[k], trial, OFF, "rms_deg")
+        on = trial_figure(plant, joints[k], trial, result.compensator, "rms_deg")
+        _dumbbell(axes, y, off, None if left_off(plant, joints[k]) else on)
+        values.extend(v for s in (off, on) if s is not None for v in (s.low, s.high) if v > 0)
+
+    draw_rows(axes, result, [f"joint {joint}" for joint in joints], row, 0.1)
+    _logarithmic(axes, values)
+    axes.set_xlabel("rms error [°]")
+    for token, label, filled in ((TEST, "without", False), (TRAIN, "with compensator", True)):
+        axes.plot([], [], **dot(token, filled), ls="none", label=label)
+
+
+def draw_rows(
+    axes: Axes, result: Reproduction, names: Sequence[str], row: Callable[[PlantResult, int, float], None], gap: float
+) -> None:
+    """Draw plants under each other, each with a row a name: `row` draws the k-th one of a plant at a height."""
+    y, ticks = 0.0, []
     for plant in result.plants.values():
         axes.text(
             -(NAMES - 0.06) / (4.7 - NAMES - 0.1), y, short(plant.plant, 17), transform=axes.get_yaxis_transform(),
             color=INK.light, fontweight="bold", fontsize=9.8, va="center", clip_on=False,
         )  # fmt: skip
         y += 0.9
-        for joint in joints:
-            off = trial_figure(plant, joint, trial, OFF, "rms_deg")
-            on = trial_figure(plant, joint, trial, result.compensator, "rms_deg")
-            _dumbbell(axes, y, off, None if left_off(plant, joint) else on)
-            values += [v for s in (off, on) if s is not None for v in (s.low, s.high) if v > 0]
+        for k in range(len(names)):
+            row(plant, k, y)
             ticks.append(y)
-            names.append(f"joint {joint}")
             y += 1.0
-        y += 0.1
+        y += gap
     axes.set_ylim(y - 0.2, -0.5)
-    axes.set_yticks(ticks, names)
+    axes.set_yticks(ticks, [*names] * len(result.plants))
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", visible=False)
     axes.spines["left"].set_visible(False)
-    _logarithmic(axes, values)
-    axes.set_xlabel("rms error [°]")
-    for token, label, filled in ((TEST, "without", False), (TRAIN, "with compensator", True)):
-        axes.plot([], [], **_dot(token, filled), ls="none", label=label)
 
 
-def _dot(token: Token, filled: bool) -> dict[str, object]:
+def dot(token: Token, filled: bool) -> dict[str, object]:
+    """Return how a point looks: a disk, or a ring."""
     face = token.light if filled else PAPER.light
     return {"marker": "o", "ms": 6.0, "mfc": face, "mec": token.light, "mew": 1.6}
 
@@ -94,7 +106,7 @@ def _dumbbell(axes: Axes, y: float, off: Spread | None, on: Spread | None) -> No
             continue
         if found.seeds > 1 and found.high > found.low > 0:
             axes.plot([found.low, found.high], [y, y], color=token.light, lw=3.2, alpha=0.55, zorder=3)
-        axes.plot([found.mean], [y], **_dot(token, filled), zorder=4)
+        axes.plot([found.mean], [y], **dot(token, filled), zorder=4)
 
 
 def _logarithmic(axes: Axes, values: list[float]) -> None:

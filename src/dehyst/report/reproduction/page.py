@@ -19,7 +19,6 @@ from dehyst.report.figures.panel import says
 from dehyst.report.page import make_folder
 from dehyst.report.rendering import rendered
 from dehyst.report.reproduction.about import Logs, about_tables, command, honesty
-from dehyst.report.reproduction.acceptance import acceptance
 from dehyst.report.reproduction.arm import scene
 from dehyst.report.reproduction.compared import compared_plate, compared_table, errors_plate
 from dehyst.report.reproduction.hysteresis import hysteresis_plate, inverse_plate, play_plate
@@ -37,9 +36,16 @@ from dehyst.report.reproduction.numbers import (
 )
 from dehyst.report.reproduction.overview import overview_plate
 from dehyst.report.reproduction.picture import Picture, Plate, picture_svg, write_plate
-from dehyst.report.reproduction.studies import REST, Study, column, nothing_to_study, other_studies, subject_words
-from dehyst.report.reproduction.study_harm import harm_studies
-from dehyst.report.reproduction.tables import largest_errors, plant_tables
+from dehyst.report.reproduction.studies import (
+    REST,
+    Study,
+    column,
+    harm_studies,
+    nothing_to_study,
+    other_studies,
+    subject_words,
+)
+from dehyst.report.reproduction.tables import acceptance, largest_errors, plant_tables
 from dehyst.report.reproduction.tool_words import tool_words
 from dehyst.report.reproduction.trials import OFF_LABEL, ON_LABEL, joint_plate, tool_plate
 from dehyst.report.reproduction.trials import others_plate as other_trials

@@ -14,9 +14,9 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 
 from dehyst.report.figures.panel import Axes, Panel, add_legend
-from dehyst.report.svg import inline_svg, write_canvas
+from dehyst.report.svg import inline_svg, paper, write_canvas
 from dehyst.report.text import short
-from dehyst.report.theme import INK, PAPER, settings, style
+from dehyst.report.theme import INK, settings, style
 
 Part = Any  # a matplotlib Figure or SubFigure: it carries no types
 
@@ -138,9 +138,7 @@ def write_plate(plate: Plate, folder: Path, stem: str) -> list[Path]:
     columns = min(plate.columns, len(plate.pictures))
     lines = [plate.pictures[k : k + columns] for k in range(0, len(plate.pictures), columns)]
     heights = [max(picture.height for picture in line) + 0.35 for line in lines]
-    with settings(
-        style() | NAMED | {"svg.hashsalt": stem, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}
-    ):
+    with settings(paper(stem) | NAMED):
         canvas = Canvas(figsize=(WIDTH * columns, sum(heights)))
         parts = canvas.subfigures(len(lines), columns, squeeze=False, height_ratios=heights)
         for line, row, height in zip(lines, parts, heights, strict=True):

@@ -18,7 +18,8 @@ from dehyst.report.reproduction.numbers import (
     trials_of,
 )
 from dehyst.report.tables import Table
-from dehyst.report.text import clean, count, number
+from dehyst.report.text import count, number
+from dehyst.visible import visible_lines as clean
 
 # Symbol -> name, meaning.
 MEASURES = {

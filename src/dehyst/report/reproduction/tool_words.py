@@ -20,9 +20,8 @@ from dehyst.report.reproduction.numbers import (
     trial_name,
     trials_of,
 )
-from dehyst.report.reproduction.reasons import figure_name, push_words, travelled
+from dehyst.report.reproduction.reasons import Turn, figure_name, push_words, travelled, turn_before
 from dehyst.report.reproduction.tool_tables import larger_figures
-from dehyst.report.reproduction.turns import Turn, turn_before
 from dehyst.report.text import number
 
 CORNERS = "rectangle"  # name of the figure that has some

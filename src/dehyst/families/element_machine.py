@@ -1,4 +1,4 @@
-"""A sum of elements, or its inverse, as a function block of a machine: bounded, switched without a bump, restored."""
+"""A sum of elements, or its inverse, as a block of the core: tables for a period, limits, the straight line."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dehyst import _native
-from dehyst.control.machine_block import Direction, SavedBlock, declared_range, refuse_direction, refuse_ramp
 from dehyst.errors import ParameterError
 from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
 from dehyst.models.arrays import parameter_number
+from dehyst.models.card import SignalCard
+from dehyst.models.machine import Direction, Machine, declared_range
 
 BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
 LONG = 1e9  # s, after which every lag is there
@@ -72,121 +73,48 @@ class ElementBlockParameters:
     fingerprint: int
 
 
-class ElementBlock(SavedBlock[_native.ElementBlock]):
-    r"""A sum of elements or its inverse as a function block: what runs on a machine, and what is exported.
+def element_machine(
+    model: ElementModel, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
+) -> Machine:
+    """Return the block of the core: at a fixed period, its first good sample as ``model.before`` says.
 
-    .. math::
-
-        y = s \, \Gamma[\min(\max(x, x_0), x_1)] + (1 - s)(a + b x), \qquad y_0 \le y \le y_1
-
-    Gamma is the model or its inverse at a fixed period, s the share of it (1 on, 0 off), a + b x the straight line
-    through the ends of the slow loop. The first good sample begins as ``model.before`` says.
-
-    **Limits.** An inverse block asks for inputs of the actuator within `range` and for no other: where it would need
-    another, its memory is that of an actuator that got what it answered. It takes wanted outputs half of the slow
-    loop's height beyond its ends: so much creep and rate may add. A forward block takes inputs in `range`.
-
-    **Switching, guard, images** are those of a `Block`. Dead time counts forward.
-
-    Parameters
-    ----------
-    model
-        From the actuator's input to its output, whatever its direction.
-    direction
-        "inverse": wanted output in, needed input out. "forward": applied input in, expected output out.
-    period
-        Between two samples; None takes that of the log. A sum without creep, rate and dead time needs none. [s]
-    range
-        Smallest and largest input of the actuator; None takes the range in which the model was identified. [input]
-    ramp
-        Samples that switching takes, at least 1.
-
-    Raises
-    ------
-    ParameterError
-        If no range is known, a setting makes no sense, or at this period the inverse would not be stable.
-    InvertibilityError
-        If an inverse is asked for and the model has none.
-
-    Examples
-    --------
-    >>> from dehyst.families.elements import Element
-    >>> model = ElementModel((Element("input", weight=0.5), Element("creep", time=2.0, weight=0.5)))
-    >>> block = ElementBlock(model, "inverse", period=1.0, range=(-2.0, 2.0))
-    >>> [round(block.step(y), 6) for y in (0.0, 0.6967, 0.8161, float("nan"))]
-    [0.0, 0.99995, 1.000066, 1.000066]
+    An inverse block takes wanted outputs half of the slow loop's height beyond its ends: so much creep and rate may
+    add. Dead time counts forward.
     """
+    low, high = declared_range(model.card.input, range)
+    period = parameter_number(_usual(model) if period is None else period, "period")
+    _refuse_period(model, direction, period)
+    p, sum_ = _made(model, direction, period, ramp, low, high)
+    numbers = p.numbers
+    native = _native.ElementBlock(
+        sum_, period, p.solves, p.delay, np.array(p.start), np.array([numbers[name] for name in NUMBERS]),
+        p.fingerprint,
+    )  # fmt: skip
+    card = model.card.swapped() if direction == "inverse" else model.card
+    input = replace(card.input, low=numbers["input_low"], high=numbers["input_high"])
+    output = replace(card.output, low=numbers["output_low"], high=numbers["output_high"])
+    return Machine(native, p, input, output, _followed(model), 2, period=period, timed=model.timed)
 
-    def __init__(
-        self,
-        model: ElementModel,
-        direction: Direction = "inverse",
-        *,
-        period: float | None = None,
-        range: tuple[float, float] | None = None,
-        ramp: int = 500,
-    ) -> None:
-        refuse_direction(direction)
-        refuse_ramp(ramp)
-        low, high = declared_range(model.card.input, range)
-        self.model: ElementModel = model
-        self.direction: Direction = direction
-        self.period = parameter_number(_usual(model) if period is None else period, "period")
-        self.ramp = int(ramp)
-        self._refuse_period()
-        self.parameters, sum_ = _made(self, low, high)
-        p, numbers = self.parameters, self.parameters.numbers
-        native = _native.ElementBlock(
-            sum_, self.period, p.solves, p.delay, np.array(p.start), np.array([numbers[name] for name in NUMBERS]),
-            p.fingerprint,
-        )  # fmt: skip
-        card = model.card.swapped() if direction == "inverse" else model.card
-        super().__init__(
-            native,
-            replace(card.input, low=numbers["input_low"], high=numbers["input_high"]),
-            replace(card.output, low=numbers["output_low"], high=numbers["output_high"]),
-            given_names(model),
+
+def _solves(model: ElementModel, direction: Direction) -> bool:
+    """Whether each sample is a solution of the sum, not its value."""
+    return (direction == "inverse") == (model.direction == "forward")
+
+
+def _refuse_period(model: ElementModel, direction: Direction, period: float) -> None:
+    if not period > 0.0:
+        raise ParameterError(f"a period of {period:g} s is none; pass the time between two samples, above 0.")
+    if direction == "inverse":
+        model.inverse()  # says why there is none
+    if not _solves(model, direction):
+        return
+    slope = replace(model, direction="forward", period=period, dead_time=0.0).least_slope
+    if slope < LEAST_SLOPE:
+        raise ParameterError(
+            f"every {period:g} s the sum has no stable solution: its least slope is {slope:.3g} of its range, "
+            f"and must be {LEAST_SLOPE:g} or more. It was identified every {model.period:g} s; run it so, or "
+            f"identify from a log with the period of the machine."
         )
-
-    def _refuse_period(self) -> None:
-        model = self.model
-        if not self.period > 0.0:
-            raise ParameterError(f"a period of {self.period:g} s is none; pass the time between two samples, above 0.")
-        if self.direction == "inverse":
-            model.inverse()  # says why there is none
-        if not self.solves:
-            return
-        slope = replace(model, direction="forward", period=self.period, dead_time=0.0).least_slope
-        if slope < LEAST_SLOPE:
-            raise ParameterError(
-                f"every {self.period:g} s the sum has no stable solution: its least slope is {slope:.3g} of its range, "
-                f"and must be {LEAST_SLOPE:g} or more. It was identified every {model.period:g} s; run it so, or "
-                f"identify from a log with the period of the machine."
-            )
-
-    @property
-    def solves(self) -> bool:
-        """Whether each sample is a solution of the sum, not its value."""
-        return (self.direction == "inverse") == (self.model.direction == "forward")
-
-    def step(self, x: float | None, on: bool = True, given: Mapping[str, float] | None = None) -> float:
-        """Return the output for the next sample.
-
-        Parameters
-        ----------
-        x
-            Input; None, for a sensor without an answer, is a rejected sample. [input]
-        on
-            Whether the model answers; otherwise the straight line does.
-        given
-            Scheduling variables by name.
-
-        Raises
-        ------
-        ParameterError
-            If one of them is no number, or a scheduling variable is missing.
-        """
-        return self._native.step(*self._sample(given, on, x))
 
 
 def _usual(model: ElementModel) -> float:
@@ -199,14 +127,21 @@ def _usual(model: ElementModel) -> float:
     return model.period or 1.0
 
 
-def given_names(model: ElementModel) -> tuple[str, ...]:
-    """Names of the signals 0 and 1 that schedules follow, up to the last one that is used."""
+def _followed(model: ElementModel) -> tuple[SignalCard, ...]:
+    """Signals 0 and 1 that schedules follow, up to the last one that is used, with the ends of all that follow it."""
     last = max((source for source, _, _ in model.schedules), default=-1)
-    return tuple(f"signal_{k}" for k in range(last + 1))
+    cards = []
+    for k in range(last + 1):
+        ends = [(low, high) for source, low, high in model.schedules if source == k] or [(0.0, 1.0)]
+        cards.append(SignalCard(f"signal_{k}", "", min(low for low, _ in ends), max(high for _, high in ends)))
+    return tuple(cards)
 
 
-def _made(block: ElementBlock, low: float, high: float) -> tuple[ElementBlockParameters, _native.ElementSum]:
-    model, inverse, solves = block.model, block.direction == "inverse", block.solves
+def _made(
+    model: ElementModel, direction: Direction, period: float, ramp: int, low: float, high: float
+) -> tuple[ElementBlockParameters, _native.ElementSum]:
+    inverse = direction == "inverse"
+    solves = _solves(model, direction)
     scaling = model.scaling
     slow = _slow(model, low, high)
     wide = BEYOND * abs(slow[1] - slow[0])
@@ -231,15 +166,15 @@ def _made(block: ElementBlock, low: float, high: float) -> tuple[ElementBlockPar
     sum_ = _native.ElementSum(*tables)
     far = reach or (-_native.INPUT_LIMIT, _native.INPUT_LIMIT)
     values = (origin, into.center, into.half_range, into.level, into.amplitude, *limits[0], *limits[1], *far, *line)
-    numbers = dict(zip(NUMBERS, map(float, (*values, 1.0 / block.ramp)), strict=True))
+    numbers = dict(zip(NUMBERS, map(float, (*values, 1.0 / ramp)), strict=True))
     q = model.elements
     parameters = ElementBlockParameters(
         kind=tuple(KINDS.index(e.kind) for e in q), schedule=tuple(e.schedule for e in q),
-        radius=tuple(e.radius for e in q), gain=tuple(sum_.gains(block.period).tolist()),
+        radius=tuple(e.radius for e in q), gain=tuple(sum_.gains(period).tolist()),
         weight=tuple(e.weight for e in q), maps=tuple(e.map for e in q), offset=model.offset, before=maps[0],
         after=maps[1], low=x_range[0], high=x_range[1], source=tuple(s[0] for s in model.schedules),
         schedule_low=tuple(s[1] for s in model.schedules), schedule_high=tuple(s[2] for s in model.schedules),
-        solves=solves, delay=0 if inverse else round(model.dead_time / block.period), start=start, numbers=numbers,
+        solves=solves, delay=0 if inverse else round(model.dead_time / period), start=start, numbers=numbers,
         fingerprint=0,
     )  # fmt: skip
     digest = hashlib.sha256(repr(parameters).encode()).digest()
@@ -300,6 +235,7 @@ def _bounds(model: ElementModel, low: float, high: float, start: tuple[float, ..
             "stop": (-q.radius, q.radius),
             "relax": (low - top, high - bottom),
             "path": (-q.radius, q.radius),
+            "product": (-(q.radius**2), q.radius**2),
         }.get(q.kind, (bottom, top))
         inner = [u for u in q.map[0] if reach[0] < u < reach[1]]
         values = [q.weight * _through(q.map, e, e)[0] for e in (*reach, *inner)] + ([0.0] if q.schedule else [])

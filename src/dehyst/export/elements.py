@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from dehyst.errors import ParameterError
+from dehyst.control.block import Block
+from dehyst.export.float_rules import check_unit
+from dehyst.export.names import c_names
 from dehyst.export.numbers import (
     INPUT_LIMIT,
+    LIMITS,
     TOLERANCE,
     Constant,
     Map,
     OffsetUnit,
+    Tables,
     UnitNumbers,
+    in_real,
     inward,
     outward,
     read,
-    rounded,
 )
-from dehyst.families.element_block import ElementBlockParameters
-from dehyst.families.elements import KINDS
+from dehyst.export.signal import SAMPLES
+from dehyst.families.element_machine import ElementBlockParameters
+from dehyst.families.elements import KINDS, LAGS
 
-LIMITS = ("input", "output", "reach")
+FAR = {"double": 1e300, "float": 1e38}  # DEHYST_FAR
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,15 @@ class ElementBlockNumbers(UnitNumbers):
     output_low, output_high = read("values", "output_low"), read("values", "output_high")
     line_slope, line_offset = read("values", "line_slope"), read("values", "line_offset")
     fade = read("values", "fade")
+
+    @property
+    def rising(self) -> Tables:
+        """Maps, schedules and ranges."""
+        p = self.parameters
+        yield from (("breakpoints of an element", points[0]) for points in p.maps)
+        yield from (("numbers of a map", side) for points in (p.before, p.after) for side in points)
+        yield from (("ends of a schedule", pair) for pair in zip(p.schedule_low, p.schedule_high, strict=True))
+        yield from super().rising
 
     @property
     def fingerprint(self) -> int:
@@ -147,69 +161,22 @@ class ElementBlockNumbers(UnitNumbers):
         return constants, state, 4 * (6 + size // 4 * (n + p.delay + 4))
 
 
-def element_numbers(exact: ElementBlockParameters, given: tuple[str, ...], real: str) -> ElementBlockNumbers:
-    """Return the numbers of a block in a precision.
-
-    Raises
-    ------
-    ParameterError
-        If float cannot hold them or tell neighbours apart.
-    """
-    far = 1e38 if real == "float" else 1e300  # DEHYST_FAR
-    if real == "double":
-        return ElementBlockNumbers(_far(exact, "double", far), given)
-    changes: dict[str, Any] = {}
-    for entry in fields(exact):
-        changes[entry.name] = _single(getattr(exact, entry.name))
-    numbers = dict(changes["numbers"])
-    for what in LIMITS:
-        low, high = exact.numbers[f"{what}_low"], exact.numbers[f"{what}_high"]
-        bounds = inward(low, high, real) if exact.solves or _holds(exact, "double") else outward(low, high, real)
-        bounds = inward(low, high, real) if what == "input" else bounds
-        numbers[f"{what}_low"], numbers[f"{what}_high"] = bounds
-    single = _far(replace(exact, **{**changes, "numbers": numbers, "fingerprint": exact.fingerprint}), real, far)
-    _refuse_unfit(exact, single)
-    return ElementBlockNumbers(single, given, _tolerance(exact, single))
-
-
-def _single(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return tuple(_single(part) for part in value)
-    if isinstance(value, Mapping):
-        return {name: _single(part) for name, part in value.items()}
-    return rounded(value, "float") if isinstance(value, float) else value
-
-
-def _holds(parameters: ElementBlockParameters, real: str) -> bool:
-    return parameters.numbers["reach_high"] < INPUT_LIMIT[real]
-
-
-def _far(parameters: ElementBlockParameters, real: str, far: float) -> ElementBlockParameters:
-    """A reach that is none is written as what lies beyond all inputs."""
-    if _holds(parameters, real):
-        return parameters
-    return replace(parameters, numbers={**parameters.numbers, "reach_low": -far, "reach_high": far})
-
-
-def _refuse_unfit(exact: ElementBlockParameters, single: ElementBlockParameters) -> None:
-    pairs = [("elements", single.maps[k][0]) for k in range(len(single.kind)) if single.maps[k][0]]
-    pairs += [(name, side) for name in ("before", "after") for side in getattr(single, name) if side]
-    pairs += [("schedule", pair) for pair in zip(single.schedule_low, single.schedule_high, strict=True)]
-    pairs += [(what, (single.numbers[f"{what}_low"], single.numbers[f"{what}_high"])) for what in ("input", "output")]
-    faults = [what for what, values in pairs if not np.all(np.diff(values) > 0)]
-    vanished = [k for k, g in enumerate(exact.gain) if g != 0.0 and single.gain[k] == 0.0]
-    lost = single.numbers["half_range"] == 0.0 or single.numbers["fade"] < float(np.float32(1e-6))
-    numbers = np.array([*single.radius, *single.weight, *single.numbers.values()])
-    if faults or vanished or lost or not np.all(np.isfinite(numbers)):
-        what = faults[0] if faults else "gains" if vanished else "switching" if lost else "numbers"
-        raise ParameterError(
-            f"this unit cannot be exported with --real float: in single precision nothing is left of its {what}, or "
-            f"neighbours become one number. Scale the signals to a unit of their size and identify again, or export "
-            f"with --real double."
-        )
-
-
-SAMPLES = 1400  # of the test signal, over which a lag in float can stall
+def numbers_of(block: Block, real: str) -> ElementBlockNumbers:
+    """Return the numbers of a block in a precision."""
+    exact: ElementBlockParameters = block.parameters
+    holds = exact.numbers["reach_high"] < INPUT_LIMIT["double"]
+    numbers = dict(in_real(exact.numbers, real))
+    for what in LIMITS if real == "float" else ():
+        within = inward if what == "input" or exact.solves or holds else outward
+        ends = within(exact.numbers[f"{what}_low"], exact.numbers[f"{what}_high"], real)
+        numbers[f"{what}_low"], numbers[f"{what}_high"] = ends
+    if not holds:  # a reach that is none is written as what lies beyond all inputs
+        numbers |= {"reach_low": -FAR[real], "reach_high": FAR[real]}
+    told = replace(in_real(exact, real), numbers=numbers)
+    given = c_names(block.given, ElementBlockNumbers.leading)
+    unit = ElementBlockNumbers(told, given, 0.0 if real == "double" else _tolerance(exact, told))
+    check_unit(ElementBlockNumbers(exact), unit, block.ramp, real)
+    return unit
 
 
 def _tolerance(exact: ElementBlockParameters, single: ElementBlockParameters) -> float:
@@ -231,7 +198,7 @@ def _tolerance(exact: ElementBlockParameters, single: ElementBlockParameters) ->
         terms += abs(exact.weight[k]) * (float(np.abs(v).max()) if v.size else size)
         slopes += weight
         direct += max(0.0, exact.weight[k] * flat) if KINDS[kind] == "input" else 0.0
-        lag = KINDS[kind] in ("creep", "relax", "past") and exact.gain[k] > 0.0
+        lag = KINDS[kind] in LAGS and exact.gain[k] > 0.0
         stalled += weight * 0.5 * digit * min(1.0 / exact.gain[k], SAMPLES) if lag else 0.0
     error = 4.0 * digit * (slopes + terms / size) + stalled
     if exact.solves:
