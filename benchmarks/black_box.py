@@ -28,7 +28,7 @@ import numpy as np
 from boxes.features import kernel, ridge
 from boxes.narx import narx
 from boxes.signals import Box, Half, Predictor, Run, run_of
-from compare import DATA, LOGS, MADE, recording, tidy
+from compare import DATA, recording, runs_of, tidy
 from rows import CHOSEN
 from rows import RESULTS as ROWS
 
@@ -117,21 +117,18 @@ def main() -> int:
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
     runs = []
-    for log in (*LOGS, *MADE):
-        if log in LOGS and not (DATA / log.name).is_dir():
-            continue
-        for name in log.runs[:1] if given.quick else log.runs:
-            run = run_of(recording(log, name, DATA))
-            boxes = {box: scored(run, train) for box, train in BOXES.items()}
-            runs.append({"log": log.name, "run": name, "samples": run.x.size, "boxes": boxes})
-            own = beside(runs[-1:])[0]
-            print(
-                f"{own['run']:34s} seventeen {own['seventeen']:5.2f} ours {own['ours']:5.2f}  "
-                + "  ".join(f"{box} {found['test_percent']:5.2f}" for box, found in boxes.items())
-                + f"  seeds {', '.join(f'{e:.2f}' for e in boxes['gru']['seeds'])}  "
-                + "/".join(f"{found['seconds']:.1f}" for found in boxes.values()) + " s",
-                flush=True,
-            )  # fmt: skip
+    for log, name in runs_of(DATA, given.quick):
+        run = run_of(recording(log, name, DATA))
+        boxes = {box: scored(run, train) for box, train in BOXES.items()}
+        runs.append({"log": log.name, "run": name, "samples": run.x.size, "boxes": boxes})
+        own = beside(runs[-1:])[0]
+        print(
+            f"{own['run']:34s} seventeen {own['seventeen']:5.2f} ours {own['ours']:5.2f}  "
+            + "  ".join(f"{box} {found['test_percent']:5.2f}" for box, found in boxes.items())
+            + f"  seeds {', '.join(f'{e:.2f}' for e in boxes['gru']['seeds'])}  "
+            + "/".join(f"{found['seconds']:.1f}" for found in boxes.values()) + " s",
+            flush=True,
+        )  # fmt: skip
     print(summary(runs))
     if given.save:
         RESULTS.write_text(json.dumps(tidy({"runs": runs}), indent=1) + "\n", encoding="utf-8")

@@ -87,6 +87,14 @@ MADE = (
 )
 
 
+def runs_of(data: Path, quick: bool = False) -> list[tuple[Log, str]]:
+    """Logs and runs that can be asked here; what is not in the data folder is said."""
+    there = [log for log in LOGS if (data / log.name).is_dir()]
+    if len(there) < len(LOGS):
+        print(f"{len(LOGS) - len(there)} of {len(LOGS)} measured logs are not in the data folder", file=sys.stderr)
+    return [(log, run) for log in (*there, *MADE) for run in (log.runs[:1] if quick else log.runs)]
+
+
 def recording(log: Log, run: str, data: Path) -> Recording:
     """Read, or make, a run."""
     if log.name == "example":
@@ -170,10 +178,7 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help="one run of each log")
     parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), help="comparisons at the same time")
     options = parser.parse_args()
-    there = [log for log in LOGS if (options.data / log.name).is_dir()]
-    if len(there) < len(LOGS):
-        print(f"{len(LOGS) - len(there)} of {len(LOGS)} measured logs are not in the data folder", file=sys.stderr)
-    tasks = [(log, run) for log in (*there, *MADE) for run in (log.runs[:1] if options.quick else log.runs)]
+    tasks = runs_of(options.data, options.quick)
     rows = measured(tasks, options.data, options.jobs)
     found = {"dehyst": dehyst.__version__, "quick": options.quick, "logs": rows, "carried": carried(rows)}
     if options.out:
@@ -185,7 +190,7 @@ def main() -> int:
             f"{'log':36s}{'samples':>7s}  {'chosen':25s}{'percent':>8s}  {'identify':14s}{'percent':>8s}{'cpu s':>8s}"
         )
         print("\n".join(line(row) for row in rows))
-    return 0 if holds(rows, complete=len(there) == len(LOGS)) else 1
+    return 0 if holds(rows, complete={log for log, _ in tasks}.issuperset(LOGS)) else 1
 
 
 def measured(tasks: list[tuple[Log, str]], data: Path, jobs: int) -> list[dict[str, Any]]:

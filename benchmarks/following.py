@@ -19,7 +19,7 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from compare import DATA, LOGS, MADE, Log, recording, tidy
+from compare import DATA, Log, recording, runs_of, tidy
 
 import dehyst
 from dehyst.models.offset import following, offset_numbers, width
@@ -69,16 +69,11 @@ def main() -> int:
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
     runs = []
-    for log in (*LOGS, *MADE):
-        if log in LOGS and not (DATA / log.name).is_dir():
-            continue
-        for name in log.runs:
-            run = measured(log, name)
-            runs.append(run)
-            shown = "  ".join(f"{limit}: {error:6.3f}" for limit, error in run["with"].items())
-            print(
-                f"{log.name + '/' + name:34s} bias {run['bias_percent']:6.2f}  without {run['without']:6.3f}  {shown}"
-            )
+    for log, name in runs_of(DATA):
+        run = measured(log, name)
+        runs.append(run)
+        shown = "  ".join(f"{limit}: {error:6.3f}" for limit, error in run["with"].items())
+        print(f"{log.name + '/' + name:34s} bias {run['bias_percent']:6.2f}  without {run['without']:6.3f}  {shown}")
     for limit in LIMITS:
         mean, least, most = summary(runs, limit)
         print(f"within {limit}: {mean:.2f} of the error in the geometric mean, {least:.2f} to {most:.2f}")

@@ -208,10 +208,9 @@ class Block:
         return self._machine.parameters
 
     @property
-    def following(self) -> Following:
-        """The offset that follows the last cycle, of a block with one."""
-        found: Following = self._native
-        return found
+    def following(self) -> Following | None:
+        """The offset that follows the last cycle, if there is one."""
+        return self._native if isinstance(self._native, Following) else None
 
     @property
     def state(self) -> Array:

@@ -53,11 +53,25 @@ class Following:
         self._empty = [0.0] * (machine.slots - len(machine.more))
         self._forward = forward
 
-    def __getattr__(self, name: str) -> Any:
-        """Whatever the offset does not change."""
-        if name.startswith("_"):  # of one that is not made yet
-            raise AttributeError(name)
-        return getattr(self._inner, name)
+    @property
+    def share(self) -> float:
+        """Present share of the model, 0 to 1."""
+        return float(self._inner.share)
+
+    @property
+    def flags(self) -> int:
+        """Flags after the last sample."""
+        return int(self._inner.flags)
+
+    @property
+    def state(self) -> Array:
+        """Play states (n,), of a model of plays."""
+        return np.asarray(self._inner.state)
+
+    @property
+    def doubt(self) -> float:
+        """Half width for the unknown past, of a direct inverse."""
+        return float(self._inner.doubt)
 
     @property
     def output(self) -> float:

@@ -107,6 +107,7 @@ def followed(unit: Unit, asked: Asked) -> Unit:
     if asked.follow_offset is None:
         return unit
     block = _block(unit.block.model, asked, asked.follow_offset)
+    assert block.following is not None
     told = block.following.numbers
     offset = OffsetUnit(
         rounded(told.limit, asked.real), rounded(told.turn, asked.real), rounded(told.part, asked.real),

@@ -21,7 +21,7 @@ import numpy as np
 
 from dehyst.errors import DehystError, IdentificationError
 from dehyst.families.base import Scaling
-from dehyst.families.columns import RATE_LAGS, Columns, Pace, columns_of
+from dehyst.families.columns import GROUPS, RATE_LAGS, Columns, Pace, columns_of
 from dehyst.families.elements import Element, ElementModel
 from dehyst.families.program import (
     BLOCKS,
@@ -160,6 +160,9 @@ def workshop_of(training: Training, direction: str, groups: tuple[str, ...]) -> 
     shop = next((shop for shop in made if shop.groups.issuperset(groups)), None)
     if shop is None:
         thin = training.shared[0].training if training.shared else training.thinned(MOST_SAMPLES)
+        if made:  # with all that was asked so far, so that rows of the same groups asked one by one share columns
+            asked = made[-1].groups.union(groups)
+            groups = tuple(name for name in GROUPS if name in asked)
         shop = Workshop(thin, direction, groups, made[0].start if made else "")
         training.shared.append(shop)
     return shop

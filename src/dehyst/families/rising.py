@@ -63,7 +63,7 @@ def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: fl
     used = [q for q in elements if share[q.schedule] > 0.0]
     lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
     rest = [q for q in used if q.kind not in LAGS]
-    pairs = [(q, other) for q, other in pairwise(elements) if q.kind == "product" and q in used]
+    pairs = [(q, other) for q, other in pairwise(elements) if q.kind == "product" and share[q.schedule] > 0.0]
     return min(
         sum(_alone(q, period) for q in (*rest, *lags[fast:])) + _moving([*rest, *lags[:fast]], side)
         - _products(pairs, lags[fast - 1].time if fast else -1.0, period)
