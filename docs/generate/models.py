@@ -194,8 +194,10 @@ def _use_identified(name: str) -> list[str]:
 def _family(name: str) -> str:
     found = family(name)
     example = families.example(name)
-    said = f"The example below has none: {example.no_inverse}" if example.no_inverse else "The example below has one."
+    said = f"The example above has none: {example.no_inverse}" if example.no_inverse else "The example above has one."
     title, body, cannot = _words(name)
+    simulated = any(row.name == name and row.chosen == "simulate" for row in ROWS)
+    use = "answer = fit.model.simulate(x, time)" if simulated else "inverse = fit.model.inverse()"
     return "\n".join(
         [
             f"# {name}: {found.title}",
@@ -219,9 +221,7 @@ def _family(name: str) -> str:
             "",
             *_fence("bash", [f"dehyst compare LOG --input ... --output ... --families {name} --save model.json"]),
             "",
-            *_fence(
-                "python no-run", [f'fit = dehyst.identify_family(recording, "{name}")', "inverse = fit.model.inverse()"]
-            ),
+            *_fence("python no-run", [f'fit = dehyst.identify_family(recording, "{name}")', use]),
             "",
         ]
     )

@@ -317,6 +317,9 @@ class HysteresisModel(Model):
         step.simulate(signal_array(x, "input x"))
         return step.state
 
+    def moved(self, x: npt.ArrayLike) -> Self:  # noqa: D102 - documented in the base class
+        return self.with_state(self.final_state(x))
+
 
 def _mapped(past: Past, before: MonotoneMap | None) -> Past:
     """Past range behind a map in front."""

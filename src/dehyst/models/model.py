@@ -308,6 +308,10 @@ class Model(ABC):
     def at_rest(self, first: float) -> Self:
         """Return the same model as if it had been at rest at a first input since ever."""
 
+    def moved(self, x: npt.ArrayLike) -> Model | None:
+        """Return the same model with the memory that an input leaves; None where memory is of what was measured."""
+        return None
+
     @abstractmethod
     def file_parameters(self) -> dict[str, Any]:
         """Return the parameters as plain JSON values, as they stand in a model file."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +17,12 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.control import Adaptation, JointControllerParameters
-from dehyst.control.compensator import PLAYS
 from dehyst.control.images import refuse
 from dehyst.control.joint import native_controller
 from dehyst.control.reviewed import Law
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models.model import Model
 from dehyst.plant.joints import pneumatic_joint_parameters
 from dehyst.plant.mechanisms import Mechanism, foreign
 from dehyst.plant.parameters import Robot
@@ -256,7 +256,7 @@ class Arm:
         self.data = new_data(self.model)
         self._plants: dict[int, _native.PneumaticJoint] = {}
         self._controls: dict[int, _native.JointController] = {}
-        self._compensated: dict[int, tuple[_native.JointController, HysteresisModel]] = {}
+        self._compensated: dict[int, tuple[_native.JointController, HysteresisModel | DirectInverse]] = {}
         self._controllers = dict(controllers)
         self._laws = dict(laws or {})
         self.seed = seed
@@ -285,8 +285,8 @@ class Arm:
             )
             self._loop.add_pneumatic(plant, control)
             self._controls[number] = control
-            if model is not None and model.core == PLAYS:
-                self._compensated[number] = (control, cast(HysteresisModel, model))
+            if model is not None:
+                self._compensated[number] = (control, model)
             self._plants[number] = plant
         self.reset()
 
@@ -309,8 +309,9 @@ class Arm:
         """
         for number, (control, model) in self._compensated.items():
             told = self._controllers[number]
-            spent = model.with_state(model.final_state(_dying_out(self.angles[self.moving.index(number)])))
-            control.exchange(_native_model(spent), told.compensator_unit, told.shear)
+            spent = model.moved(_dying_out(self.angles[self.moving.index(number)]))
+            if spent is not None:
+                control.exchange(_native_model(spent), told.compensator_unit, told.shear)
 
     def restart(self) -> None:
         """Switch the controllers on anew, where the joints are: they know nothing of the past."""
@@ -486,5 +487,5 @@ def _dying_out(angle: float) -> Array:
     return np.asarray(angle + 2 * np.pi * np.append((-0.95) ** np.arange(300.0), 0.0))
 
 
-def _native_model(model: HysteresisModel | None) -> Any:
+def _native_model(model: Model | None) -> Any:
     return None if model is None else model.stepper().parameters
