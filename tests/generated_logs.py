@@ -32,9 +32,6 @@ class Log:
 
     def true_error(self, fit) -> float:
         """RMS of what the model says of the other motion, less the truth; percent of range."""
-        if fit.family == "direct-inverse":
-            asked = fit.model.simulate(self.y, self.time)
-            return 100.0 * _rms(asked[self.scored] - self.x[self.scored]) / self.x_range
         timed = getattr(fit.model, "rate_dependent", False)
         said = fit.model.simulate(self.x, self.time) if timed else fit.model.simulate(self.x)
         return 100.0 * _rms(said[self.scored] - self.y[self.scored]) / self.y_range
