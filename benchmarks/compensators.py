@@ -20,8 +20,8 @@ from studies import robustness
 from studies.alone import Alone, identified_alone
 from studies.robustness import Figure
 
-from dehyst.experiments.path import plan_path
-from dehyst.plant.parameters import load_robot
+from dehyst.robot.arm.parameters import load_robot
+from dehyst.robot.experiments.path import plan_path
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 OTHER = 2  # joint whose model is tried on the first one

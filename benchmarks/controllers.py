@@ -24,7 +24,7 @@ import numpy as np
 
 from dehyst.control import SWITCHES, JointController, JointControllerParameters
 from dehyst.control.reviewed import CONTROLLERS, TUNED, derived_law
-from dehyst.experiments.point import evaluate_point
+from dehyst.robot.experiments.point import evaluate_point
 
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
 TRIALS = ("slow", "slow_no_integrator", "fast")

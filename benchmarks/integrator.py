@@ -18,8 +18,8 @@ from studies.alone import DISTURBANCE, Alone, follow, identified_alone
 from studies.hold import gains, hold
 from studies.robustness import without
 
-from dehyst.experiments.path import plan_path
-from dehyst.plant.parameters import load_robot
+from dehyst.robot.arm.parameters import load_robot
+from dehyst.robot.experiments.path import plan_path
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 RESULTS = Path(__file__).parent / "results" / "integrator.json"

@@ -17,9 +17,9 @@ from typing import Any
 from startup import machine
 
 from dehyst import Equipment, PrandtlIshlinskii, load_robot, plan_path, run_trial
-from dehyst.experiments.compensators import equip
-from dehyst.experiments.nominal import nominal_characteristic
-from dehyst.plant.rigid_body import ALL_JOINTS
+from dehyst.robot.arm.rigid_body import ALL_JOINTS
+from dehyst.robot.experiments.compensators import equip
+from dehyst.robot.experiments.nominal import nominal_characteristic
 
 PACKAGES = ("dehyst", "numpy", "scipy", "mujoco", "mink")
 MECHANISMS = ("none", "dahl", "preisach", "maxwell-slip")

@@ -18,8 +18,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from dehyst.experiments import example_recording
 from dehyst.io import write_csv
+from dehyst.robot.experiments import example_recording
 
 PACKAGES = ("dehyst", "numpy", "scipy", "typer")
 EXAMPLE_SECONDS = 144.0

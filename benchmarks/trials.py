@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
-from dehyst.experiments.point import evaluate_point
+from dehyst.robot.experiments.point import evaluate_point
 
 TRIALS = ("slow", "slow_no_integrator", "fast")
 COMPARED = ("off", "paper", "scaled", "direct", "creep", "best", "ilc")

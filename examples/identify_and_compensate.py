@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import dehyst
-from dehyst.experiments import write_example
+from dehyst.robot.experiments import write_example
 
 
 def main(log: Path, input: str, output: str) -> None:

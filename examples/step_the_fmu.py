@@ -12,12 +12,12 @@ import numpy as np
 from fmpy import extract, instantiate_fmu, read_model_description
 
 from dehyst.control import SWITCHES
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip
-from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.path import plan_path
 from dehyst.export import export, joint_subject
-from dehyst.plant import Arm, JointBench, Reference, load_robot
+from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.compensators import equip
+from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.path import plan_path
 
 if __name__ == "__main__":
     version = sys.argv[1] if len(sys.argv) > 1 else "fmu2"  # or fmu3

@@ -3,7 +3,7 @@
     python proofs/mutants.py OUT.json --files core/*.c --count 300 \\
         --build 'cmake --build build --target _native' --artefact 'build/_native*.so' \\
         --test '{python} -m pytest -x -q tests/test_core_pi.py'
-    python proofs/mutants.py OUT.json --files src/dehyst/loops.py --count 20 --test 'pytest -x -q tests/...'
+    python proofs/mutants.py OUT.json --files src/dehyst/data/loops.py --count 20 --test 'pytest -x -q tests/...'
 
 Works on a copy of the files that git knows, below --work, with the built extension beside it; {python} is this Python,
 so that it imports the copy. A --test that begins with the word pytest runs in a fork of this process instead, which has

@@ -9,13 +9,13 @@ import dehyst.app.design
 import dehyst.app.reproduce
 import dehyst.app.sweep
 import sweep_evaluators
-from dehyst.evaluation import design_excitation
-from dehyst.experiments import example_recording
-from dehyst.experiments.results import TRIALS, PlantResult, Reproduction
-from dehyst.experiments.sweep import run_sweep
+from dehyst.design import design_excitation
 from dehyst.export import export, subject_of
 from dehyst.files import write_atomically
 from dehyst.io import write_csv
+from dehyst.robot.experiments import example_recording
+from dehyst.robot.experiments.results import TRIALS, PlantResult, Reproduction
+from dehyst.robot.experiments.sweep import run_sweep
 
 X, Y = "pressure_difference_bar", "angle_deg"
 PAIR = ("--input", X, "--output", Y)

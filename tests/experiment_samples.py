@@ -9,15 +9,15 @@ import numpy as np
 
 from dehyst.app.reproduce import QUICK
 from dehyst.control import SWITCHES
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip
-from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
-from dehyst.experiments.path import plan_path
-from dehyst.experiments.trials import run_trial
-from dehyst.plant import load_robot
-from dehyst.plant.arm import Arm, Reference
-from dehyst.plant.rigid_body import ALL_JOINTS
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.arm import Arm, Reference
+from dehyst.robot.arm.rigid_body import ALL_JOINTS
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.compensators import equip
+from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.path import plan_path
+from dehyst.robot.experiments.trials import run_trial
 
 HOLDS = SWITCHES["position"] | SWITCHES["integrator"]
 PLANTS = ("maxwell-slip", "preisach", "dahl")

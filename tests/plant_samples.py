@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from dehyst._native import PneumaticJoint
-from dehyst.plant import mechanisms
+from dehyst.robot.arm import mechanisms
 
 BAR = 1e5
 AIR = {

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import nnls
 
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel
-from dehyst.recording import Recording
 
 HOSTILE = '<script>alert("x")</script>'
 

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 import dehyst
-from dehyst.experiments.results import (
+from dehyst.models import PrandtlIshlinskii
+from dehyst.robot.experiments.results import (
     TRIALS,
     Characteristic,
     JointIdentification,
@@ -16,7 +17,6 @@ from dehyst.experiments.results import (
     Reproduction,
     TrialRun,
 )
-from dehyst.models import PrandtlIshlinskii
 
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
 JOINTS = (1, 2, 4)
@@ -255,7 +255,7 @@ def figures_of(runs: tuple[TrialRun, ...], joints: tuple[int, ...], plant: str, 
 
 
 def _tool_figures(run: TrialRun, distance: np.ndarray) -> dict:
-    """In the shape of `dehyst.evaluation.iso9283`; distance (T,) from where the tool should be. [mm]"""
+    """In the shape of `dehyst.design.iso9283`; distance (T,) from where the tool should be. [mm]"""
     rms, largest, cycles = float(np.sqrt(np.mean(distance**2))), float(distance.max()), int(run.cycle.max()) + 1
     again = cycles > 1
     found = {

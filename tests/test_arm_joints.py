@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dehyst.errors import ParameterError
-from dehyst.plant import load_robot, mechanisms
-from dehyst.plant.joints import FORCES, FORMS, map_coefficients, muscle_scatter, pneumatic_joint_parameters
+from dehyst.robot.arm import load_robot, mechanisms
+from dehyst.robot.arm.joints import FORCES, FORMS, map_coefficients, muscle_scatter, pneumatic_joint_parameters
 
 ROBOT = load_robot()
 EXACT = ROBOT.with_changes({"tolerance": {"force": 0.0, "hysteresis": 0.0}})

@@ -7,14 +7,14 @@ import pytest
 
 import arm_oracle
 from dehyst.errors import ParameterError
-from dehyst.evaluation import TestCube, test_path, timed
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.iso9283 import TestCube, test_path, timed
 
 pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 
-from dehyst.plant.joint_path import joint_path
-from dehyst.plant.kinematics import InverseKinematics
+from dehyst.robot.arm.joint_path import joint_path
+from dehyst.robot.arm.kinematics import InverseKinematics
 
 ROBOT = load_robot()
 CUBE = TestCube(ROBOT.path.cube, ROBOT.path.center)

@@ -13,10 +13,10 @@ import pytest
 from dehyst import _native
 from dehyst.control import FLAGS, JointController, JointReference
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.plant import load_robot
-from dehyst.plant.arm import Arm, Reference
-from dehyst.plant.joints import pneumatic_joint_parameters
-from dehyst.plant.rigid_body import ALL_JOINTS, arm_model
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.arm import Arm, Reference
+from dehyst.robot.arm.joints import pneumatic_joint_parameters
+from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model
 from experiment_samples import HOLDS, arm, controllers, same_bits, swing
 from plant_oracles import MaxwellSlip
 

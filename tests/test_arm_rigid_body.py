@@ -10,8 +10,8 @@ import pytest
 
 import arm_oracle
 from dehyst.errors import MissingExtraError, ParameterError
-from dehyst.plant import load_robot, physics_engine
-from dehyst.plant import rigid_body as rb
+from dehyst.robot.arm import load_robot, physics_engine
+from dehyst.robot.arm import rigid_body as rb
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -138,8 +138,8 @@ def test_without_mujoco_the_rooms_import_and_say_what_to_install():
 import sys
 sys.modules["mujoco"] = sys.modules["mink"] = None
 from dehyst.errors import MissingExtraError
-from dehyst.plant import load_robot, rigid_body
-import dehyst.plant.kinematics, dehyst.plant.joint_path
+from dehyst.robot.arm import load_robot, rigid_body
+import dehyst.robot.arm.kinematics, dehyst.robot.arm.joint_path
 for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_address):
     try:
         call()

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.experiments import example_recording
 from dehyst.io import write_csv
+from dehyst.robot.experiments import example_recording
 
 QUICK = ("--n", "20", "--family", "pi")
 PRESSURE, ANGLE = "pressure_difference_bar", "angle_deg"

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dehyst.design import UNSEEN_TIPS, Limits, design_drift_motion, design_excitation, separability
+from dehyst.design.drift_motion import CYCLES
+from dehyst.design.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
+from dehyst.design.separability import OCTAVES, columns, lags
 from dehyst.errors import ParameterError
-from dehyst.evaluation import UNSEEN_TIPS, Limits, design_drift_motion, design_excitation, separability
-from dehyst.evaluation.drift_motion import CYCLES
-from dehyst.evaluation.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
-from dehyst.evaluation.separability import OCTAVES, columns, lags
 from dehyst.identification.drift.cycles import cycles_of, groups_of
 from dehyst.identification.drift.opening import MOST_GROUPS
 

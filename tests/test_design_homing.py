@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dehyst.design import Limits, admissible, shortest_homing
+from dehyst.design.homing_search import NODES
 from dehyst.errors import ParameterError
-from dehyst.evaluation import Limits, admissible, shortest_homing
-from dehyst.evaluation.homing_search import NODES
 
 
 def stop(path, radius, before):

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import DirectInverse, Limits, home_model
+from dehyst.design.strokes import sampled
 from dehyst.errors import ParameterError
-from dehyst.evaluation.strokes import sampled
 
 LIMITS = Limits(1.0, 4.0)
 WEIGHTS = st.lists(st.floats(0.1, 2.0), min_size=2, max_size=2)

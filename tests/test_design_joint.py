@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from dehyst.experiments.design_joint import INERTIA_SHARE, design_joint
-from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
-from dehyst.experiments.path import flow_share, pressure_share, utilisation
-from dehyst.experiments.quasistatic import SPACING, excite, pressure_room
-from dehyst.plant import load_robot
-from dehyst.plant.arm import Arm
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.arm import Arm
+from dehyst.robot.experiments.design_joint import INERTIA_SHARE, design_joint
+from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.path import flow_share, pressure_share, utilisation
+from dehyst.robot.experiments.quasistatic import SPACING, excite, pressure_room
 
 ROBOT = load_robot()
 

@@ -211,7 +211,7 @@ def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
 def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
     import dataclasses
 
-    from dehyst.experiments import write_example
+    from dehyst.robot.experiments import write_example
 
     log = write_example(tmp_path / "example.csv")
     rec = dehyst.read_log(log, input="#2", output="#3", stop=40.0)
@@ -279,7 +279,7 @@ def test_numbers_of_the_readme_are_those_of_the_demo():
 
 
 def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
-    from dehyst.plant.parameters import sources
+    from dehyst.robot.arm.parameters import sources
 
     page = (DOCS / "reference" / "parameters.md").read_text(encoding="utf-8")
     plant = (DOCS / "explanation" / "the-plant.md").read_text(encoding="utf-8")

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dehyst
+from dehyst.design.drift_motion import BLOCKS, CYCLES
 from dehyst.errors import ParameterError
-from dehyst.evaluation.drift_motion import BLOCKS, CYCLES
 from dehyst.families.preisach import Preisach
 from dehyst.identification.drift import cycles as cutting
 from dehyst.identification.drift import design, statistics, testing

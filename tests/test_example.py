@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.experiments import example_recording, write_example
+from dehyst.data.loops import summarise_loops
 from dehyst.identification import identify as identify_plays
-from dehyst.loops import summarise_loops
+from dehyst.robot.experiments import example_recording, write_example
 
 
 @pytest.fixture(scope="module")

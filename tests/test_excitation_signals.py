@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dehyst.design.excitation import UNSEEN_TIPS, decaying_cycles, loops, triangle_sweep
 from dehyst.errors import ParameterError
-from dehyst.evaluation.excitation import UNSEEN_TIPS, decaying_cycles, loops, triangle_sweep
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
 
 PERIODS = st.sampled_from([0.001, 0.005, 0.01])
 

@@ -10,15 +10,15 @@ import pytest
 
 import dehyst
 from dehyst.errors import ParameterError
-from dehyst.experiments import learning
-from dehyst.experiments.compensators import equip
-from dehyst.experiments.direct_run import unsheared
-from dehyst.experiments.learning import learned_torque, learned_trial
-from dehyst.experiments.loops_run import identify_compensators, motion_of
-from dehyst.experiments.quasistatic import SPACING
-from dehyst.experiments.recipes import NAMES, RECIPES, recipe
-from dehyst.experiments.trials import run_trial
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments import learning
+from dehyst.robot.experiments.compensators import equip
+from dehyst.robot.experiments.direct_run import unsheared
+from dehyst.robot.experiments.learning import learned_torque, learned_trial
+from dehyst.robot.experiments.loops_run import identify_compensators, motion_of
+from dehyst.robot.experiments.quasistatic import SPACING
+from dehyst.robot.experiments.recipes import NAMES, RECIPES, recipe
+from dehyst.robot.experiments.trials import run_trial
 from experiment_samples import QUICK, calibrated, path, rms, robot, same_bits
 
 SHORT = {

@@ -8,10 +8,10 @@ from numpy.polynomial.polynomial import polyval
 
 from arm_oracle import tool
 from dehyst.errors import ParameterError
-from dehyst.experiments.nominal import controller_parameters, nominal_characteristic
-from dehyst.experiments.path import plan_path
-from dehyst.plant import load_robot
-from dehyst.plant.rigid_body import arm_model, inverse_dynamics
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.rigid_body import arm_model, inverse_dynamics
+from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.path import plan_path
 from experiment_samples import path
 
 HURRIED = {"path.fast_speed_m_s": 2.0, "path.acceleration_m_s2": 50.0, "path.jerk_m_s3": 2000.0}

@@ -6,11 +6,11 @@ from functools import cache
 import pytest
 
 from dehyst.errors import ParameterError
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.point import evaluate_point
-from dehyst.experiments.sweep import load_sweep, run_sweep
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.point import evaluate_point
+from dehyst.robot.experiments.sweep import load_sweep, run_sweep
 
 SHORT = {
     "calibration.mean_pressures_bar": [2.2, 3.8], "calibration.loads_bar": [-0.8, 0.8], "calibration.sweep_s": 8.0,

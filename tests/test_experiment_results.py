@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import OutputError
-from dehyst.evaluation import iso9283
-from dehyst.experiments.logs import MOST_ROWS, log_folder, trial_columns, write_trial
-from dehyst.experiments.results import PlantResult, Reproduction
-from dehyst.experiments.scores import as_json, joint_figures, mean_figures, plant_figures
+from dehyst.robot.experiments.logs import MOST_ROWS, log_folder, trial_columns, write_trial
+from dehyst.robot.experiments.results import PlantResult, Reproduction
+from dehyst.robot.experiments.scores import as_json, joint_figures, mean_figures, plant_figures
+from dehyst.robot.iso9283 import iso9283
 from experiment_samples import equipment, identified, path, trial
 
 

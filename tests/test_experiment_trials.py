@@ -8,8 +8,8 @@ import pytest
 
 from dehyst.control import InverseCompensator
 from dehyst.errors import OutputError, ParameterError, SimulationError
-from dehyst.experiments.point import _unknown_history
-from dehyst.experiments.trials import LOG_S, run_trial
+from dehyst.robot.experiments.point import _unknown_history
+from dehyst.robot.experiments.trials import LOG_S, run_trial
 from experiment_samples import FASTER, PLANTS, equipment, identified, path, rms, robot, trial
 
 LIMITS = {"fast": 0.50, "slow": 0.40, "slow_no_integrator": 0.25}  # rms with the compensator over rms without

@@ -82,7 +82,7 @@ def test_the_commands_of_the_readme_compare_every_output(fmu, tmp_path):
 def test_the_fmu_in_the_loop_gives_the_run_of_the_controller_inside(fmu):
     lib = fmpy()
     pytest.importorskip("mujoco", reason="needs the extra plant: pip install 'dehyst[plant]'")
-    from dehyst.plant import Arm, JointBench, Reference, load_robot
+    from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 
     version, folder = fmu
     robot = load_robot()

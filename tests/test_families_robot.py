@@ -9,12 +9,12 @@ import dehyst
 from dehyst import PrandtlIshlinskii, StopOperatorModel
 from dehyst.control import Compensator, along
 from dehyst.errors import OutputError, ParameterError
-from dehyst.experiments.trials import run_trial
 from dehyst.families import InverseLoop, LoopCompensator, ModelMechanism, example, names
 from dehyst.families.acting import STROKES
 from dehyst.families.dahl import Dahl
 from dehyst.families.work import work
-from dehyst.plant import Mechanism
+from dehyst.robot.arm import Mechanism
+from dehyst.robot.experiments.trials import run_trial
 
 NAMES = pytest.mark.parametrize("name", names())
 FRICTION = Dahl(curve=[0.0], lengths=[0.5, 2.0], weights=[1.0, 0.5])  # in mechanisms: of 0.5 + 1 forces
@@ -86,7 +86,7 @@ def test_every_family_can_be_the_hysteresis_of_a_muscle(name):
     pressed = dehyst.Reference.pressures(0.01, 5e4 * np.sin(6 * t), 0 * t + 3e5, 0 * t)
     known = {1: dehyst.JointControllerParameters()}
     angles = [
-        dehyst.plant.Arm(robot, moving=(1,), controllers=known, mechanisms=m).run(pressed, every_s=0.05).angle
+        dehyst.robot.arm.Arm(robot, moving=(1,), controllers=known, mechanisms=m).run(pressed, every_s=0.05).angle
         for m in (made, None)
     ]
     assert np.all(np.isfinite(angles[0])) and np.ptp(angles[0]) > 0.005

@@ -10,35 +10,35 @@ SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
     {"arrays", "visible"},
     {"errors", "findings", "grades", "ties", "_native"},
-    {"files", "shell", "units"},
-    {"recording", "loops", "gaps", "outliers", "ranges"},
+    {"files", "old_paths", "shell", "units"},
+    {"data"},
     {"models"},
-    {"identification", "control", "evaluation"},
-    {"families", "muscles"},
-    {"io", "plant"},
-    {"experiments", "export"},
-    {"report"},
+    {"identification", "control", "design"},
+    {"families"},
+    {"io"},
+    {"export", "report"},
+    {"robot"},
     {"app"},
     {"cli"},
     {"__main__"},
 )
 FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in rooms}
 HOMES = {
-    "scipy": {"identification", "families", "muscles", "io", "plant"},
+    "scipy": {"identification", "families", "io", "robot"},
     "h5py": {"io"},
     "jinja2": {"export", "report"},
-    "markupsafe": {"report"},  # jinja2's own strings
+    "markupsafe": {"report", "robot"},  # jinja2's own strings
     "threadpoolctl": {"identification"},
-    "matplotlib": {"report"},
+    "matplotlib": {"report", "robot"},
     "typer": {"cli", "app"},
     "rich": {"cli", "app"},
     "rosbags": {"io"},
     "asammdf": {"io"},
     "polars": {"io"},
-    "distributed": {"experiments"},
+    "distributed": {"robot"},
     "fmpy": {"export"},
-    "mujoco": {"plant"},
-    "mink": {"plant"},
+    "mujoco": {"robot"},
+    "mink": {"robot"},
     "numpy": set(FLOOR),
 }
 MODULES = [path for path in sorted(SOURCE.rglob("*.py")) if path != SOURCE / "__init__.py"]  # the public names

@@ -6,12 +6,12 @@ from scipy.optimize import nnls
 
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.experiments import example_recording
 from dehyst.identification.data import prepare
 from dehyst.identification.memory import state_before
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.split import split_recordings
+from dehyst.robot.experiments import example_recording
 from identification_oracles import loops, plays
 from report_samples import fit_by_hand
 

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import dehyst
+from dehyst.data.loops import turning_points
 from dehyst.errors import ExcitationError, LogError, OutputError, ParameterError, RecordingError, TimeError
 from dehyst.identification import identify as identify_plays
 from dehyst.identification.data import prepare as prepare_in_memory
@@ -28,7 +29,6 @@ from dehyst.identification.stream.outline import Outline
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import STAGES, Watch
 from dehyst.identification.stream.zigzag import Zigzag
-from dehyst.loops import turning_points
 
 
 class Chunks:

@@ -315,7 +315,7 @@ def test_uneven_sampling_is_no_noise():
     t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((2.0, 0.3),))
     kept = np.sort(np.random.default_rng(0).choice(t.size, t.size // 2, replace=False))
-    turns = dehyst.loops.turning_points(y)
+    turns = dehyst.data.loops.turning_points(y)
     kept = np.union1d(kept, turns)
     fit = dehyst.identify_direct(log(t[kept], y[kept], u[kept]), initial_state="rest", creep_times=[2.0])
     assert fit.input_test.rms_percent < 1.0

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dehyst.data.recording import Recording
 from dehyst.errors import ExcitationError, RecordingError, TimeError, UnitError
 from dehyst.io.logs import read_log, read_signal
-from dehyst.recording import Recording
 
 N = 400
 T = np.round(np.arange(N) * 0.01, 6)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, LogError, MissingExtraError, TimeError
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log, read_signal
-from dehyst.recording import Recording
 from effort import no_hang
 
 N = 300

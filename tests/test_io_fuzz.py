@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dehyst.data.recording import Recording
 from dehyst.errors import DehystError
 from dehyst.io.formats import read_table
 from dehyst.io.inspect import inspect_log
 from dehyst.io.logs import read_log, read_signal
-from dehyst.recording import Recording
 from effort import no_hang
 from structured_files import hostile_hdf5, hostile_mat4, hostile_mat5, hostile_mat73
 

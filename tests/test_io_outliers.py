@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from dehyst.data.outliers import _certain_range, find_outliers
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log, read_signal
 from dehyst.io.write import write_csv
-from dehyst.outliers import _certain_range, find_outliers
 
 REAL = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 N = 2000

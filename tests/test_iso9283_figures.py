@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.evaluation import (
+from dehyst.robot.iso9283 import (
     Figure,
     TestCube,
     cornering_deviation,
@@ -23,7 +23,7 @@ from dehyst.evaluation import (
     timed,
     tracking_error,
 )
-from dehyst.evaluation.curves import Chain, Circle, Straight
+from dehyst.robot.iso9283.curves import Chain, Circle, Straight
 from effort import lines_run
 
 MM = 1e-3

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dehyst.app.muscle_print import kind_of
-from dehyst.muscles import muscle, names
+from dehyst.robot.muscles import muscle, names
 
 DOCS = Path(__file__).parents[1] / "docs"
 

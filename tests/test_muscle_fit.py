@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import least_squares
 
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.muscles import muscle, names
-from dehyst.muscles.bench_log import BenchLog
-from dehyst.muscles.fit import fit_muscle, forces, parameter_names
-from dehyst.muscles.storage import load_muscle, save_muscle
+from dehyst.robot.muscles import muscle, names
+from dehyst.robot.muscles.bench_log import BenchLog
+from dehyst.robot.muscles.fit import fit_muscle, forces, parameter_names
+from dehyst.robot.muscles.storage import load_muscle, save_muscle
 
 BAR = 1e5
 # DMSP-20 of 300 mm, measured: Martens, Boblan, Actuators 6(4), 2017, appendix A; force [N], rows of pressure [kPa].

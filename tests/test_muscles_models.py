@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.errors import InvertibilityError, ParameterError, RecordingError
-from dehyst.muscles import MuscleModel, muscle, muscle_class, names
-from dehyst.muscles.solve import solve_pressure
+from dehyst.robot.muscles import MuscleModel, muscle, muscle_class, names
+from dehyst.robot.muscles.solve import solve_pressure
 
 SETS = [(name, which) for name in names() for which in muscle_class(name).SETS]
 DYNAMIC = [(name, which) for name, which in SETS if muscle_class(name).dynamic]

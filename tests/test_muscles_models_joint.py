@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dehyst import StopOperatorModel
 from dehyst.errors import InvertibilityError, ParameterError, RecordingError
-from dehyst.muscles import MuscleJoint, SlippingJoint, identify_slips, joint_characteristic, muscle, names
+from dehyst.robot.muscles import MuscleJoint, SlippingJoint, identify_slips, joint_characteristic, muscle, names
 
 RADIUS, START = 0.03, 0.10
 SWEEP = 0.4 * np.r_[np.linspace(0, 1, 80), np.linspace(1, -0.6, 120), np.linspace(-0.6, 0.3, 90)]

@@ -7,10 +7,10 @@ import pytest
 
 from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.muscles import MuscleMechanism, joint_characteristic, muscle, names
-from dehyst.plant import load_robot
-from dehyst.plant.mechanisms import Mechanism
-from dehyst.plant.pneumatic import run_pressures
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.mechanisms import Mechanism
+from dehyst.robot.arm.pneumatic import run_pressures
+from dehyst.robot.muscles import MuscleMechanism, joint_characteristic, muscle, names
 
 PERIOD = 5e-4
 ALONE = {  # what the plant adds to static map and hysteresis of a muscle, and its tolerances
@@ -34,7 +34,7 @@ def pair(model):
 
 @pytest.mark.parametrize("name", names())
 def test_the_plants_muscle_pulls_with_the_force_of_the_model(name):
-    from dehyst.plant.joints import pneumatic_joint_parameters
+    from dehyst.robot.arm.joints import pneumatic_joint_parameters
 
     model = joint_muscle(name)
     robot = load_robot(changes={**ALONE, "muscle.dmsp40.length_m": model.length})
@@ -50,8 +50,8 @@ def test_the_plants_muscle_pulls_with_the_force_of_the_model(name):
 
 @pytest.mark.parametrize("name", names())
 def test_a_joint_of_two_such_muscles_runs_with_a_controller_that_knows_them(name):
-    from dehyst.plant import Arm
-    from dehyst.plant.arm import Reference
+    from dehyst.robot.arm import Arm
+    from dehyst.robot.arm.arm import Reference
 
     model = joint_muscle(name)
     robot = load_robot(changes={**ALONE, "muscle.dmsp40.length_m": model.length})

@@ -7,10 +7,10 @@ import numpy.typing as npt
 import pytest
 
 import dehyst
+from dehyst.data.outliers import find_outliers
+from dehyst.data.ranges import robust_range
 from dehyst.errors import RecordingError
 from dehyst.identification.mending import mended
-from dehyst.outliers import find_outliers
-from dehyst.ranges import robust_range
 
 Array = npt.NDArray[np.float64]
 N = 2400

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
-from dehyst.plant import load_robot
-from dehyst.plant.parameters import PACKAGED
-from dehyst.plant.validation import NAMED, SINGLE, keys_of, known_keys
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.parameters import PACKAGED
+from dehyst.robot.arm.validation import NAMED, SINGLE, keys_of, known_keys
 
 ROBOT = load_robot()
 PACKAGED_LINES = PACKAGED.read_text(encoding="utf-8").splitlines()

@@ -9,9 +9,9 @@ import tomllib
 import pytest
 
 from dehyst.errors import ParameterError
-from dehyst.plant import load_robot
-from dehyst.plant.parameters import PACKAGED
-from dehyst.plant.validation import TO_SI, known_keys
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.parameters import PACKAGED
+from dehyst.robot.arm.validation import TO_SI, known_keys
 
 TEXT = PACKAGED.read_text(encoding="utf-8")
 LISTED = set(re.findall(r"\[(\d+)\] [A-Za-z]", "\n".join(line for line in TEXT.splitlines() if line.startswith("#"))))

@@ -9,7 +9,7 @@ from dehyst.errors import ParameterError
 
 pytest.importorskip("mujoco", reason="needs the extra plant: pip install 'dehyst[plant]'")
 
-from dehyst.plant import Arm, JointBench, Reference, load_robot
+from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 
 ON = sum(SWITCHES.values())
 

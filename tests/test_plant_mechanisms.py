@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dehyst._native import PLANT_TURNS, everett, hysteresis_force
 from dehyst.errors import ParameterError
-from dehyst.plant import mechanisms
+from dehyst.robot.arm import mechanisms
 from plant_oracles import MaxwellSlip, Relays
 from plant_oracles import everett as everett_oracle
 from plant_samples import BUILT_IN

@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.evaluation import design_excitation
+from dehyst.design import design_excitation
 from dehyst.findings import Finding
 from dehyst.models import ModelCard, SignalCard
-from dehyst.muscles import muscle
-from dehyst.muscles.bench import run_bench
-from dehyst.muscles.bench_log import BenchLog
-from dehyst.muscles.fit import fit_muscle
 from dehyst.report.compare import write_comparison_figure, write_comparison_report
 from dehyst.report.drift import write_drift_report
 from dehyst.report.excitation import write_excitation_figure
-from dehyst.report.muscle import write_muscle_figure, write_muscle_report
-from dehyst.report.reproduction.page import write_reproduction_report
-from dehyst.report.sweep import Curve, write_sweep_figure
+from dehyst.robot.muscles import muscle
+from dehyst.robot.muscles.bench import run_bench
+from dehyst.robot.muscles.bench_log import BenchLog
+from dehyst.robot.muscles.fit import fit_muscle
+from dehyst.robot.report.muscle import write_muscle_figure, write_muscle_report
+from dehyst.robot.report.page import write_reproduction_report
+from dehyst.robot.report.sweep import Curve, write_sweep_figure
 from reproduction_samples import sample_reproduction
 
 MARK = "owned"

@@ -12,21 +12,21 @@ import numpy as np
 import pytest
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.evaluation import TestCube, timed
-from dehyst.evaluation import test_path as path_of_figures
-from dehyst.experiments.results import TRIALS
-from dehyst.report import write_reproduction_report
-from dehyst.report.reproduction.arm import magnification, scene
-from dehyst.report.reproduction.lines import joined
-from dehyst.report.reproduction.numbers import spread, tool_figures, trial_figure, trial_ratio
-from dehyst.report.reproduction.page import limit_words, rest_study, tiles
-from dehyst.report.reproduction.reasons import in_words, largest_error
-from dehyst.report.reproduction.studies import break_even
-from dehyst.report.reproduction.tables import acceptance
-from dehyst.report.reproduction.tool_words import worst_corner
-from dehyst.report.reproduction.words import lead
 from dehyst.report.text import number
 from dehyst.report.thin import Window
+from dehyst.robot.experiments.results import TRIALS
+from dehyst.robot.iso9283 import TestCube, timed
+from dehyst.robot.iso9283 import test_path as path_of_figures
+from dehyst.robot.report import write_reproduction_report
+from dehyst.robot.report.arm import magnification, scene
+from dehyst.robot.report.lines import joined
+from dehyst.robot.report.numbers import spread, tool_figures, trial_figure, trial_ratio
+from dehyst.robot.report.page import limit_words, rest_study, tiles
+from dehyst.robot.report.reasons import in_words, largest_error
+from dehyst.robot.report.studies import break_even
+from dehyst.robot.report.tables import acceptance
+from dehyst.robot.report.tool_words import worst_corner
+from dehyst.robot.report.words import lead
 from reproduction_samples import SETTINGS, plant_result, sample_reproduction, studies
 from test_report import HOSTILE_NAMES, read
 

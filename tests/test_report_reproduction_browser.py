@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from dehyst.report import write_reproduction_report
+from dehyst.robot.report import write_reproduction_report
 from reproduction_samples import sample_reproduction
 from test_report_browser import BROWSER, DESK, PHONE, browse, measured
 

@@ -14,8 +14,8 @@ from dehyst import cli
 from dehyst.app.reproduce import QUICK
 from dehyst.app.targets import PAGE
 from dehyst.errors import OutputError
-from dehyst.experiments.results import PlantResult, Reproduction
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments.results import PlantResult, Reproduction
 
 SHORTEST = {
     **QUICK,

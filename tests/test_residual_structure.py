@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dehyst
+from dehyst.data.loops import turning_points
 from dehyst.identification.residual import CAUSES, residual_structure
-from dehyst.loops import turning_points
 from dehyst.report.figures import all_figures
 
 MODEL = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.4, 0.6], [0.6, 0.4, 0.3, 0.2])

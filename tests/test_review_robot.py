@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from dehyst.errors import ParameterError
-from dehyst.experiments.reproduce import Request, reproduce
-from dehyst.plant.mechanisms import mechanisms_of
-from dehyst.plant.parameters import load_robot
+from dehyst.robot.arm.mechanisms import mechanisms_of
+from dehyst.robot.arm.parameters import load_robot
+from dehyst.robot.experiments.reproduce import Request, reproduce
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,12 @@ import pytest
 from dehyst.control import FLAGS, SWITCHES
 from dehyst.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.errors import ParameterError
-from dehyst.experiments import calibration, compensators, nominal, point, reviewed
-from dehyst.experiments.reproduce import Request, _check, reproduce
-from dehyst.experiments.trials import run_trial, trial_arm
-from dehyst.plant import load_robot
-from dehyst.plant.arm import FAULTS, Arm, Reference
-from dehyst.report import write_reproduction_report
+from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.arm import FAULTS, Arm, Reference
+from dehyst.robot.experiments import calibration, compensators, nominal, point, reviewed
+from dehyst.robot.experiments.reproduce import Request, _check, reproduce
+from dehyst.robot.experiments.trials import run_trial, trial_arm
+from dehyst.robot.report import write_reproduction_report
 from test_reviewed_laws import STOPS
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))

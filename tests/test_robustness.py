@@ -9,11 +9,11 @@ import pytest
 
 from dehyst.control import Adaptation
 from dehyst.errors import ParameterError
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.path import plan_path
 from dehyst.models import DirectInverse, ModelCard, SignalCard
-from dehyst.plant.arm import FAULTS, Reference
-from dehyst.plant.parameters import load_robot
+from dehyst.robot.arm.arm import FAULTS, Reference
+from dehyst.robot.arm.parameters import load_robot
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.path import plan_path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dehyst.evaluation import TestCube, iso9283, test_path, timed
+from dehyst.robot.iso9283 import TestCube, iso9283, test_path, timed
 
 CENTER = np.array([0.7, 0.0, 0.5])
 PATH = timed(test_path(TestCube(0.4, CENTER), 0.03), 0.3, 2.0, 40.0, rest=0.4, factor=5.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.experiments import example_recording
 from dehyst.io import write_csv
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.robot.experiments import example_recording
 from export_samples import mapped_model, play_model, stop_model
 
 MODELS = {"play": play_model, "mapped": mapped_model, "stop": stop_model}

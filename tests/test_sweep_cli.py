@@ -14,8 +14,8 @@ import sweep_evaluators
 from dehyst.app.status import Status
 from dehyst.app.sweep import SweepRequest, run_sweep_command
 from dehyst.errors import OutputError
-from dehyst.experiments.sweep import run_sweep
-from dehyst.report.sweep import Curve, write_sweep_figure
+from dehyst.robot.experiments.sweep import run_sweep
+from dehyst.robot.report.sweep import Curve, write_sweep_figure
 
 TEXT = """
 name = "test"
@@ -70,7 +70,7 @@ def test_the_picture_shows_every_run_and_a_line_a_mechanism(request_):
 
 
 def test_no_run_lies_outside_its_panel(tmp_path):
-    import dehyst.report.sweep as picture
+    import dehyst.robot.report.sweep as picture
 
     canvas = picture.Canvas()
     curves = [Curve("a", "x", "ratio", [1.0, 2.0], [0.2, top], [""] * 2) for top in (3.0, 0.5)]

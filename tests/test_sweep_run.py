@@ -13,8 +13,8 @@ import pytest
 
 import sweep_evaluators
 from dehyst.errors import DehystError, MissingExtraError, OutputError, ParameterError
-from dehyst.experiments.sweep import expand, load_sweep, run_sweep
-from dehyst.experiments.sweep.table import summarise
+from dehyst.robot.experiments.sweep import expand, load_sweep, run_sweep
+from dehyst.robot.experiments.sweep.table import summarise
 from effort import PATIENCE
 
 TEXT = """
@@ -88,7 +88,7 @@ def test_workers_have_one_thread_and_do_not_hear_ctrl_c(spec, tmp_path):
 SCRIPT = """
 import sys
 import sweep_evaluators
-from dehyst.experiments.sweep import load_sweep, run_sweep
+from dehyst.robot.experiments.sweep import load_sweep, run_sweep
 if __name__ == "__main__":
     run_sweep(load_sweep(sys.argv[1]), sys.argv[2], evaluate=getattr(sweep_evaluators, sys.argv[3]), workers=2)
 """
@@ -315,7 +315,7 @@ def test_a_table_that_exists_is_kept_unless_told_otherwise(spec, tmp_path):
 
 def test_two_processes_do_not_write_one_journal(spec, tmp_path):
     pytest.importorskip("fcntl")
-    from dehyst.experiments.sweep.journal import Journal
+    from dehyst.robot.experiments.sweep.journal import Journal
 
     with Journal(tmp_path / "a.csv.journal", "x"), pytest.raises(OutputError, match="another process"):
         run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.quick, workers=0)
@@ -380,7 +380,7 @@ def test_a_dask_cluster_gives_the_same_table(spec, tmp_path, monkeypatch):
         address = cluster.scheduler_address
         run_sweep(spec, tmp_path / "b.csv", evaluate=sweep_evaluators.fails_at_scale_2, dask=address)
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
-    monkeypatch.setattr("dehyst.experiments.sweep.workers.DASK_SECONDS", 0.5)
+    monkeypatch.setattr("dehyst.robot.experiments.sweep.workers.DASK_SECONDS", 0.5)
     for nowhere in ("tcp://127.0.0.1:9", "no address at all", ""):
         with pytest.raises(DehystError, match="Dask"):
             run_sweep(spec, tmp_path / "c.csv", evaluate=sweep_evaluators.quick, dask=nowhere)

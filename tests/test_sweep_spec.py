@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.errors import DehystError, ParameterError
-from dehyst.experiments.sweep import expand, load_sweep
-from dehyst.experiments.sweep.spec import parse_sweep
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments.sweep import expand, load_sweep
+from dehyst.robot.experiments.sweep.spec import parse_sweep
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sensitivity.toml"
 SIZE = '[[study]]\nname = "size"\n'

@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
-from dehyst.evaluation import TestCube, slow_down_to, test_path, timed
-from dehyst.evaluation.timing import rest_to_rest
+from dehyst.robot.iso9283 import TestCube, slow_down_to, test_path, timed
+from dehyst.robot.iso9283.timing import rest_to_rest
 from effort import lines_run
 
 PATH = test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03)

@@ -12,16 +12,16 @@ import numpy.typing as npt
 
 from dehyst.control import SWITCHES, Adaptation
 from dehyst.errors import ParameterError
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.loops_run import identify_joint
-from dehyst.experiments.nominal import controller_parameters
-from dehyst.experiments.path import ArmPath
-from dehyst.experiments.quasistatic import home, home_and_learn, refuse_failed
-from dehyst.experiments.results import Characteristic
-from dehyst.experiments.trials import SLOW, trial_motion
 from dehyst.models import DirectInverse
-from dehyst.plant.arm import Arm, ArmLog, Reference
-from dehyst.plant.parameters import Robot
+from dehyst.robot.arm.arm import Arm, ArmLog, Reference
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.nominal import controller_parameters
+from dehyst.robot.experiments.path import ArmPath
+from dehyst.robot.experiments.quasistatic import home, home_and_learn, refuse_failed
+from dehyst.robot.experiments.results import Characteristic
+from dehyst.robot.experiments.trials import SLOW, trial_motion
 
 Array = npt.NDArray[np.float64]
 

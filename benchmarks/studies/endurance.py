@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from dehyst.control import FLAGS, Adaptation
 from dehyst.errors import ParameterError
-from dehyst.experiments.quasistatic import home_and_learn
-from dehyst.experiments.results import Characteristic
 from dehyst.models import DirectInverse
-from dehyst.plant.arm import FAULTS, Arm, Reference
+from dehyst.robot.arm.arm import FAULTS, Arm, Reference
+from dehyst.robot.experiments.quasistatic import home_and_learn
+from dehyst.robot.experiments.results import Characteristic
 from studies.alone import ADAPT, COMPENSATOR, DISTURBANCE, INTEGRATOR, POSITION, Alone
 
 Array = npt.NDArray[np.float64]

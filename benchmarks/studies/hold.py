@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.experiments.nominal import controller_parameters
-from dehyst.experiments.quasistatic import home
-from dehyst.experiments.studies import STROKE_S, there_and_part_back
-from dehyst.experiments.trials import trial_motion
-from dehyst.plant.arm import Reference
+from dehyst.robot.arm.arm import Reference
+from dehyst.robot.experiments.nominal import controller_parameters
+from dehyst.robot.experiments.quasistatic import home
+from dehyst.robot.experiments.studies import STROKE_S, there_and_part_back
+from dehyst.robot.experiments.trials import trial_motion
 from studies.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start
 
 Array = npt.NDArray[np.float64]

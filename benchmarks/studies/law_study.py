@@ -11,10 +11,10 @@ import numpy as np
 from dehyst.control import SWITCHES, JointController, JointReference
 from dehyst.control.reviewed import VoMinhController
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.experiments.nominal import OBSERVER_RATIO
-from dehyst.experiments.reviewed import under_controller
-from dehyst.experiments.trials import Equipment
-from dehyst.plant.parameters import Robot
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.experiments.nominal import OBSERVER_RATIO
+from dehyst.robot.experiments.reviewed import under_controller
+from dehyst.robot.experiments.trials import Equipment
 from dehyst.ties import rank
 from studies.side_by_side import Joint, errors
 

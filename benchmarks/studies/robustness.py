@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dehyst.control import Adaptation
-from dehyst.experiments.results import TRIALS
+from dehyst.robot.experiments.results import TRIALS
 from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
 from studies.endurance import endure
 from studies.hold import hold

@@ -14,24 +14,24 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.control import Compensator
+from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ParameterError
-from dehyst.experiments.calibration import calibrate
-from dehyst.experiments.compensators import equip
-from dehyst.experiments.direct_run import TIME
-from dehyst.experiments.loops_run import BAR, HYSTERESIS, INPUT, OUTPUT, identify_compensators
-from dehyst.experiments.path import ArmPath, plan_path
-from dehyst.experiments.recipes import recipe
-from dehyst.experiments.results import Characteristic, JointIdentification
-from dehyst.experiments.scores import joint_figures
-from dehyst.experiments.trials import Equipment, run_trial
 from dehyst.families import LoopCompensator, ModelMechanism, identify_family, names
 from dehyst.families.bouc_wen import BoucWen
 from dehyst.families.registry import title_of
 from dehyst.identification import identify
 from dehyst.models import Model
-from dehyst.plant.mechanisms import MechanismFactory
-from dehyst.plant.parameters import Robot, load_robot
-from dehyst.recording import Recording
+from dehyst.robot.arm.mechanisms import MechanismFactory
+from dehyst.robot.arm.parameters import Robot, load_robot
+from dehyst.robot.experiments.calibration import calibrate
+from dehyst.robot.experiments.compensators import equip
+from dehyst.robot.experiments.direct_run import TIME
+from dehyst.robot.experiments.loops_run import BAR, HYSTERESIS, INPUT, OUTPUT, identify_compensators
+from dehyst.robot.experiments.path import ArmPath, plan_path
+from dehyst.robot.experiments.recipes import recipe
+from dehyst.robot.experiments.results import Characteristic, JointIdentification
+from dehyst.robot.experiments.scores import joint_figures
+from dehyst.robot.experiments.trials import Equipment, run_trial
 from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app.reproduce import QUICK
-from dehyst.evaluation import TestCube
-from dehyst.experiments.reproduce import Request, reproduce
-from dehyst.experiments.results import Reproduction, TrialRun
-from dehyst.plant import load_robot
+from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments.reproduce import Request, reproduce
+from dehyst.robot.experiments.results import Reproduction, TrialRun
+from dehyst.robot.iso9283 import TestCube
 
 Array = npt.NDArray[np.float64]
 

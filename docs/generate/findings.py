@@ -26,7 +26,7 @@ are reported too, with row numbers, so that nothing happens silently.
 
 
 IO, APP, FIT = SOURCE / "io", SOURCE / "app", SOURCE / "identification"
-MUSCLES = SOURCE / "muscles"
+MUSCLES = SOURCE / "robot" / "muscles"
 ROOMS = {"Reading": IO, "Identification": FIT, "Drift": FIT / "drift", "Using": APP, "Muscles": MUSCLES}
 
 

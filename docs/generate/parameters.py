@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from dehyst.plant.parameters import PACKAGED, load_robot, sources
-from dehyst.plant.tables import Key
-from dehyst.plant.validation import NAMED, SINGLE, keys_of
+from dehyst.robot.arm.parameters import PACKAGED, load_robot, sources
+from dehyst.robot.arm.tables import Key
+from dehyst.robot.arm.validation import NAMED, SINGLE, keys_of
 
 PLANT = ("air", "map", "muscle", "hysteresis", "tolerance", "valve", "sensors", "base", "joint", "electric", "payload")
 UNITS = {

@@ -56,7 +56,7 @@ def page() -> str:
 
 def _of_robot(name: str) -> bool:
     """Whether a public name belongs to the simulated robot rather than to models and logs."""
-    rooms = ("dehyst.plant", "dehyst.control", "dehyst.experiments", "dehyst.report.reproduction")
+    rooms = ("dehyst.robot.arm", "dehyst.control", "dehyst.robot.experiments", "dehyst.robot.report")
     module = str(getattr(dehyst, name).__module__)
     return module.startswith(rooms) and module != "dehyst.control.block"
 

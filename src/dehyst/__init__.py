@@ -15,23 +15,15 @@ if TYPE_CHECKING:
     from dehyst.control import InverseCompensator as InverseCompensator
     from dehyst.control import JointController as JointController
     from dehyst.control import JointControllerParameters as JointControllerParameters
+    from dehyst.data.recording import Recording as Recording
+    from dehyst.design import ExcitationPlan as ExcitationPlan
+    from dehyst.design import Homing as Homing
+    from dehyst.design import Limits as Limits
+    from dehyst.design import design_drift_motion as design_drift_motion
+    from dehyst.design import design_excitation as design_excitation
+    from dehyst.design import home_model as home_model
+    from dehyst.design import shortest_homing as shortest_homing
     from dehyst.errors import DehystError as DehystError
-    from dehyst.evaluation import ExcitationPlan as ExcitationPlan
-    from dehyst.evaluation import Homing as Homing
-    from dehyst.evaluation import Limits as Limits
-    from dehyst.evaluation import design_drift_motion as design_drift_motion
-    from dehyst.evaluation import design_excitation as design_excitation
-    from dehyst.evaluation import home_model as home_model
-    from dehyst.evaluation import shortest_homing as shortest_homing
-    from dehyst.experiments.calibration import calibrate as calibrate
-    from dehyst.experiments.compensators import equip as equip
-    from dehyst.experiments.loops_run import identify_joint as identify_joint
-    from dehyst.experiments.path import plan_path as plan_path
-    from dehyst.experiments.reproduce import Request as Request
-    from dehyst.experiments.reproduce import reproduce as reproduce
-    from dehyst.experiments.results import Reproduction as Reproduction
-    from dehyst.experiments.trials import Equipment as Equipment
-    from dehyst.experiments.trials import run_trial as run_trial
     from dehyst.families import Comparison as Comparison
     from dehyst.families import FamilyFit as FamilyFit
     from dehyst.families import LoopModel as LoopModel
@@ -68,16 +60,24 @@ if TYPE_CHECKING:
     from dehyst.models import StopOperatorModel as StopOperatorModel
     from dehyst.models import load as load
     from dehyst.models import load_model as load_model
-    from dehyst.plant import Arm as Arm
-    from dehyst.plant import Mechanism as Mechanism
-    from dehyst.plant import Reference as Reference
-    from dehyst.plant import Robot as Robot
-    from dehyst.plant import load_robot as load_robot
-    from dehyst.recording import Recording as Recording
     from dehyst.report import write_comparison_report as write_comparison_report
     from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
-    from dehyst.report import write_reproduction_report as write_reproduction_report
+    from dehyst.robot.arm import Arm as Arm
+    from dehyst.robot.arm import Mechanism as Mechanism
+    from dehyst.robot.arm import Reference as Reference
+    from dehyst.robot.arm import Robot as Robot
+    from dehyst.robot.arm import load_robot as load_robot
+    from dehyst.robot.experiments.calibration import calibrate as calibrate
+    from dehyst.robot.experiments.compensators import equip as equip
+    from dehyst.robot.experiments.loops_run import identify_joint as identify_joint
+    from dehyst.robot.experiments.path import plan_path as plan_path
+    from dehyst.robot.experiments.reproduce import Request as Request
+    from dehyst.robot.experiments.reproduce import reproduce as reproduce
+    from dehyst.robot.experiments.results import Reproduction as Reproduction
+    from dehyst.robot.experiments.trials import Equipment as Equipment
+    from dehyst.robot.experiments.trials import run_trial as run_trial
+    from dehyst.robot.report import write_reproduction_report as write_reproduction_report
 
 __version__ = "0.1.0"
 
@@ -103,16 +103,14 @@ _refuse_subinterpreter()
 _ROOMS = {
     "dehyst.control": "Block Compensator InverseCompensator JointController JointControllerParameters",
     "dehyst.errors": "DehystError",
-    "dehyst.evaluation": (
-        "ExcitationPlan Homing Limits design_drift_motion design_excitation home_model shortest_homing"
-    ),
-    "dehyst.experiments.calibration": "calibrate",
-    "dehyst.experiments.compensators": "equip",
-    "dehyst.experiments.loops_run": "identify_joint",
-    "dehyst.experiments.path": "plan_path",
-    "dehyst.experiments.reproduce": "Request reproduce",
-    "dehyst.experiments.results": "Reproduction",
-    "dehyst.experiments.trials": "Equipment run_trial",
+    "dehyst.design": ("ExcitationPlan Homing Limits design_drift_motion design_excitation home_model shortest_homing"),
+    "dehyst.robot.experiments.calibration": "calibrate",
+    "dehyst.robot.experiments.compensators": "equip",
+    "dehyst.robot.experiments.loops_run": "identify_joint",
+    "dehyst.robot.experiments.path": "plan_path",
+    "dehyst.robot.experiments.reproduce": "Request reproduce",
+    "dehyst.robot.experiments.results": "Reproduction",
+    "dehyst.robot.experiments.trials": "Equipment run_trial",
     "dehyst.families": "Comparison FamilyFit LoopModel block compare identify identify_family",
     "dehyst.findings": "Finding",
     "dehyst.identification": ("CrossValidation Fit Refit choose_shear cross_validate identify_direct identify_paper"),
@@ -125,9 +123,10 @@ _ROOMS = {
         "DirectInverse HysteresisModel Model ModifiedPrandtlIshlinskii MonotoneMap PrandtlIshlinskii "
         "ShearedPrandtlIshlinskii StaticCurve StopOperatorModel load load_model"
     ),
-    "dehyst.plant": "Arm Mechanism Reference Robot load_robot",
-    "dehyst.recording": "Recording",
-    "dehyst.report": "write_comparison_report write_drift_report write_report write_reproduction_report",
+    "dehyst.robot.arm": "Arm Mechanism Reference Robot load_robot",
+    "dehyst.data.recording": "Recording",
+    "dehyst.report": "write_comparison_report write_drift_report write_report",
+    "dehyst.robot.report": "write_reproduction_report",
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
@@ -141,6 +140,21 @@ def __getattr__(name: str) -> "Any":
     value = getattr(sys.modules[_HOME[name]], name)
     globals()[name] = value
     return value
+
+
+class _OldPaths:
+    """Modules of 0.1 under the paths they had there; asked by an import that found nothing."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> "Any":
+        if not name.startswith("dehyst."):
+            return None
+        from dehyst.old_paths import spec_of
+
+        return spec_of(name)
+
+
+sys.meta_path.append(_OldPaths)
 
 
 def __dir__() -> list[str]:

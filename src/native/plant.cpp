@@ -63,7 +63,7 @@ void PneumaticJoint::attach(int muscle, nb::object mechanism)
     for (const char *method : {"reset", "force"})
         if (!nb::hasattr(mechanism, method))
             throw nb::type_error((std::string("a mechanism needs a method ") + method +
-                                  "(...); see dehyst.plant.mechanisms.Mechanism")
+                                  "(...); see dehyst.robot.arm.mechanisms.Mechanism")
                                      .c_str());
     mechanism.attr("reset")(state.muscle[muscle].contraction);
     foreign[muscle].object = std::move(mechanism);

@@ -10,9 +10,9 @@ from dehyst.app.identify_stream import is_large
 from dehyst.app.inspect import print_columns
 from dehyst.app.requests import LogsRequest
 from dehyst.app.terminal import terminal
+from dehyst.data.recording import Recording
 from dehyst.errors import ColumnError
 from dehyst.io import LogSummary, inspect_log, read_log
-from dehyst.recording import Recording
 from dehyst.shell import typed
 
 R = TypeVar("R", bound=LogsRequest)

@@ -14,9 +14,9 @@ from rich.text import Text
 from dehyst.app.requests import DesignRequest
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import print_json, tell, terminal
+from dehyst.design import ExcitationPlan, design_drift_motion, design_excitation
+from dehyst.design.drift_motion import CYCLES
 from dehyst.errors import OutputError, ParameterError, UnitError
-from dehyst.evaluation import ExcitationPlan, design_drift_motion, design_excitation
-from dehyst.evaluation.drift_motion import CYCLES
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
 from dehyst.shell import quoted
@@ -92,8 +92,8 @@ def _designed_range(request: DesignRequest) -> _Designed:
 
 
 def _designed_joint(request: DesignRequest) -> _Designed:
-    from dehyst.experiments.design_joint import design_joint
-    from dehyst.plant.parameters import load_robot
+    from dehyst.robot.arm.parameters import load_robot
+    from dehyst.robot.experiments.design_joint import design_joint
 
     assert request.joint is not None
     unit = canonical(request.unit or ANGLE) or ""

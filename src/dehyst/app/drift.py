@@ -16,8 +16,8 @@ from dehyst.app.requests import DesignRequest, DriftRequest
 from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_clashes
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
+from dehyst.design import design_drift_motion
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
-from dehyst.evaluation import design_drift_motion
 from dehyst.files import write_atomically
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.drift import Change, Drift, drift

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 from dehyst.app.targets import refuse_existing
-from dehyst.experiments import example_csv
 from dehyst.files import write_atomically
+from dehyst.robot.experiments import example_csv
 from dehyst.shell import quoted
 
 

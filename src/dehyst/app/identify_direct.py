@@ -8,9 +8,9 @@ from dehyst.app.context import schedule_of
 from dehyst.app.requests import IdentifyRequest
 from dehyst.app.terminal import ask_progress
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.identification import Fit, identify_direct
-from dehyst.recording import Recording
 
 DIRECT = "direct-inverse"
 

@@ -18,10 +18,10 @@ from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_clashes, refuse_oth
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.muscles import MuscleModel, muscle, muscle_class, names
-from dehyst.muscles.bench import Bench, default_contractions, run_bench
-from dehyst.muscles.fit import MuscleFit, fit_muscle
-from dehyst.muscles.storage import load_muscle, save_muscle
+from dehyst.robot.muscles import MuscleModel, muscle, muscle_class, names
+from dehyst.robot.muscles.bench import Bench, default_contractions, run_bench
+from dehyst.robot.muscles.fit import MuscleFit, fit_muscle
+from dehyst.robot.muscles.storage import load_muscle, save_muscle
 from dehyst.shell import quoted, typed
 from dehyst.units import convert, dimension
 
@@ -170,11 +170,11 @@ def _write(request: MuscleRequest, bench: Bench, fit: MuscleFit | None, provenan
         model = fit.model
         save_model(request.save, request.overwrite, lambda path: save_muscle(model, path, provenance | kept))
     if request.report is not None:
-        from dehyst.report.muscle import write_muscle_report
+        from dehyst.robot.report.muscle import write_muscle_report
 
         write_muscle_report(bench, request.report, title=title_of(bench.model), fit=fit)
     if request.figure is not None:
-        from dehyst.report.muscle import write_muscle_figure
+        from dehyst.robot.report.muscle import write_muscle_figure
 
         write_muscle_figure(bench, request.figure, fit)
 

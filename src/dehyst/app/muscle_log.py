@@ -12,7 +12,7 @@ from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.several import Columns, read_columns
-from dehyst.muscles.bench_log import BenchLog
+from dehyst.robot.muscles.bench_log import BenchLog
 from dehyst.units import MASS_FACTORS, canonical, convert, dimension, mass_unit
 
 PERCENT = ("%", "percent", "pct", "per cent", "prozent")

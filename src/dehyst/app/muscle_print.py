@@ -16,11 +16,11 @@ from rich.text import Text
 
 from dehyst.app.terminal import terminal
 from dehyst.errors import DehystError
-from dehyst.muscles import MuscleModel, muscle_class, names
-from dehyst.muscles.bench import Bench
-from dehyst.muscles.fit import MuscleFit, parameter_names
-from dehyst.muscles.loops import Loop
-from dehyst.muscles.release import force_velocity
+from dehyst.robot.muscles import MuscleModel, muscle_class, names
+from dehyst.robot.muscles.bench import Bench
+from dehyst.robot.muscles.fit import MuscleFit, parameter_names
+from dehyst.robot.muscles.loops import Loop
+from dehyst.robot.muscles.release import force_velocity
 
 BAR = 1e5
 YEAR = re.compile(r"\b(?:19|20)\d\d\b")
@@ -45,7 +45,7 @@ def kind_of(name: str) -> tuple[str, str]:
     >>> kind_of("tondu-lopez")[1]
     'loops'
     """
-    from dehyst.muscles.loops import isobaric_loop
+    from dehyst.robot.muscles.loops import isobaric_loop
 
     model = muscle_class(name).published()
     try:

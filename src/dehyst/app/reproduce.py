@@ -20,13 +20,13 @@ from dehyst.app.terminal import tell, terminal
 from dehyst.control import FLAGS
 from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
-from dehyst.experiments.logs import log_folder, log_names
-from dehyst.experiments.reproduce import PLANTS, Request, reproduce
-from dehyst.experiments.results import COMPENSATED, Reproduction
-from dehyst.experiments.scores import as_json, mean_figures
 from dehyst.files import write_atomically
-from dehyst.plant.parameters import Robot, changes_from_packaged, load_robot
-from dehyst.report import write_reproduction_report
+from dehyst.robot.arm.parameters import Robot, changes_from_packaged, load_robot
+from dehyst.robot.experiments.logs import log_folder, log_names
+from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
+from dehyst.robot.experiments.results import COMPENSATED, Reproduction
+from dehyst.robot.experiments.scores import as_json, mean_figures
+from dehyst.robot.report import write_reproduction_report
 from dehyst.shell import typed
 
 LONG = 0.2  # share of a trial at a limit that is worth a warning

@@ -18,10 +18,10 @@ from dehyst.app.requests import SweepRequest
 from dehyst.app.status import Status
 from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import tell, terminal
-from dehyst.experiments.sweep import SweepResult, load_sweep, run_sweep
-from dehyst.experiments.sweep.table import Summary, ratios_of, summarise
 from dehyst.report.svg import require_picture_name
-from dehyst.report.sweep import Curve, write_sweep_figure
+from dehyst.robot.experiments.sweep import SweepResult, load_sweep, run_sweep
+from dehyst.robot.experiments.sweep.table import Summary, ratios_of, summarise
+from dehyst.robot.report.sweep import Curve, write_sweep_figure
 from dehyst.shell import typed
 
 LINE_SECONDS = 10.0  # between two lines where there is no terminal to draw on

@@ -15,7 +15,7 @@ GIVING = 1e-6  # work of a loop over its size that is rounding
 
 
 class ModelMechanism:
-    """A hysteresis mechanism, as `dehyst.plant.Mechanism` says, from a model of any family.
+    """A hysteresis mechanism, as `dehyst.robot.arm.Mechanism` says, from a model of any family.
 
         force = size g(p) model[(contraction - center)/strain],   g(p) = 1 - pressure_share + pressure_share p/3 bar
 

@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.families.inversion import first_input, search_inputs
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number, signal_array
 from dehyst.models.model import Inverted, Steps, without_inverse
-from dehyst.recording import Recording
 
 if TYPE_CHECKING:
     from dehyst.families.fitting import FamilyFit

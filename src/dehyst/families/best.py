@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.choice import Candidate as SumCandidate
@@ -35,7 +36,6 @@ from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas
 from dehyst.identification.tracking import with_table
 from dehyst.models import StaticCurve
-from dehyst.recording import Recording, require_recordings, takes_recordings
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
 SETTINGS = tuple(
@@ -99,7 +99,7 @@ def identify(
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.experiments import example_recording
+    >>> from dehyst.robot.experiments import example_recording
     >>> fit = dehyst.identify(example_recording())
     >>> fit.family, round(fit.test.rmse_percent, 1), round(fit.input_test.rms_percent, 1)
     ('full-sum', 0.1, 0.1)

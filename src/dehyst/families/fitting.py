@@ -12,6 +12,7 @@ import numpy as np
 
 from dehyst import __version__
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import IdentificationError
 from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
@@ -27,7 +28,6 @@ from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import Model, ModelCard, SignalCard
-from dehyst.recording import Recording, takes_recordings
 
 
 @dataclass(frozen=True, repr=False)

@@ -25,6 +25,7 @@ from functools import partial
 
 import numpy as np
 
+from dehyst.data.loops import turning_points
 from dehyst.errors import IdentificationError
 from dehyst.families.choice import Chosen, choose
 from dehyst.families.columns import Pace, columns_of
@@ -32,7 +33,6 @@ from dehyst.families.elements import ElementModel
 from dehyst.families.registry import BEST, Family
 from dehyst.families.table import OWN, ROWS, Row, Sum
 from dehyst.families.training import Training
-from dehyst.loops import turning_points
 
 ENOUGH_TURNS = 3  # within the fitted part, for rows of many groups
 SWING = 0.2  # of a turn, scaled: a tenth of the range

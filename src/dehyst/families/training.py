@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.recording import Recording
 from dehyst.families.base import LoopModel, Scaling
 from dehyst.identification.data import DataSet
-from dehyst.recording import Recording
 from dehyst.ties import rank
 
 M = TypeVar("M", bound=LoopModel)

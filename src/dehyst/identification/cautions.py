@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
@@ -14,7 +15,6 @@ from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.measures import Measured
 from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
-from dehyst.recording import Recording
 
 # What follows rate or time counts when it is no smaller than this share of the range.
 RATE_SIZE = 0.007

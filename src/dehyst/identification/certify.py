@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from dehyst import __version__
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification import facts, judge
 from dehyst.identification.build import build_model
@@ -24,7 +25,6 @@ from dehyst.identification.settings import PAPER_EPS
 from dehyst.identification.split import tested_on
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
-from dehyst.recording import Recording
 
 
 def certify(

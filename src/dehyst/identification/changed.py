@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.arrays import Array, Rows
+from dehyst.data.loops import turning_points
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.threads import single_blas
-from dehyst.loops import turning_points
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 CHANGED = 0.15  # of its range before: so far the output stands from where it stood, at its 95 % quantile in a cycle ...
 CERTAIN = 3.0  # ... and so many times what the best description leaves of each part, and of the cycle before ...

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from dehyst import _native
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet, prepare
@@ -37,7 +38,6 @@ from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.threads import in_parallel, single_blas
 from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 
@@ -103,7 +103,7 @@ class CrossValidation:
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.experiments import example_recording
+    >>> from dehyst.robot.experiments import example_recording
     >>> table = dehyst.cross_validate(example_recording(), families=("pi", "modified-pi"), n=(50,))
     >>> table.best().family, [round(trial.error, 2) for trial in table.trials]
     ('modified-pi', [1.12, 0.13])

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.memory import known_within
 from dehyst.identification.split import Split
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 # Correlation below which the overall trend of a wide loop is no evidence for a rising or falling curve.
 CLEAR_TREND = 0.3
@@ -119,7 +119,7 @@ class DataSet:
     trend
         +1 for curves that rise, -1 for curves that fall.
     output_range
-        Range of the output over all samples (`dehyst.ranges`), the unit of rmse_percent. [output]
+        Range of the output over all samples (`dehyst.data.ranges`), the unit of rmse_percent. [output]
     """
 
     pieces: tuple[Piece, ...]

@@ -10,6 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.loops import turning_points
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -21,12 +24,9 @@ from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.memory import known_from
 from dehyst.identification.mending import mended
 from dehyst.identification.scores import Part, score
-from dehyst.loops import turning_points
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording, require_recordings, takes_recordings
 from dehyst.ties import rank
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]

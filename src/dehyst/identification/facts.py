@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
+from dehyst.data.loops import turning_points
 from dehyst.identification.data import ENOUGH, LONG, DataSet
-from dehyst.loops import turning_points
 
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -18,7 +19,6 @@ from dehyst.identification.evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.identification.residual import Residual, residual_structure
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
-from dehyst.recording import Recording
 
 if TYPE_CHECKING:
     from dehyst.identification.shear import ShearChoice
@@ -302,7 +302,7 @@ class Refit:
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.experiments import example_recording
+    >>> from dehyst.robot.experiments import example_recording
     >>> refit = dehyst.identify(example_recording(), family="pi").refit(n=20)
     >>> refit.n, round(refit.test.rmse_percent, 2)
     (20, 1.76)

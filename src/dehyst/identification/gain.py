@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any, cast
 
 from dehyst.arrays import Array
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
@@ -26,8 +28,6 @@ from dehyst.models import (
     StaticCurve,
 )
 from dehyst.models.arrays import parameter_number
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 # An output map multiplies the gain of the operator in front of it: eps is raised until their product fits.
 TRIES = 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification import facts
 from dehyst.identification.cautions import Knows, about_data, about_fit, of_range
@@ -9,7 +10,6 @@ from dehyst.identification.data import DataSet
 from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
-from dehyst.recording import Recording
 from dehyst.ties import rank
 
 GOOD_PERCENT = 3.0

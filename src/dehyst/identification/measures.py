@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.recording import Recording
 from dehyst.identification import facts
 from dehyst.identification.data import DataSet
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
@@ -16,7 +17,6 @@ from dehyst.identification.fit import InputError, Score
 from dehyst.identification.regressors import Bank
 from dehyst.identification.scores import Part, input_error, parts, predictions, round_trip, score
 from dehyst.models import HysteresisModel, StaticCurve
-from dehyst.recording import Recording
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.outliers import bridged, find_outliers
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.changed import about_change, changed_at
 from dehyst.identification.stopped import about_stop, stopped_at
-from dehyst.outliers import bridged, find_outliers
-from dehyst.recording import Recording
 
 SHOWN = 4
 

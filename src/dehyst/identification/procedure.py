@@ -10,6 +10,7 @@ from typing import Any
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.certify import Seen, certify, seen_in
@@ -49,7 +50,6 @@ from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.static_curve import NO_MEMORY, fit_static
 from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
-from dehyst.recording import Recording, require_recordings, takes_recordings
 
 DIRECT = "direct-inverse"
 

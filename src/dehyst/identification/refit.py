@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import fit_family
@@ -23,7 +24,6 @@ from dehyst.identification.settings import check_settings, paper_eps
 from dehyst.identification.sums import NormalEquations, sums_of
 from dehyst.identification.threads import single_blas
 from dehyst.models import ModelCard
-from dehyst.recording import Recording
 
 # Sums of more operators than this are made anew when they are asked for: they take more memory than a long log.
 KEPT_OPERATORS = 2000

@@ -11,10 +11,10 @@ import numpy as np
 
 from dehyst import _native
 from dehyst.arrays import Array, Mask, Rows
+from dehyst.data.loops import TURN_FRACTION, turning_points
+from dehyst.data.recording import Recording
 from dehyst.identification.facts import spread
 from dehyst.identification.threads import single_blas
-from dehyst.loops import TURN_FRACTION, turning_points
-from dehyst.recording import Recording
 
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
 TITLES = {

@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.identification.data import DataSet, Piece, chunks, range_over
 from dehyst.identification.fit import InputError, Score
 from dehyst.identification.levels import started
 from dehyst.identification.regressors import Bank
 from dehyst.models import HysteresisModel
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 
 class Readable(Protocol):

@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, require_recordings
 from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.memory import INITIAL_STATES
 from dehyst.identification.mending import mended
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
-from dehyst.recording import Recording, require_recordings
 
 PAPER_OPERATORS = 100
 PAPER_EPS = 0.001

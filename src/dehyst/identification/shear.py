@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import ParameterError
 from dehyst.identification.cross_validation import Trial, cross_validate
 from dehyst.identification.data import prepare
@@ -15,8 +17,6 @@ from dehyst.identification.families import HIGH_GAIN
 from dehyst.identification.settings import PAPER_EPS, PAPER_OPERATORS, check_recordings
 from dehyst.identification.split import split_recordings
 from dehyst.models.arrays import parameter_number
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording, takes_recordings
 
 # Candidates for k lie from the range of the input over the range of the output to so many times that.
 LARGEST = 100.0
@@ -49,7 +49,7 @@ class ShearChoice:
 
     Examples
     --------
-    >>> from dehyst.experiments import example_recording
+    >>> from dehyst.robot.experiments import example_recording
     >>> choice = choose_shear(example_recording())
     >>> choice.on_bound, choice.error <= 1.05 * min(trial.inverse_error for trial in choice.trials)
     (False, True)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording
 
 # Share that is fitted where none is given.
 HALF = 0.5

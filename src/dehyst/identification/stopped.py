@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.loops import turning_points
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
-from dehyst.loops import turning_points
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 AT_REST = 0.005  # of its range, or what it moves in the second half: the output stands still
 STAYS = 0.05  # of its range: within so much the output stays to the end ...

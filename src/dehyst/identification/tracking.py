@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.recording import Recording
 from dehyst.errors import DehystError
 from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Fit, Option
-from dehyst.recording import Recording
 
 MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
 

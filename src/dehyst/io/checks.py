@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.loops import summarise_loops
 from dehyst.errors import ExcitationError, RecordingError
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import Table
-from dehyst.loops import summarise_loops
 from dehyst.units import dimension, parse_unit, words
 
 HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before

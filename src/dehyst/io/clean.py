@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
+from dehyst.data.gaps import GAP_SAMPLES, gap_limit, memory_lost
+from dehyst.data.loops import turning_points
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
-from dehyst.gaps import GAP_SAMPLES, gap_limit, memory_lost
 from dehyst.io.table import finite, list_rows
-from dehyst.loops import turning_points
 
 HELD_MOST = 0.5  # of the rows of a reference may be empty and held
 

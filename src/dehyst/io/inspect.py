@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.gaps import gap_limit
+from dehyst.data.loops import turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit
 from dehyst.io.checks import is_constant
 from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, select_run
@@ -21,7 +22,6 @@ from dehyst.io.formats import PathLike, read_table
 from dehyst.io.logs import read_pair
 from dehyst.io.roles import Role, guess_roles
 from dehyst.io.table import Table, measured
-from dehyst.loops import turning_points
 from dehyst.shell import typed
 from dehyst.units import parse_unit
 

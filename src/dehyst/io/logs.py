@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair, check_signal
 from dehyst.io.clean import Context, Samples, find_gaps
@@ -15,7 +16,6 @@ from dehyst.io.columns import find_column, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
 from dehyst.io.table import Table
-from dehyst.recording import Recording
 from dehyst.units import parse_unit
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
+from dehyst.data.gaps import gap_limit, taken_back
+from dehyst.data.loops import turning_points
 from dehyst.errors import TimeError
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit, taken_back
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import list_rows
-from dehyst.loops import turning_points
 
 MAX_RESTARTS = 50
 FEW = 0.01  # of the rows: this many may stand out of order, and this far from their place

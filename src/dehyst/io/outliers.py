@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.outliers import FEWEST, find_outliers
 from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples, hold_last
 from dehyst.io.table import list_rows
-from dehyst.outliers import FEWEST, find_outliers
 from dehyst.units import canonical
 
 TURN = {"deg": 360.0, "rad": 2 * math.pi}

@@ -8,16 +8,16 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.gaps import gap_limit
+from dehyst.data.recording import MINIMUM_SAMPLES
 from dehyst.errors import ColumnError, RecordingError, TimeError
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit
 from dehyst.io.clean import Context, Samples, drop_unmeasured, hold_unmeasured
 from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, unit_finding
 from dehyst.io.columns import find_column, select_run
 from dehyst.io.order import order_time
 from dehyst.io.outliers import drop_outliers
 from dehyst.io.table import Table, finite
-from dehyst.recording import MINIMUM_SAMPLES
 
 TOGETHER = 0.5  # fewer rows than this share hold both signals: they were logged in turns
 

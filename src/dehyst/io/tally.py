@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
+from dehyst.data.gaps import gap_limit
 from dehyst.findings import Finding
-from dehyst.gaps import gap_limit
 from dehyst.io.columns import MAX_NUMBERED_RUNS
 from dehyst.io.table import Table, list_rows
 

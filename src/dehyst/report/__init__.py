@@ -1,10 +1,9 @@
-"""Report: a fit, or the paper's whole experiment, -> one self-contained HTML page."""
+"""Report: a fit, a comparison or a drift -> one self-contained HTML page."""
 
 from dehyst.report import theme  # noqa: F401 - before anything that draws: it loads matplotlib without its lines
 from dehyst.report.compare import write_comparison_figure, write_comparison_report
 from dehyst.report.drift import drift_page, write_drift_report
 from dehyst.report.page import write_figures, write_report
-from dehyst.report.reproduction import write_reproduction_report
 
 __all__ = [
     "drift_page",
@@ -13,5 +12,4 @@ __all__ = [
     "write_drift_report",
     "write_figures",
     "write_report",
-    "write_reproduction_report",
 ]

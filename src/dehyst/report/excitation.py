@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
-from dehyst.evaluation import ExcitationPlan
+from dehyst.design import ExcitationPlan
 from dehyst.report.svg import paper, require_picture_name, write_drawn
 from dehyst.report.text import number, short
 from dehyst.report.theme import FIFTH, INK, MUTED, OTHER, TEST, TRAIN, settings

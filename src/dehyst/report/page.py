@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from dehyst.data.recording import Recording
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
 from dehyst.identification.fit import Fit
-from dehyst.recording import Recording
 from dehyst.report.figures import Figure, all_figures
 from dehyst.report.judgement import in_words, lights, overall
 from dehyst.report.rendering import pictures, rendered

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.loops import turning_points
+from dehyst.data.loops import turning_points
 
 Index = npt.NDArray[np.int64]
 Cells = npt.NDArray[np.float64]

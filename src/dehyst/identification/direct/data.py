@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.ranges import robust_range
+from dehyst.data.recording import Recording
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import facts
 from dehyst.identification.data import middle, prepare, range_over, require_gain
 from dehyst.identification.memory import known_after_break, known_from
 from dehyst.identification.split import Split
-from dehyst.ranges import robust_range
-from dehyst.recording import Recording
 
 # Fewer fitted samples than this cannot tell the terms of a direct inverse apart.
 LEAST_SAMPLES = 40

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.cautions import Knows
@@ -43,7 +44,6 @@ from dehyst.identification.threads import single_blas
 from dehyst.identification.tracking import with_table
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models.follow import follow
-from dehyst.recording import Recording, takes_recordings
 from dehyst.ties import rank
 
 ROUTE = "non-negative least squares of the terms"

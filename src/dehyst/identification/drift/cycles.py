@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.loops import turning_points
 from dehyst.identification.memory import known_from
-from dehyst.loops import turning_points
 
 # A swing begins or ends a cycle when it exceeds this share of the range; smaller ones are tried while the cycles are
 # fewer than enough: small loops inside a large one belong to it.

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.drift import comparable, design, parts
 from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
 from dehyst.identification.drift.design import Measured, Scale
 from dehyst.identification.drift.parts import Given, Parted, Subject
-from dehyst.recording import Recording
 
 MOST_GROUPS = 12
 # A log of so many cycles is long: what counts as now is its last quarter.

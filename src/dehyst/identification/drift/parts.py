@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording
 from dehyst.identification.memory import state_before
 from dehyst.models import GROUPS, DirectInverse, HysteresisModel, PrandtlIshlinskii, SignalCard
 from dehyst.models.follow import follow
 from dehyst.models.model import Model
-from dehyst.recording import Recording
 
 Parted: TypeAlias = Model  # what can be taken apart: the core runs it
 Given: TypeAlias = Mapping[str, Array]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.direct.data import check_given
@@ -35,7 +36,6 @@ from dehyst.identification.drift.statistics import rms
 from dehyst.identification.mending import mended
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
-from dehyst.recording import Recording, require_recordings, takes_recordings
 
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
 Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None

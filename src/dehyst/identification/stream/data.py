@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.ranges import robust_range
 from dehyst.identification.data import (
     DataSet,
     Piece,
@@ -30,7 +31,6 @@ from dehyst.identification.split import (
 from dehyst.identification.stream.column import INPUT, OUTPUT, Column
 from dehyst.identification.stream.log import Log, spans
 from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
-from dehyst.ranges import robust_range
 
 # Swings that count, of the scaled input: a twentieth of its range.
 SWING = 0.1

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.gaps import gap_limit, memory_lost
 from dehyst.errors import TimeError
-from dehyst.gaps import gap_limit, memory_lost
 
 STEPS = 1 << 16  # steps that stand for all: their median and 95th percentile
 MOST = 4096  # gaps that can be told apart

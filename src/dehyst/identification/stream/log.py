@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array, Rows
+from dehyst.data.loops import TURN_FRACTION
+from dehyst.data.recording import MINIMUM_SAMPLES, Recording
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
 from dehyst.identification.stream.column import INPUT, Reader
@@ -19,8 +21,6 @@ from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.spool import BLOCK
 from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.zigzag import Zigzag
-from dehyst.loops import TURN_FRACTION
-from dehyst.recording import MINIMUM_SAMPLES, Recording
 
 
 @dataclass(frozen=True)

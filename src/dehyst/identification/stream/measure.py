@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from dehyst.arrays import Array, Mask, Rows
+from dehyst.data.loops import TURN_FRACTION
+from dehyst.data.ranges import robust_range
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import Score
@@ -19,9 +21,7 @@ from dehyst.identification.scores import Moments, input_error_of, score_of
 from dehyst.identification.stream.column import INPUT, OUTPUT, TIME
 from dehyst.identification.stream.log import Log
 from dehyst.identification.stream.zigzag import PLACE, TAGS, Zigzag
-from dehyst.loops import TURN_FRACTION
 from dehyst.models import HysteresisModel, StaticCurve
-from dehyst.ranges import robust_range
 
 # Which samples a part of a piece belongs to.
 NEITHER, FITTED, HELD_OUT = range(3)

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.gaps import taken_back
+from dehyst.data.outliers import CODES, find_outliers
 from dehyst.findings import Finding
-from dehyst.gaps import taken_back
 from dehyst.identification.changed import about_change, changed_at
 from dehyst.identification.stopped import about_stop, stopped_at
 from dehyst.identification.stream.column import INPUT, OUTPUT
 from dehyst.identification.stream.log import Log
 from dehyst.identification.stream.source import Chunk, Source
-from dehyst.outliers import CODES, find_outliers
 
 Limits = tuple[float, float]
 

@@ -1,4 +1,4 @@
-"""Turning points of a signal that comes in blocks, the same as `dehyst.loops.turning_points` finds in the whole.
+"""Turning points of a signal that comes in blocks, the same as `dehyst.data.loops.turning_points` finds in the whole.
 
 Only the last turning point and the extremes since then decide what follows, so that little is carried over. A block is
 reduced to its own turning points and the extremes before the first and after the last of them.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.arrays import Array, Rows
-from dehyst.loops import turning_points
+from dehyst.data.loops import turning_points
 
 # Columns of what is kept of a sample: its number, its value, and from there on what the caller attached to it.
 PLACE, VALUE, TAGS = range(3)

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.loops import turning_points
 from dehyst.identification import Fit
-from dehyst.loops import turning_points
 from dehyst.report.figures.panel import (
     Axes,
     Figure,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.recording import Recording
+from dehyst.data.recording import Recording
 from dehyst.report.tables import Table
 from dehyst.report.text import power_of_ten, short, width
 from dehyst.report.theme import INK, Token

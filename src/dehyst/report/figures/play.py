@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.loops import turning_points
+from dehyst.data.recording import Recording
 from dehyst.identification.fit import Fit
-from dehyst.loops import turning_points
 from dehyst.models import PrandtlIshlinskii
-from dehyst.recording import Recording
 from dehyst.report.figures.panel import (
     Axes,
     Figure,

@@ -1,0 +1,224 @@
+"""Design of an excitation: which loops, rates and holds let hysteresis, creep and rate be told apart, in how long.
+
+A plan consists of sections, in shares of half the range around its middle:
+
+- home: decaying strokes after which the memory of every stop is known and all but spent (`shortest_homing`);
+- loops: the whole range with minor loops of one size at three places on its branch, then a nest of loops that decays
+  through the radii of the stops; again at a tenth of the rate, over a part of the range;
+- holds: times at rest, each three times as long as the one before, at places on both sides;
+- loops and holds again with all signs changed, so that creep to either side cancels;
+- test: loops that none of the above contains, at two thirds of the rate, for judging what was identified;
+- home.
+
+How many loops and holds, how far the slow loops go and how long the holds are is chosen among candidates by the
+smallest singular value of the regressors of the direct inverse (`separability`), within the time that is allowed.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from dehyst import _native
+from dehyst.design.plan import ExcitationPlan, Section
+from dehyst.design.plan_sections import (
+    COUNTS,
+    HOLD_RATIO,
+    LEVELS,
+    NEST,
+    REACHES,
+    SHORTEST_HOLD_S,
+    candidates,
+    frame,
+    holds_section,
+    home_section,
+    strokes_of,
+)
+from dehyst.design.separability import TIME_CONSTANTS, Separability, separability
+from dehyst.design.strokes import PEAK_ACCELERATION, PEAK_RATE, Limits, sampled
+from dehyst.errors import ParameterError
+
+FULL_STROKE_S = 4.0  # of the whole range, where no rate is given
+LOOKS = 1500  # samples by which candidates are compared
+AS_GOOD = 0.97  # a candidate with this share of the best singular value that takes less time is taken
+MOST_SAMPLES = 20_000_000
+FINEST = 1e-9  # width of a range by its ends
+STROKE_SAMPLES = 8  # of the shortest stroke at least
+
+
+def design_excitation(
+    low: float,
+    high: float,
+    *,
+    rate: float | None = None,
+    acceleration: float | None = None,
+    time_limit: float = 600.0,
+    period: float = 0.02,
+    time_constants: Sequence[float] = TIME_CONSTANTS,
+    unit: str = "",
+) -> ExcitationPlan:
+    """Return the motion to run for an identification of hysteresis, creep and rate dependence.
+
+    Parameters
+    ----------
+    low, high
+        Range that the motion may use, and uses. [unit]
+    rate
+        Largest rate; None: that of a stroke over the whole range in 4 s. [unit/s]
+    acceleration
+        Largest acceleration; None: what the longest stroke of the loops takes at this rate. [unit/s^2]
+    time_limit
+        Longest duration; the plan may be shorter where more time does not make it better. [s]
+    period
+        Of the samples. [s]
+    time_constants
+        Of the creep that shall be told apart, (m,). [s]
+    unit
+        Of the range, for labels.
+
+    Returns
+    -------
+    plan : ExcitationPlan
+
+    Raises
+    ------
+    ParameterError
+        If a value makes no sense, or limits and time cannot be met together; the message says what can.
+
+    Examples
+    --------
+    >>> plan = design_excitation(-28.0, 28.0, rate=30.0, time_limit=400.0, unit="deg")
+    >>> plan.duration <= 400.0, plan.peak_rate <= 30.0
+    (True, True)
+    >>> plan.separable.smallest > 5 * plan.one_loop.smallest
+    True
+    >>> time, value, part = plan.signal()
+    >>> sorted(set(part.tolist()))
+    ['holds', 'home', 'loops', 'test']
+    """
+    limits = limits_of(low, high, rate, acceleration)
+    taus = _time_constants(time_constants)
+    check_period(period)
+    share = limits.shares(0.5 * (high - low))
+    home = home_section(share)
+    found = list(candidates(home, share, time_limit, max(taus)))
+    if not found:
+        _refuse_time(home, share, time_limit, limits, unit)
+    looked = [(plan, separable_by(_between(plan), taus)) for plan in found]
+    best = max(figure.smallest for _, figure in looked)
+    sections, figure = min(
+        ((plan, figure) for plan, figure in looked if figure.smallest >= AS_GOOD * best),
+        key=lambda each: sum(section.duration for section in each[0]),
+    )
+    return planned((low, high, unit), period, limits, sections, figure, taus)
+
+
+def planned(
+    span: tuple[float, float, str],
+    period: float,
+    limits: Limits,
+    sections: tuple[Section, ...],
+    figure: Separability,
+    taus: Sequence[float],
+) -> ExcitationPlan:
+    """Return a plan from its sections in shares of half the range; refuse a period at which it would not be smooth."""
+    low, high, unit = span
+    shortest = min(min(section.stroke_s) for section in sections)
+    if period * STROKE_SAMPLES > shortest:
+        raise ParameterError(
+            f"a period of {period:g} s takes {shortest / period:.1f} samples of the shortest stroke, {shortest:.3g} s: "
+            f"it would not be smooth. Pass a period of {shortest / STROKE_SAMPLES:.2g} s at most, or a lower rate or "
+            f"acceleration.",
+            period=period,
+            shortest=shortest,
+        )
+    duration = sum(section.duration for section in sections)
+    if duration > MOST_SAMPLES * period:
+        raise ParameterError(
+            f"{duration:.4g} s at a period of {period:g} s are {duration / period:.3g} samples, more than a file "
+            f"should hold. Pass a period of {duration / MOST_SAMPLES:.2g} s or more, or a higher rate or acceleration.",
+            period=period,
+        )
+    middle, scale = 0.5 * (low + high), 0.5 * (high - low)
+    scaled = tuple(replace(each, tips=tuple(middle + scale * tip for tip in each.tips)) for each in sections)
+    loop = _one_loop(limits.shares(scale), duration)
+    return ExcitationPlan(low, high, unit, period, limits, scaled, figure, separable_by((loop,), taus))
+
+
+def limits_of(low: float, high: float, rate: float | None, acceleration: float | None) -> Limits:
+    """Return limits of strokes in a range, with what is not given taken from the range as `design_excitation` says.
+
+    The rate is never more than the longest stroke of the loops reaches within the acceleration.
+    """
+    size = max(abs(low), abs(high))
+    if not (size <= _native.INPUT_LIMIT and high - low > FINEST * size):
+        raise ParameterError(
+            f"a range from {low:g} to {high:g} leaves no room to move; pass low < high, finite numbers of physical "
+            f"size."
+        )
+    if rate is not None:
+        Limits(rate)  # refuses what is no rate
+    longest = 0.5 * (1.0 + NEST[0]) * (high - low)
+    rate = PEAK_RATE * (high - low) / FULL_STROKE_S if rate is None else rate
+    if acceleration is None:
+        acceleration = PEAK_ACCELERATION * longest / (PEAK_RATE * longest / rate) ** 2
+    limits = Limits(rate, acceleration)
+    reached = PEAK_RATE * longest / float(limits.stroke_time(longest))  # a tenth of it is a decade
+    return replace(limits, rate=min(rate, reached))
+
+
+def check_period(period: float) -> None:
+    """Refuse what is no time between two samples."""
+    if not (math.isfinite(period) and period > 0):
+        raise ParameterError(f"period = {period:g} s: no sampling. Pass the time between two samples, such as 0.02.")
+
+
+def _time_constants(values: Sequence[float]) -> tuple[float, ...]:
+    taus = tuple(float(value) for value in values)
+    if not taus or not all(math.isfinite(tau) and tau > 0 for tau in taus):
+        raise ParameterError(f"time constants {taus} of creep: pass one or more positive numbers of seconds.")
+    return taus
+
+
+def _refuse_time(home: Section, limits: Limits, time_limit: float, asked: Limits, unit: str) -> None:
+    before, after = frame(home, limits, LEVELS[0], REACHES[0])
+    fixed = sum(section.duration for section in (*before, *after))
+    holds = 2.0 * holds_section(COUNTS[0], HOLD_RATIO ** (COUNTS[0] - 1) * SHORTEST_HOLD_S, limits).duration
+    need = math.ceil(fixed + holds)
+    of = f" {unit}" if unit else ""
+    raise ParameterError(
+        f"a time limit of {time_limit:g} s is too short: at a rate of {asked.rate:.4g}{of}/s and an acceleration of "
+        f"{asked.acceleration:.4g}{of}/s^2 the shortest plan takes {need} s ({fixed:.0f} s of strokes, holds of 1 and "
+        f"3 s on both sides). Without all of its parts creep cannot be told from hysteresis. Allow {need} s, a higher "
+        f"rate or acceleration, or a smaller range.",
+        time_limit=time_limit,
+        needed=float(need),
+    )
+
+
+def _between(sections: Sequence[Section]) -> tuple[Section, ...]:
+    """What is fitted: neither home nor test."""
+    return tuple(section for section in sections if section.part in ("loops", "holds"))
+
+
+def separable_by(sections: Sequence[Section], taus: Sequence[float]) -> Separability:
+    """What sections tell apart."""
+    points = np.array([0.0, *itertools.chain(*(section.tips for section in sections))])
+    stroke, hold = (
+        np.array([*itertools.chain(*times)])
+        for times in ([each.stroke_s for each in sections], [each.hold_s for each in sections])
+    )
+    period = float(stroke.sum() + hold.sum()) / LOOKS
+    _, value, _ = sampled(points, stroke, hold, period)
+    return separability(value, period, time_constants=taus)
+
+
+def _one_loop(limits: Limits, duration: float) -> Section:
+    """Loop over the whole range at the same rate, as often as the time allows."""
+    whole = float(limits.stroke_time(2.0))
+    count = max(1, int(duration / (2.0 * whole)))
+    return strokes_of("loops", "", [1.0, -1.0] * count + [0.0], limits)

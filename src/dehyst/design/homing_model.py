@@ -1,0 +1,158 @@
+"""Shortest homing of an identified direct inverse: its stops and its lags along the path."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.design.homing import Homing, check_room, shortest_homing
+from dehyst.design.homing_search import admissible
+from dehyst.design.strokes import Limits
+from dehyst.errors import ParameterError
+from dehyst.models import DirectInverse
+
+SHARES = (1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2, 0.12, 0.07)  # of the tolerance, for the stops
+MOST_STROKES = 200  # over the range, for lags along the path
+STOPS_OF_LAG = 12  # that imitate a lag while a motion is searched
+
+
+def home_model(
+    model: DirectInverse,
+    limits: Limits,
+    *,
+    tolerance: float,
+    low: float | None = None,
+    high: float | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    spent: bool = True,
+) -> Homing:
+    r"""Return a short motion after which what a direct inverse remembers is known to a tolerance, whatever was before.
+
+    As `shortest_homing`, with the weights of the model. A lag along the path forgets with the way W that is travelled,
+    not with the span: its interval is :math:`2 x e^{-W/x}` wide, so that strokes are added until it is narrow enough.
+    Where weights depend on a schedule, the largest that they can be are counted. Creep forgets with time only and is
+    left out: hold still, or let the compensator ramp in.
+
+    Parameters
+    ----------
+    model
+        Its stops, lags along the path and their weights.
+    limits
+        Of rate and acceleration. [y/s, y/s^2]
+    tolerance
+        Largest ``half_width`` of u, and with ``spent`` largest ``residual``, > 0. [u]
+    low, high
+        Range that the motion may use; None: that of the model's card. [y]
+    start, end, spent
+        As for `shortest_homing`.
+
+    Returns
+    -------
+    homing : Homing
+        Its guarantees hold for stops and lags together. ``bound_s`` is that of the stops alone.
+
+    Raises
+    ------
+    ParameterError
+        If no range is known, the model remembers nothing, or the tolerance cannot be met within the range.
+
+    Examples
+    --------
+    >>> model = DirectInverse(radii=[2.0, 8.0], stop_weights=[0.1, 0.05], polynomial=[0.0, 0.2])
+    >>> homing = home_model(model, Limits(20.0), tolerance=0.02, low=-20.0, high=20.0, spent=False)
+    >>> homing.points.round(1).tolist(), round(homing.half_width, 2)
+    ([0.0, 15.2], 0.02)
+    """
+    low = model.card.output.low if low is None else low
+    high = model.card.output.high if high is None else high
+    if low is None or high is None:
+        raise ParameterError("the model's card holds no range of its output; pass low and high.")
+    r, s = model.radii, _largest(model.stop_weights)
+    x, p = model.path_lengths, _largest(model.path_weights)
+    if not (s.any() or p.any()):
+        raise ParameterError("no stop and no path lag of the model carries weight: it remembers nothing to be homed.")
+    check_room(low, high, tolerance, start, end)
+    search = _spent if spent else _known
+    found: list[Homing] = []
+    fault: ParameterError | None = None
+    for share in SHARES if p.any() else SHARES[:1]:
+        try:
+            motion = search(r, s, x, p, (low, high), (start, end), limits, tolerance, share)
+        except ParameterError as refused:
+            fault = refused
+            continue
+        found += [each for each in motion if max(each.half_width, spent * each.residual) <= tolerance * (1 + 1e-9)]
+    if not found:
+        raise fault or ParameterError(
+            f"no motion of {MOST_STROKES} strokes within {low:g} to {high:g} leaves {tolerance:g} of what the lags "
+            f"along the path hold; the largest length is {x.max():g}. Allow a wider range or a larger tolerance.",
+            tolerance=tolerance,
+        )
+    return min(found, key=lambda each: each.duration)
+
+
+def _largest(weights: Array) -> Array:
+    """Largest weight of each term over what the schedules may be: the larger set of each, summed."""
+    if weights.shape[0] == 1:
+        return np.asarray(weights[0])
+    return np.asarray(np.maximum(weights[0::2], weights[1::2]).sum(axis=0))
+
+
+def _known(
+    r: Array, s: Array, x: Array, p: Array, room: tuple[float, float], ends: tuple[float | None, float | None],
+    limits: Limits, tolerance: float, share: float,
+) -> Iterator[Homing]:  # fmt: skip
+    """Yield the shortest motion for the stops, with strokes over the range added until the lags have forgotten."""
+    base = (
+        shortest_homing(r, *room, limits, weights=s, tolerance=share * tolerance, start=ends[0], spent=False).points
+        if s.any()
+        else np.array([0.5 * sum(room) if ends[0] is None else ends[0]])
+    )
+    points = base.tolist()
+    for _ in range(MOST_STROKES):
+        whole = _judged(np.array(points), r, s, x, p, limits)
+        if whole.half_width <= tolerance:
+            yield whole
+            return
+        points.append(room[0] if points[-1] - room[0] >= room[1] - points[-1] else room[1])
+
+
+def _spent(
+    r: Array, s: Array, x: Array, p: Array, room: tuple[float, float], ends: tuple[float | None, float | None],
+    limits: Limits, tolerance: float, share: float,
+) -> Iterator[Homing]:  # fmt: skip
+    """Yield a decaying motion planned with stops that imitate the lags, and the same after strokes over the range."""
+    radii, weights = r, s
+    if p.any():
+        largest = 0.5 * (room[1] - room[0])
+        grid = np.geomspace(0.02 * largest, largest, STOPS_OF_LAG)
+        step = np.gradient(grid)
+        like = (p[:, None] * np.exp(-grid / x[:, None]) / x[:, None]).sum(axis=0) * step
+        radii, weights = np.concatenate([r, grid]), np.concatenate([s, like])
+    plan = shortest_homing(
+        radii, *room, limits, weights=weights, tolerance=share * tolerance, start=ends[0], end=ends[1]
+    )
+    points = plan.points
+    for strokes in range(4 if p.any() else 1):
+        before = [(room[1], room[0])[k % 2] for k in range(strokes)]
+        tried = np.array([points[0], *before, *points[1:]])
+        judged = _judged(tried[np.concatenate(([True], np.diff(tried) != 0))], r, s, x, p, limits)
+        yield replace(judged, bound_s=0.0 if p.any() else plan.bound_s)
+
+
+def _judged(points: Array, r: Array, s: Array, x: Array, p: Array, limits: Limits) -> Homing:
+    """A motion with its guarantees: extreme states of stops and lags through all of its strokes."""
+    low, high = admissible(points, r)
+    lag_low, lag_high = -x, x
+    for a, b in itertools.pairwise(points):
+        left = np.exp(-abs(b - a) / x)
+        lag_low, lag_high = (np.sign(b - a) * x * (1 - left) + left * lag for lag in (lag_low, lag_high))
+    stroke = limits.stroke_time(np.abs(np.diff(points)))
+    half = 0.5 * float(s @ (high - low) + p @ (lag_high - lag_low))
+    residual = float(s @ np.maximum(np.abs(low), np.abs(high)) + p @ np.maximum(np.abs(lag_low), np.abs(lag_high)))
+    return Homing(points, stroke, half, residual, 0.0)

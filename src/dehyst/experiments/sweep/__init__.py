@@ -1,7 +1,0 @@
-"""Sweeps: the experiment over grids and random draws of parameters, thousands of runs, resumable."""
-
-from dehyst.experiments.sweep.points import Point, expand
-from dehyst.experiments.sweep.run import Progress, SweepResult, run_sweep
-from dehyst.experiments.sweep.spec import Draw, Study, SweepSpec, load_sweep
-
-__all__ = ["Draw", "Point", "Progress", "Study", "SweepResult", "SweepSpec", "expand", "load_sweep", "run_sweep"]

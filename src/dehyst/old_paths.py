@@ -1,0 +1,67 @@
+"""Modules that have moved, under their old paths, with a warning; for one release."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+MOVED = {
+    **{f"dehyst.{name}": f"dehyst.data.{name}" for name in ("recording", "loops", "gaps", "outliers", "ranges")},
+    **{
+        f"dehyst.evaluation.{name}": f"dehyst.robot.iso9283.{name}"
+        for name in ("cube", "curves", "metrics", "paths", "sections", "slowing", "summary", "timing")
+    },
+    "dehyst.evaluation": "dehyst.design",
+    "dehyst.muscles": "dehyst.robot.muscles",
+    "dehyst.plant": "dehyst.robot.arm",
+    "dehyst.experiments": "dehyst.robot.experiments",
+    "dehyst.report.reproduction": "dehyst.robot.report",
+    "dehyst.report.sweep": "dehyst.robot.report.sweep",
+    "dehyst.report.muscle": "dehyst.robot.report.muscle",
+}
+
+
+def spec_of(name: str) -> ModuleSpec | None:
+    """Return how a module is found under an old path; None if there was none.
+
+    Examples
+    --------
+    >>> spec_of("dehyst.gone") is None
+    True
+    """
+    old = next((old for old in MOVED if name == old or name.startswith(f"{old}.")), None)
+    if old is None:
+        return None
+    new = MOVED[old] + name.removeprefix(old)
+    warnings.warn(
+        f"{name} is {new} now: change the import; the old path goes with the next release.",
+        DeprecationWarning,
+        stacklevel=3,
+    )
+    return ModuleSpec(name, _Moved(new), is_package=True)
+
+
+class _Moved(Loader):
+    """Hands over a module that has another name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """A module of the old name with what the new one has."""
+        module = ModuleType(spec.name, f"What was moved to {self.name}.")
+        for room in self._rooms():
+            vars(module).update({key: value for key, value in vars(room).items() if not key.startswith("__")})
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Nothing runs twice."""
+
+    def _rooms(self) -> Sequence[ModuleType]:
+        both = ("dehyst.design", "dehyst.robot.iso9283") if self.name == "dehyst.design" else (self.name,)
+        return [sys.modules.get(name) or import_module(name) for name in both]

@@ -1,0 +1,8 @@
+"""The simulated arm: parameters, physics of its joints and of its links, kinematics."""
+
+from dehyst.robot.arm.arm import Arm, ArmLog, Reference
+from dehyst.robot.arm.bench import JointBench, Reading
+from dehyst.robot.arm.mechanisms import Mechanism
+from dehyst.robot.arm.parameters import Robot, load_robot
+
+__all__ = ["Arm", "ArmLog", "JointBench", "Mechanism", "Reading", "Reference", "Robot", "load_robot"]

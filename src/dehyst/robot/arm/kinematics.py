@@ -1,0 +1,183 @@
+"""Inverse kinematics of the redundant arm: from a path of the tool to angles of seven joints.
+
+The angles depend on the tool's position x alone, not on how it got there:
+
+    q(x) = argmin  sum_j w_j (q_j/range_j)^2   subject to   p(q) = x,  |q_j| <= range_j
+
+with p the tool centre point and w the ``posture_weights`` of the file. A closed path of the tool is then a closed path
+of the joints, and a smooth one a smooth one. Each step solves the quadratic program of the problem linearised at q.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.errors import ParameterError
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.physics_engine import mink, mujoco
+from dehyst.robot.arm.rigid_body import arm_model
+
+STRIDE = 0.05  # of the tool between two solutions: a linearised step goes no further [m]
+STEPS = 60
+LARGEST = 0.2  # step of a joint: the linearised problem knows nothing of what is further away [rad]
+SETTLED = 1e-9  # change of the angles in a step at which it ends [rad]
+REACHED = 1e-7  # distance from the point that counts as reached [m]
+SOLVER = "daqp"
+
+
+class InverseKinematics:
+    """Inverse kinematics of a robot, warm-started from the last point that it was asked for.
+
+    Parameters
+    ----------
+    robot
+        Geometry and ranges of the joints, ``path.posture_weights``.
+
+    Raises
+    ------
+    MissingExtraError
+        If mujoco or mink is not installed.
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm import load_robot
+    >>> from dehyst.robot.arm.rigid_body import arm_model, tool_positions
+    >>> robot = load_robot()
+    >>> path = np.array(robot.path.center) + np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.0]])
+    >>> angles = InverseKinematics(robot).solve(path)
+    >>> bool(np.abs(tool_positions(arm_model(robot), angles) - path).max() < 1e-6)
+    True
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        model = arm_model(robot)
+        self._configuration = mink().Configuration(model, np.zeros(model.nq))
+        cost = np.sqrt(robot.path.posture_weights) / [robot.joint(number).range for number in robot.joints]
+        self._posture = mink().PostureTask(model, cost=cost)
+        self._posture.set_target(np.zeros(model.nq))
+        self._tool = _tool_task()(model)
+        self._limits = [mink().ConfigurationLimit(model, gain=1.0)]
+
+    def solve(self, points: Array) -> Array:
+        """Return the angles for points of the tool.
+
+        Parameters
+        ----------
+        points
+            (N, 3) in the frame of the base, in the order of the path. [m]
+
+        Returns
+        -------
+        angles : ndarray
+            (N, 7). [rad]
+
+        Raises
+        ------
+        ParameterError
+            If a point is not a finite number or out of reach; says which, how far, and what to change.
+        """
+        x = np.atleast_2d(np.asarray(points, np.float64))
+        if x.ndim != 2 or x.shape[1] != 3 or not np.isfinite(x).all():
+            raise ParameterError(
+                f"points of shape {np.shape(points)} are no path: pass (N, 3), finite, in metres.",
+                shape=np.shape(points),
+            )
+        angles = np.empty((x.shape[0], self._configuration.nq))
+        for index, target in enumerate(x):
+            self._approach(target)
+            if not self._settle(target) and not self._settle_from_nearest(target):
+                self._refuse(index, target)
+            angles[index] = self._configuration.q
+        return angles
+
+    @property
+    def _here(self) -> Array:
+        return np.array(self._configuration.data.site_xpos[0])
+
+    def _approach(self, target: Array) -> None:
+        """Go near a far target in strides, none of which needs to be exact."""
+        start = self._here
+        strides = int(np.linalg.norm(target - start) // STRIDE)
+        for share in np.linspace(0.0, 1.0, strides + 2)[1:-1]:
+            self._tool.target = start + share * (target - start)
+            if not self._step(exact=True):
+                return
+
+    def _settle(self, target: Array) -> bool:
+        self._tool.target = target
+        for _ in range(STEPS):
+            before = self._configuration.q.copy()
+            if not self._step(exact=True):
+                return False
+            if np.abs(self._configuration.q - before).max() < SETTLED:
+                return float(np.linalg.norm(self._here - target)) < REACHED
+        return False
+
+    def _settle_from_nearest(self, target: Array) -> bool:
+        """Try again from as near as possible: from far off, limits of joints can make the exact problem unsolvable."""
+        for _ in range(STEPS):
+            self._step(exact=False)
+        nearest = self._configuration.q.copy()
+        if self._settle(target):
+            return True
+        self._configuration.update(nearest)
+        return False
+
+    def _step(self, exact: bool) -> bool:
+        """Solve the problem linearised here and go to its solution; whether there is one."""
+        lib = mink()
+        tasks, constraints = ([self._posture], [self._tool]) if exact else ([self._tool, self._posture], None)
+        try:
+            velocity = lib.solve_ik(
+                self._configuration, tasks, 1.0, SOLVER, limits=self._limits, constraints=constraints
+            )
+        except lib.NoSolutionFound:
+            return False
+        velocity *= min(1.0, LARGEST / max(float(np.abs(velocity).max()), LARGEST))
+        ranges = self._configuration.model.jnt_range
+        self._configuration.update(np.clip(self._configuration.q + velocity, ranges[:, 0], ranges[:, 1]))
+        return True
+
+    def _refuse(self, index: int, target: Array) -> None:
+        distance = float(np.linalg.norm(self._here - target))
+        at_end = [n for n, q in zip(self._robot.joints, self._configuration.q, strict=True)
+                  if abs(q) > 0.999 * self._robot.joint(n).range]  # fmt: skip
+        where = ", ".join(f"{v:.3f}" for v in target)
+        why = f"joints {at_end} are at the ends of their ranges" if at_end else "the arm is too short or folded"
+        center = ", ".join(f"{v:g}" for v in self._robot.path.center)
+        raise ParameterError(
+            f"point {index} of the path, ({where}) m, cannot be reached: the tool stays {1e3 * distance:.1f} mm away, "
+            f"{why}. Make path.cube_m smaller than {self._robot.path.cube:g}, move path.center_m = [{center}], or "
+            f"change joint.J.range_deg or link_length_m.",
+            point=index,
+            target=tuple(float(v) for v in target),
+            distance=distance,
+            joints_at_end=at_end,
+        )
+
+
+@cache
+def _tool_task() -> Any:
+    """Return the task "tool at this point" for mink, whose own frame task fixes the orientation too."""
+
+    class ToolPoint(mink().Task):  # type: ignore[misc]
+        """p(q) - x, and its Jacobian."""
+
+        def __init__(self, model: Any) -> None:
+            super().__init__(cost=np.full(3, 1e3), lm_damping=1.0)
+            self.target = np.zeros(3)
+            self._jacobian = np.zeros((3, model.nv))
+
+        def compute_error(self, configuration: Any) -> Array:
+            return np.asarray(configuration.data.site_xpos[0] - self.target)
+
+        def compute_jacobian(self, configuration: Any) -> Array:
+            mujoco().mj_jacSite(configuration.model, configuration.data, self._jacobian, None, 0)
+            return self._jacobian.copy()
+
+    return ToolPoint

@@ -1,0 +1,265 @@
+"""The arm's rigid body in MuJoCo: a chain of links with mass, gravity, bearings; no contacts, no constraints.
+
+Frames: x forward, y left, z up, origin on the floor under joint 1. At angles of zero the arm stands in its zero pose
+(``zero_deg`` of the joints is in the bodies' frames). A link lies along the x axis of its body; yaw turns about z,
+pitch about y (down is positive), roll about x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.errors import ParameterError
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.physics_engine import mj_step_address, mujoco
+
+if TYPE_CHECKING:
+    from mujoco import MjData, MjModel
+
+__all__ = [
+    "ALL_JOINTS",
+    "arm_model",
+    "bias_torque",
+    "inverse_dynamics",
+    "joint_inertia",
+    "joint_positions",
+    "mj_step_address",
+    "new_data",
+    "tool_positions",
+]
+
+
+ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
+
+
+AXES = {"roll": (1, 0, 0), "pitch": (0, 1, 0), "yaw": (0, 0, 1)}
+POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
+
+
+def arm_mjcf(
+    robot: Robot, moving: set[int], payload: float, scale: float, locked: Mapping[int, float], fused: bool = False
+) -> str:
+    """Return the arm as XML.
+
+    Parameters
+    ----------
+    robot
+        Geometry, masses, bearings.
+    moving
+        Numbers of the joints that are degrees of freedom.
+    payload
+        Point mass at the tool centre point. [kg]
+    scale
+        Factor of all masses.
+    locked
+        Angles of the other joints. [rad]
+    fused
+        Links that cannot move become one with what they hang on: the same physics in half the time.
+    """
+    body = _tool(robot.joint(7).link_length, payload * scale)
+    for number in sorted(robot.joints, reverse=True):
+        body = _link(robot, number, number in moving, scale, locked.get(number, 0.0), body)
+    return (
+        f'<mujoco model="arm"><compiler angle="radian" autolimits="true" fusestatic="{str(fused).lower()}"/>'
+        f'<option timestep="{robot.simulation.period!r}" integrator="implicitfast" gravity="0 0 -9.81">'
+        f'<flag contact="disable" constraint="disable"/></option>'
+        f"<worldbody>{body}</worldbody></mujoco>"
+    )
+
+
+def _link(robot: Robot, number: int, moves: bool, scale: float, angle: float, inner: str) -> str:
+    joint = robot.joint(number)
+    x, y, z = AXES[joint.axis]
+    turn = joint.zero + (0.0 if moves else angle)
+    half = turn / 2
+    quat = f"{math.cos(half)!r} {x * math.sin(half)!r} {y * math.sin(half)!r} {z * math.sin(half)!r}"
+    place = f"0 0 {robot.base.height!r}" if number == 1 else f"{robot.joint(number - 1).link_length!r} 0 0"
+    hinge = (
+        f'<joint name="joint {number}" type="hinge" axis="{x} {y} {z}" damping="{joint.damping!r}" '
+        f'range="{-joint.range!r} {joint.range!r}"/>'
+        if moves
+        else ""
+    )
+    return (
+        f'<body name="link {number}" pos="{place}" quat="{quat}">{hinge}'
+        f'<geom name="link {number}" type="capsule" fromto="0 0 0 {joint.link_length!r} 0 0" '
+        f'size="{joint.link_radius!r}" mass="{joint.link_mass * scale!r}" contype="0" conaffinity="0"/>{inner}</body>'
+    )
+
+
+def _tool(length: float, payload: float) -> str:
+    weight = (
+        f'<body name="payload" pos="{length!r} 0 0"><inertial pos="0 0 0" mass="{payload!r}" '
+        f'diaginertia="{POINT_INERTIA} {POINT_INERTIA} {POINT_INERTIA}"/></body>'
+        if payload
+        else ""
+    )
+    return f'<site name="tool" pos="{length!r} 0 0"/>{weight}'
+
+
+def arm_model(
+    robot: Robot,
+    moving: Sequence[int] = ALL_JOINTS,
+    payload: float | None = None,
+    mass_error: float = 0.0,
+    locked: Mapping[int, float] | None = None,
+    fused: bool = False,
+) -> MjModel:
+    """Build the arm as a MuJoCo model.
+
+    Parameters
+    ----------
+    robot
+        From `load_robot`.
+    moving
+        Numbers of the joints that move, increasing; they are the model's degrees of freedom, in this order.
+    payload
+        Point mass at the tool centre point [kg]; None: that of the file.
+    mass_error
+        All masses and inertias are multiplied by 1 + mass_error.
+    locked
+        Joint number -> angle of a joint that does not move [rad]; zero where missing.
+    fused
+        Make links that cannot move one with what they hang on: the same physics in half the time, but then there is
+        no body for them, and `joint_positions` cannot ask where they are.
+
+    Returns
+    -------
+    model : mujoco.MjModel
+        With the site "tool", and one body "link J" per joint.
+
+    Raises
+    ------
+    ParameterError
+        If `moving` names a joint that is not there, or one twice; if `locked` names one that moves.
+    MissingExtraError
+        If MuJoCo is not installed.
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm import load_robot
+    >>> model = arm_model(load_robot(), moving=(1, 2, 4))
+    >>> model.nv, round(float(model.body_mass.sum()), 1)
+    (3, 19.2)
+    """
+    numbers = list(moving)
+    if not numbers or numbers != sorted(set(numbers)) or not set(numbers) <= set(robot.joints):
+        raise ParameterError(
+            f"the moving joints {tuple(moving)} are not increasing numbers out of 1 to 7. Type e.g. moving=(1, 2, 4).",
+            moving=tuple(moving),
+        )
+    held = {} if locked is None else dict(locked)
+    if not set(held) <= set(robot.joints) - set(numbers) or not all(map(math.isfinite, held.values())):
+        raise ParameterError(
+            f"locked = {held} must give finite angles of joints that do not move, and {tuple(numbers)} do.",
+            locked=held,
+        )
+    if not (math.isfinite(mass_error) and mass_error > -1.0):
+        raise ParameterError(f"mass_error = {mass_error} leaves no mass. It must be above -1.", mass_error=mass_error)
+    mass = robot.payload.mass if payload is None else payload
+    if not (math.isfinite(mass) and 0.0 <= mass <= 1000.0):
+        raise ParameterError(f"payload = {mass} kg is no mass. It must be 0 .. 1000 kg.", payload=mass)
+    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held, fused))
+
+
+def new_data(model: MjModel) -> MjData:
+    """Return a state of the model: at rest in the zero pose."""
+    return mujoco().MjData(model)
+
+
+def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerations: Array) -> Array:
+    """Torque M(q) qdd + c(q, qd) + g(q) + D qd that the drives must give for a motion.
+
+    D holds the bearings' ``damping_Nm_s`` (MuJoCo counts it as a passive force; it is in here once, and an
+    integrator of that model adds nothing to it).
+
+    `angles`, `velocities` [rad/s] and `accelerations` of the moving joints are (T, n).
+
+    Returns
+    -------
+    torque : ndarray
+        (T, n). [Nm]
+    """
+    lib, data = mujoco(), new_data(model)
+    q, qd, qdd = _rows(model, angles), _rows(model, velocities), _rows(model, accelerations)
+    out = np.empty_like(q)
+    for k in range(q.shape[0]):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], qd[k], qdd[k]
+        lib.mj_inverse(model, data)
+        out[k] = data.qfrc_inverse
+    return out
+
+
+def bias_torque(model: MjModel, angles: Array) -> Array:
+    """Torque that holds the arm still against gravity at angles (T, n), (T, n). [Nm]"""
+    q = _rows(model, angles)
+    return inverse_dynamics(model, q, np.zeros_like(q), np.zeros_like(q))
+
+
+def joint_inertia(model: MjModel, angles: Array | None = None) -> Array:
+    """Inertia about each moving joint while the others stand still: the diagonal of M(q).
+
+    Returns
+    -------
+    inertia : ndarray
+        (T, n) or (n,). [kg m^2]
+    """
+    if angles is None:
+        angles = np.zeros(model.nv)
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty_like(q)
+    full = np.empty((model.nv, model.nv))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_forward(model, data)
+        _full_inertia(lib, model, data, full)
+        out[k] = np.diag(full)
+    return out.reshape(np.shape(angles))
+
+
+def tool_positions(model: MjModel, angles: Array) -> Array:
+    """Tool centre point at angles (T, n): (T, 3) in the frame of the base. [m]"""
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty((q.shape[0], 3))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_kinematics(model, data)
+        out[k] = data.site_xpos[0]
+    return out
+
+
+def joint_positions(model: MjModel, angles: Array) -> Array:
+    """Positions of joints 1 to 7 and of the tool centre point at angles (T, n): (T, 8, 3), for drawing. [m]"""
+    lib, data = mujoco(), new_data(model)
+    q = _rows(model, angles)
+    out = np.empty((q.shape[0], 8, 3))
+    for k in range(q.shape[0]):
+        data.qpos[:] = q[k]
+        lib.mj_kinematics(model, data)
+        out[k, :7], out[k, 7] = data.xpos[1:8], data.site_xpos[0]
+    return out
+
+
+def _rows(model: MjModel, angles: Array) -> Array:
+    rows = np.atleast_2d(np.asarray(angles, np.float64))
+    if rows.ndim != 2 or rows.shape[1] != model.nv:
+        raise ParameterError(
+            f"angles of shape {np.shape(angles)} do not belong to {model.nv} moving joints: pass (T, {model.nv}).",
+            shape=np.shape(angles),
+        )
+    return rows
+
+
+def _full_inertia(lib: Any, model: MjModel, data: MjData, full: Array) -> None:
+    """mj_fullM changed its arguments with MuJoCo 3.4: (m, dst, qM) before, (m, d, dst) since."""
+    try:
+        lib.mj_fullM(model, data, full)
+    except TypeError:
+        lib.mj_fullM(model, full, data.qM)

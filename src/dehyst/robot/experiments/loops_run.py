@@ -1,0 +1,304 @@
+"""Identification of a joint's compensators: its motions run and logged once, each fitted from the written log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.design import UNSEEN_TIPS, loops
+from dehyst.errors import ParameterError
+from dehyst.identification import Fit, choose_shear, identify
+from dehyst.io import read_log, write_csv
+from dehyst.robot.arm.arm import Arm, ArmLog
+from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.experiments.direct_run import (
+    ANGLE,
+    MEAN,
+    SHEARED,
+    TIME,
+    TORQUE,
+    identify_torque,
+    unsheared,
+    without_time,
+)
+from dehyst.robot.experiments.nominal import controller_parameters
+from dehyst.robot.experiments.quasistatic import SPACING, excite, home, known_torque
+from dehyst.robot.experiments.recipes import Recipe, recipe
+from dehyst.robot.experiments.results import Characteristic, JointIdentification
+
+BAR = 1e5
+INPUT, OUTPUT, HYSTERESIS = "sheared_bar", ANGLE, "hysteresis_bar"
+
+
+def motion_of(robot: Robot, number: int, log: str) -> Array:
+    """Return the angles (K,) of an identification at knots of `SPACING`: "loops", or "rates", loops first. [rad]
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm.parameters import load_robot
+    >>> [round(motion_of(load_robot(), 1, log).size * SPACING) for log in ("loops", "rates")]
+    [270, 764]
+    """
+    reach = robot.identification.range_share * robot.joint(number).range
+    parts = [_loops(robot), *([_rates(robot)] if log == "rates" else [])]
+    return np.asarray(reach * np.concatenate(parts))
+
+
+def unseen_motion(robot: Robot, number: int) -> Array:
+    """Return loops (K,) that no identification contains. [rad]"""
+    settings = robot.identification
+    reach = settings.range_share * robot.joint(number).range
+    return np.asarray(reach * loops(UNSEEN_TIPS, settings.loop, settings.hold, SPACING).value)
+
+
+def _loops(robot: Robot) -> Array:
+    """The decaying loops twice, the second time smaller."""
+    settings = robot.identification
+    seen = loops(settings.tips, settings.loop, settings.hold, SPACING).value
+    return np.concatenate([seen, settings.second_share * seen])
+
+
+def _rates(robot: Robot) -> Array:
+    """The same few loops at several speeds with rests of several lengths: nothing else tells what depends on time."""
+    settings = robot.identification
+    if len(settings.strokes) != len(settings.rests):
+        raise ParameterError(
+            f"identification.strokes_s has {len(settings.strokes)} values and rests_s {len(settings.rests)}: the loops "
+            f"are run once for every pair. Give as many of one as of the other."
+        )
+    pairs = zip(settings.strokes, settings.rests, strict=True)
+    return np.concatenate([loops(settings.rate_tips, 2 * (s + r), r, SPACING).value for s, r in pairs])
+
+
+@dataclass(frozen=True, eq=False)
+class JointLog:
+    """What was logged of a joint: columns to fit, of loops that test it, and files, also at other mean pressures."""
+
+    seen: Mapping[str, Array]
+    unseen: Mapping[str, Array]
+    files: tuple[Path, ...]
+
+
+def identify_joint(
+    robot: Robot,
+    number: int,
+    characteristic: Characteristic,
+    folder: Path,
+    *,
+    compensator: str = "paper",
+    seed: int = 0,
+    mechanisms: MechanismFactory | None = None,
+) -> JointIdentification:
+    """Run nested loops on a joint alone, write their log, and identify a compensator from the written file.
+
+    The input of the paper's model is the loop arranged around the diagonal, x = dp - dp_nom(q) + k q, its output q;
+    dp_nom is the calibrated characteristic at the known load. ``dehyst identify LOG --input sheared_bar --output
+    angle_rad --family pi`` gives the same model, bit for bit.
+
+    Parameters
+    ----------
+    robot
+        Its [identification] and [compensator] tables.
+    number
+        Of the joint.
+    characteristic
+        The joint's A, B, C.
+    folder
+        Where the log is written.
+    compensator
+        Its name: which motions are logged and what is identified from them.
+    seed
+        Of the noise and the muscles' tolerances.
+    mechanisms
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
+
+    Returns
+    -------
+    identification : JointIdentification
+
+    Examples
+    --------
+    Shorter than the file's own calibration and loops:
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from dehyst.robot.experiments.calibration import calibrate
+    >>> from dehyst.robot.arm.parameters import load_robot
+    >>> short = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 3}
+    >>> robot = load_robot(changes={"calibration": short, "identification.loop_s": 8.0, "homing.cycles": 3})
+    >>> with TemporaryDirectory() as folder:
+    ...     found = identify_joint(robot, 1, calibrate(robot, 1), Path(folder))
+    >>> found.accepted, bool(found.inverse_rms_ratio < 0.3)
+    (True, True)
+    """
+    wanted = {compensator: (recipe(compensator), characteristic)}
+    return identify_compensators(robot, number, wanted, folder, seed=seed, mechanisms=mechanisms)[compensator]
+
+
+def identify_compensators(
+    robot: Robot,
+    number: int,
+    wanted: Mapping[str, tuple[Recipe, Characteristic]],
+    folder: Path,
+    *,
+    seed: int = 0,
+    mechanisms: MechanismFactory | None = None,
+) -> dict[str, JointIdentification]:
+    """Identify several compensators of a joint; those that need the same log share it.
+
+    `wanted`: name of a compensator -> its recipe, and the joint's A, B, C as it sees them.
+    """
+    logs: dict[str, JointLog] = {}
+    fitted: dict[tuple[object, ...], JointIdentification] = {}
+    found = {}
+    for name, (chosen, characteristic) in wanted.items():
+        used, suffix = robot.with_changes(chosen.changes), _suffix(name, chosen)
+        if suffix not in logs:
+            rig = _Rig(used, number, characteristic, seed, mechanisms)
+            logs[suffix] = _logged(rig, chosen.log, folder, suffix)
+        same = suffix, chosen.family, chosen.shear_from_log, chosen.time_constants, chosen.schedules, chosen.stops_only
+        if same not in fitted:
+            fitted[same] = _identified(used, number, chosen, characteristic, logs[suffix])
+        found[name] = fitted[same]
+    return found
+
+
+@dataclass(frozen=True)
+class _Rig:
+    """A joint alone, as it is put on the rig."""
+
+    robot: Robot
+    number: int
+    characteristic: Characteristic
+    seed: int
+    mechanisms: MechanismFactory | None
+
+    def arm(self, mean: float | None = None) -> Arm:
+        """At rest in equilibrium at a mean pressure, [Pa]; without one at the controller's."""
+        changes = {} if mean is None else {"controller.mean_pressure_bar": mean / BAR}
+        robot = self.robot.with_changes(changes)
+        return Arm(
+            robot,
+            moving=(self.number,),
+            controllers={self.number: controller_parameters(robot, self.number, self.characteristic)},
+            mechanisms=mechanisms_of(self.mechanisms, (self.number,)),
+            seed=self.seed,
+        )
+
+    def run(self, arm: Arm, angle: Array) -> Mapping[str, Array]:
+        """Home, and run a motion; columns of the log as they are written."""
+        told = {self.number: self.characteristic}
+        home(arm, told)
+        log = excite(arm, angle[:, None], told, arm.robot.identification.sample)
+        stiffness = self.characteristic.stiffness(self.robot.controller.mean_pressure)
+        return _columns(arm, log, self.characteristic, stiffness)
+
+
+def _suffix(name: str, chosen: Recipe) -> str:
+    """Of the log's file name: compensators with the same one are fitted to the same file."""
+    own = chosen.local or chosen.changes  # another backbone or another shear: other columns
+    return f"_{name}" if own else "" if chosen.log == "loops" else f"_{chosen.log}"
+
+
+def _logged(rig: _Rig, log: str, folder: Path, suffix: str) -> JointLog:
+    """Run the motions, each after a homing, and write every log."""
+    arm, several = rig.arm(), log == "pressures"
+    stem = f"joint{rig.number}{suffix}.csv"
+    seen = rig.run(arm, motion_of(rig.robot, rig.number, "rates" if several else log))
+    files = [write_csv(folder / f"identification_{stem}", seen)]
+    unseen = rig.run(arm, unseen_motion(rig.robot, rig.number))
+    write_csv(folder / f"unseen_{stem}", unseen)
+    for mean in rig.robot.identification.mean_pressures if several else ():
+        more = rig.run(rig.arm(mean), motion_of(rig.robot, rig.number, "loops"))
+        files.append(write_csv(folder / f"identification_{mean / BAR:g}bar_{stem}", more))
+    return JointLog(seen, unseen, tuple(files))
+
+
+def _columns(arm: Arm, log: ArmLog, characteristic: Characteristic, stiffness: float) -> Mapping[str, Array]:
+    q, shear = log.measured[:, 0], arm.robot.compensator.shear / BAR
+    first, second = log.pressure[:, 0, 0] / BAR, log.pressure[:, 0, 1] / BAR
+    mean, difference = (first + second) / 2, first - second
+    known = known_torque(arm, q[:, None])[:, 0]
+    nominal = characteristic.difference(q, BAR * mean, known) / BAR
+    torque = characteristic.torque(q, BAR * mean, BAR * difference) - known
+    return {
+        TIME: log.time,
+        "pressure_1_bar": first,
+        "pressure_2_bar": second,
+        "pressure_difference_bar": difference,
+        "nominal_difference_bar": nominal,
+        HYSTERESIS: difference - nominal,
+        INPUT: difference - nominal + shear * q,
+        OUTPUT: q,
+        MEAN: mean,
+        TORQUE: torque,
+        SHEARED: torque + stiffness * q,
+    }
+
+
+def _identified(
+    robot: Robot, number: int, chosen: Recipe, characteristic: Characteristic, log: JointLog
+) -> JointIdentification:
+    """Fit what the recipe says to the written log, and ask it for the hysteresis of loops that it has not seen."""
+    shear, direct = _shear(robot, chosen, log.files[0]), None
+    if chosen.direct:
+        fit = identify_torque(log.files, chosen)
+        stiffness = characteristic.stiffness(robot.controller.mean_pressure)
+        direct = unsheared(fit.model, stiffness, float(log.seen[TORQUE].min()), float(log.seen[TORQUE].max()))
+    else:
+        fit = _played(robot, log.files[0], shear)
+
+    def says(columns: Mapping[str, Array]) -> Array:
+        q = columns[OUTPUT]
+        if direct is not None:
+            run = direct.run(q, columns[TIME], given={"mean_pressure": columns[MEAN]})
+            return np.asarray(run.u / (BAR * characteristic.slope(q)))
+        return np.asarray(fit.model.inverse().simulate(q) - shear * q)
+
+    unseen = log.unseen
+    measured, said = _hysteresis(unseen), says(unseen)
+    left = measured - said
+    tested = {TIME: unseen[TIME], OUTPUT: unseen[OUTPUT], "hysteresis_bar": measured, "inverse_bar": said}
+    return JointIdentification(
+        joint=number,
+        characteristic=characteristic,
+        log=_sheared(log.seen, shear) if chosen.shear_from_log else log.seen,
+        fit=fit,
+        shear=shear,
+        unseen=tested,
+        inverse_rms_ratio=float(np.sqrt(np.mean(left**2) / np.mean(measured**2))),
+        unexplained=float(np.std(left) / np.std(measured)) if direct is None else without_time(direct, unseen),
+        direct=direct,
+        modelled_bar=says(log.seen),
+    )
+
+
+def _shear(robot: Robot, chosen: Recipe, file: Path) -> float:
+    """k of the sheared loop. [bar/rad]"""
+    if not chosen.shear_from_log:
+        return robot.compensator.shear / BAR
+    recording = read_log(file, input=HYSTERESIS, output=OUTPUT, time=TIME)
+    return choose_shear(recording, n=robot.compensator.operators, eps=robot.compensator.eps, train_fraction=1.0).shear
+
+
+def _played(robot: Robot, file: Path, shear: float) -> Fit:
+    """The paper's model; its loop is sheared in the log already, by the k of the robot's file."""
+    settings = robot.compensator
+    recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
+    more = shear - settings.shear / BAR
+    if more:
+        recording = replace(recording, input=recording.input + more * recording.output)
+    return identify(recording, family="pi", n=settings.operators, eps=settings.eps)
+
+
+def _sheared(columns: Mapping[str, Array], shear: float) -> Mapping[str, Array]:
+    """Columns of a log whose loop is sheared by another k."""
+    return {**columns, INPUT: columns[HYSTERESIS] + shear * columns[OUTPUT]}
+
+
+def _hysteresis(columns: Mapping[str, Array]) -> Array:
+    return columns[HYSTERESIS]

@@ -1,0 +1,347 @@
+"""The three trials on the ISO 9283 path: fast, slow, and slow without integrator."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.arrays import Array
+from dehyst.control import SWITCHES, Adaptation, Compensator, JointControllerParameters, along
+from dehyst.control.reviewed import Law
+from dehyst.errors import ParameterError
+from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.robot.arm.arm import Arm, ArmLog, Reference
+from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
+from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
+from dehyst.robot.experiments.path import ArmPath
+from dehyst.robot.experiments.quasistatic import home, refuse_failed
+from dehyst.robot.experiments.results import COMPENSATED, TRIALS, Characteristic, TrialRun
+from dehyst.robot.iso9283 import Timed
+
+POSITION, INTEGRATOR, COMPENSATOR, ADAPT = (
+    SWITCHES[name] for name in ("position", "integrator", "compensator", "adapt")
+)
+
+
+SETTLE_S = 1.0  # position control holds where the homing ended
+APPROACH_S = 4.0  # from there to the start of the path
+REST_S = 1.0  # and rests
+LOG_S = (0.01, 0.02)  # of the fast and of the slow trials: the tool moves by 3 mm from row to row at most
+POSES = 120  # of the animation
+SLOW = ("slow", "slow_no_integrator")
+
+
+@dataclass(frozen=True, eq=False)
+class Equipment:
+    """What a trial needs besides the robot: controllers, compensators, plants.
+
+    Attributes
+    ----------
+    controllers
+        Joint number -> parameters of its controller, compensator's shear and unit included.
+    characteristics
+        Joint number -> calibrated backbone, for the homing.
+    compensators
+        Joint number -> what runs in the controller: an inverse model q_d -> x, or a direct inverse q_d -> torque.
+    own
+        Joint number -> a compensator of one's own, evaluated along the desired path before the run.
+    mechanisms
+        Makes hysteresis mechanisms of one's own, instead of the robot's.
+    loads
+        Joint number -> constant torque that pulls on it, unknown to the controller. [Nm]
+    history
+        What the arm went through before: `home`, or something that leaves it with an unknown memory.
+    seed
+        Of noise and tolerances.
+    adaptations
+        Joint number -> how the direct inverse of that joint learns while it runs.
+    learned
+        Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
+        the compensator is on. [Nm]
+    laws
+        Joint number -> a controller of the literature instead of the paper's; see `dehyst.control.reviewed`.
+
+    Examples
+    --------
+    Made by `equip`, changed by `dataclasses.replace`; here 20 Nm pull on joint 1 that no controller knows of:
+
+    >>> from dataclasses import replace
+    >>> from dehyst.robot.experiments.compensators import equip
+    >>> from dehyst.robot.arm.parameters import load_robot
+    >>> plain = equip(load_robot(), {}, {})
+    >>> replace(plain, loads={1: -20.0}).loads
+    {1: -20.0}
+    """
+
+    controllers: Mapping[int, JointControllerParameters]
+    characteristics: Mapping[int, Characteristic]
+    compensators: Mapping[int, HysteresisModel | DirectInverse] = field(default_factory=dict)
+    own: Mapping[int, Compensator] = field(default_factory=dict)
+    mechanisms: MechanismFactory | None = None
+    loads: Mapping[int, float] = field(default_factory=dict)
+    history: Callable[[Arm, Mapping[int, Characteristic]], object] = home
+    seed: int = 0
+    adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
+    learned: Mapping[int, Array] = field(default_factory=dict)
+    laws: Mapping[int, Law] = field(default_factory=dict)
+
+
+def run_trial(
+    robot: Robot,
+    path: ArmPath,
+    equipment: Equipment,
+    trial: str,
+    compensator: str,
+    moving: tuple[int, ...] = ALL_JOINTS,
+) -> tuple[TrialRun, float]:
+    """Home the arm, bring it to the path, and follow the path with the compensators on or off.
+
+    Parameters
+    ----------
+    robot
+        The arm and its settings.
+    path
+        Joint angles of the tool's path and their timing.
+    equipment
+        Controllers, compensators, plants.
+    trial
+        "fast", "slow" or "slow_no_integrator".
+    compensator
+        "off", or the name under which the compensators of `equipment` are switched on.
+    moving
+        Joints that move; the others are locked at zero and the tool goes elsewhere.
+
+    Returns
+    -------
+    run : TrialRun
+    real_time_factor : float
+        Simulated time over wall time, homing included.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such trial, or `equipment` names a joint that cannot have what it gives it.
+    OutputError
+        If a compensator of one's own answers with something that is not a finite number.
+    SimulationError
+        If a controller failed safe, or a joint left the range that it is simulated in.
+
+    Examples
+    --------
+    Joint 1 alone, with what its data sheets tell and no calibration:
+
+    >>> from dehyst.robot.experiments.compensators import equip
+    >>> from dehyst.robot.experiments.nominal import nominal_characteristic
+    >>> from dehyst.robot.experiments.path import plan_path
+    >>> from dehyst.robot.arm.parameters import load_robot
+    >>> robot = load_robot(changes={"path.cycles_fast": 1, "homing.cycles": 3})
+    >>> equipment = equip(robot, {1: nominal_characteristic(robot, 1)}, {})
+    >>> run, _ = run_trial(robot, plan_path(robot), equipment, "fast", "off", moving=(1,))
+    >>> run.error.shape[1], bool(np.abs(run.error[:, 0]).max() < np.radians(5.0))
+    (7, True)
+    """
+    arm = trial_arm(robot, equipment, trial, moving)
+    return follow_path(arm, path, equipment, trial, compensator)
+
+
+def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int, ...] = ALL_JOINTS) -> Arm:
+    """Return the arm of a trial, equipped, at rest at zero; parameters and errors are those of `run_trial`."""
+    _check(robot, equipment, trial)
+    return Arm(
+        robot,
+        moving=moving,
+        controllers=equipment.controllers,
+        compensators=equipment.compensators,
+        adaptations=equipment.adaptations,
+        mechanisms=mechanisms_of(equipment.mechanisms, [n for n in moving if n in robot.pneumatic]),
+        seed=equipment.seed,
+        laws={number: law for number, law in equipment.laws.items() if number in moving},
+    )
+
+
+def follow_path(arm: Arm, path: ArmPath, equipment: Equipment, trial: str, compensator: str) -> tuple[TrialRun, float]:
+    """Run a trial on an arm from where it is; again on the same arm it is another pass, with other noise."""
+    robot, moving = arm.robot, arm.moving
+    motion = trial_motion(robot, path, trial)
+    cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
+    switches = _switches(moving, trial, compensator, equipment.adaptations)
+    begin = time.perf_counter()
+    equipment.history(arm, equipment.characteristics)
+    hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
+    own = {n: one for n, one in equipment.own.items() if n in moving and compensator != "off"}
+    parts = _approach(arm, path, hung), _path(arm, path, motion, cycles, hung)
+    approach, along_path = _with_extra(arm, parts, motion, equipment, own)
+    mean = robot.controller.mean_pressure
+    refuse_failed(arm, arm.run(approach.reference(mean, switches), every_s=1.0))
+    log = arm.run(along_path.reference(mean, switches), every_s=LOG_S[trial in SLOW])
+    refuse_failed(arm, log)
+    log = log.until(cycles * motion.duration)  # the reference ends at a knot, a little later
+    spent = time.perf_counter() - begin
+    homing_s = robot.homing.cycles * robot.homing.period
+    simulated = homing_s + approach.duration + along_path.duration
+    return _trial_run(arm, motion, log, trial, compensator), simulated / spent
+
+
+def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
+    if trial not in TRIALS:
+        raise ParameterError(f"no trial '{trial}'. There are: {', '.join(TRIALS)}.", trial=trial)
+    for what, named, allowed in (
+        ("own compensators", equipment.own, robot.pneumatic),
+        ("loads", equipment.loads, tuple(robot.joints)),
+    ):
+        unknown = sorted(set(named) - set(allowed))
+        if unknown:
+            raise ParameterError(
+                f"{what} for joint {unknown[0]}, which can have none. Joints that can: {allowed}.", joint=unknown[0]
+            )
+
+
+def trial_motion(robot: Robot, path: ArmPath, trial: str) -> Timed:
+    """The command motion of a trial: the path's own, or `slow_factor` times as long."""
+    return path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
+
+
+def _switches(
+    moving: tuple[int, ...], trial: str, compensator: str, adaptive: Collection[int] = ()
+) -> npt.NDArray[np.uint32]:
+    """What is on in each joint. The wrist keeps its integrator: the trial without it is about the large joints."""
+    switches = np.full(len(moving), POSITION | INTEGRATOR, np.uint32)
+    if trial == "slow_no_integrator":
+        switches[[number in COMPENSATED for number in moving]] = POSITION
+    if compensator != "off":
+        switches |= np.uint32(COMPENSATOR)
+        switches[[number in adaptive for number in moving]] |= np.uint32(ADAPT)
+    return switches
+
+
+def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
+    """Times of the reference's knots: 4 ms apart on a fast cycle of 20 s, coarser as the motion is slower."""
+    period = robot.simulation.period
+    spacing = period * max(1, round(motion.duration / 5000 / period))
+    return np.asarray(spacing * np.arange(int(np.ceil(cycles * motion.duration / spacing)) + 1))
+
+
+def _of(moving: tuple[int, ...], motion: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """Columns of the moving joints."""
+    columns = [number - 1 for number in moving]
+    angle, velocity, acceleration = motion
+    return angle[:, columns], velocity[:, columns], acceleration[:, columns]
+
+
+def _repeated(times: Array, duration: float, once: Array, values: Array) -> Array:
+    """Values (K, n) of one cycle at the times of all: inverse dynamics costs more than everything else here."""
+    phase = np.mod(times, duration)
+    return np.stack([np.interp(phase, once, column, period=duration) for column in values.T], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A part of a run at knots of equal spacing: motion, load that the controller knows, what is hung on, (K, n)."""
+
+    spacing: float
+    motion: tuple[Array, Array, Array]
+    load: Array
+    hung: Array
+    extra: Array | float = 0.0
+
+    @property
+    def duration(self) -> float:
+        return float(self.spacing * (self.load.shape[0] - 1))
+
+    def reference(self, mean: float, switches: npt.NDArray[np.uint32]) -> Reference:
+        return Reference.motion(self.spacing, self.motion, self.load, mean, switches, self.extra, self.hung)
+
+
+def _approach(arm: Arm, path: ArmPath, hung: Array) -> _Part:
+    """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
+    spacing = 0.01
+    start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
+    t = spacing * np.arange(round((SETTLE_S + APPROACH_S + REST_S) / spacing) + 1)
+    u = np.clip((t - SETTLE_S) / APPROACH_S, 0.0, 1.0)
+    rise = u**3 * (10 - 15 * u + 6 * u**2)
+    speed = 30 * u**2 * (1 - u) ** 2 / APPROACH_S
+    rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
+    way = end - start
+    motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
+    return _Part(spacing, motion, arm.feedforward(*motion), rise[:, None] * hung)
+
+
+def _path(arm: Arm, path: ArmPath, motion: Timed, cycles: int, hung: Array) -> _Part:
+    """The path, as often as asked for."""
+    times = _knots(arm.robot, motion, cycles)
+    once = times[times <= motion.duration]
+    load = arm.feedforward(*_of(arm.moving, path.motion(motion, once)))
+    return _Part(
+        float(times[1]),
+        _of(arm.moving, path.motion(motion, times)),
+        _repeated(times, motion.duration, once, load),
+        np.broadcast_to(hung, (times.size, hung.size)),
+    )
+
+
+def _with_extra(
+    arm: Arm, parts: tuple[_Part, _Part], motion: Timed, equipment: Equipment, own: Mapping[int, Compensator]
+) -> tuple[_Part, _Part]:
+    """Add what compensators of one's own say, which hear the whole desired motion, and what was learned on the path."""
+    learned = {n: torque for n, torque in equipment.learned.items() if n in arm.moving}
+    if not own and not learned:
+        return parts
+    first, second = parts
+    cut = first.load.shape[0]
+    extra = np.zeros((cut + second.load.shape[0], len(arm.moving)))
+    angle, velocity = (np.concatenate([first.motion[k], second.motion[k]]) for k in range(2))
+    # The second part begins where the first ends; its knots are told one later, for time to increase.
+    knots = first.spacing * np.arange(cut), first.duration + second.spacing * np.arange(1, second.load.shape[0] + 1)
+    time = np.concatenate(knots)
+    for number, compensator in own.items():
+        index = arm.moving.index(number)
+        extra[:, index] = along(compensator, angle[:, index], velocity[:, index], time)
+    for number, torque in learned.items():
+        index = arm.moving.index(number)
+        phase = np.mod(second.spacing * np.arange(second.load.shape[0]), motion.duration)
+        rise = np.linspace(0.0, 1.0, cut)  # there at the start of the path, and nothing before the arm moves
+        told = np.interp(phase, np.linspace(0.0, motion.duration, torque.size), torque)
+        slope = equipment.characteristics[number].slope(angle[:, index])
+        extra[:, index] += np.concatenate([rise * torque[0], told]) / slope
+    return replace(first, extra=extra[:cut]), replace(second, extra=extra[cut:])
+
+
+def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: str) -> TrialRun:
+    """Columns of seven joints from those that moved; locked ones stand at zero."""
+    columns = [number - 1 for number in arm.moving]
+
+    def seven(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        full = np.zeros((values.shape[0], 7, *values.shape[2:]), values.dtype)
+        full[:, columns] = values
+        return full
+
+    angle = seven(log.angle)
+    model = arm_model(arm.robot)
+    in_cycle = np.flatnonzero(log.time <= motion.duration)
+    poses = in_cycle[np.linspace(0, in_cycle.size - 1, min(POSES, in_cycle.size)).astype(int)]
+    return TrialRun(
+        trial=trial,
+        compensator=compensator,
+        seed=arm.seed,
+        time=log.time,
+        desired=seven(log.desired),
+        angle=angle,
+        integrator=seven(log.integrator),
+        pressure_difference=seven(log.pressure_difference),
+        compensation=seven(log.compensation),
+        pressure=seven(log.pressure),
+        tool_desired=motion.position(log.time),
+        tool=tool_positions(model, angle),
+        figure=motion.figure(log.time),
+        figures=tuple(figure.name for figure in motion.path.figures),
+        cycle=motion.cycle(log.time),
+        flags=seven(log.flags),
+        frames=joint_positions(model, angle[poses]),
+        frame_time=log.time[poses],
+    )

@@ -1,0 +1,292 @@
+"""When a test path is where: jerk-limited from rest to rest, at a command speed, with rests."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.arrays import Array
+from dehyst.errors import ParameterError
+from dehyst.robot.iso9283.curves import Curve
+from dehyst.robot.iso9283.paths import TestPath
+
+Indices = npt.NDArray[np.int64]
+
+
+def rest_to_rest(distance: float, speed: float, acceleration: float, jerk: float) -> tuple[Array, Array]:
+    """Return the seven phases of the fastest jerk-limited motion from rest to rest.
+
+    With T_j the time of constant jerk and T_a that of the whole acceleration:
+
+    - v j >= a^2: T_j = a/j, T_a = v/a + T_j; otherwise T_j = sqrt(v/j), T_a = 2 T_j;
+    - cruising for (D - v T_a)/v; if that is negative, the peak speed is the root of D = v T_a.
+
+    Closed form, so that it is exact, vectorised and without a dependency; the tests compare it with ruckig.
+
+    Parameters
+    ----------
+    distance
+        D > 0. [m]
+    speed, acceleration, jerk
+        Limits v, a, j > 0. [m/s, m/s^2, m/s^3]
+
+    Returns
+    -------
+    duration : (7,)
+        Of the phases; some may be zero. [s]
+    jerk : (7,)
+        In the phases: j, 0, -j, 0, -j, 0, j. [m/s^3]
+
+    Examples
+    --------
+    >>> rest_to_rest(2.0, 1.0, 1.0, 2.0)[0].tolist()
+    [0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]
+    """
+    d, v, a, j = distance, speed, acceleration, jerk
+    ramp = v / a + a / j if v * j >= a * a else 2.0 * math.sqrt(v / j)
+    if v * ramp > d:  # the speed limit is not reached
+        if d * j * j >= 2.0 * a**3:
+            v = 0.5 * a * (math.sqrt((a / j) ** 2 + 4.0 * d / a) - a / j)
+        else:
+            v = float(np.cbrt(0.25 * d * d * j))  # v = j T_j^2, D = 2 j T_j^3
+    t_jerk = a / j if v * j >= a * a else math.sqrt(v / j)
+    ramp = v / a + t_jerk if v * j >= a * a else 2.0 * t_jerk
+    constant, cruise = max(ramp - 2.0 * t_jerk, 0.0), max(d / v - ramp, 0.0)
+    return (
+        np.array([t_jerk, constant, t_jerk, cruise, t_jerk, constant, t_jerk]),
+        np.array([j, 0.0, -j, 0.0, -j, 0.0, j]),
+    )
+
+
+def leg_limits(curve: Curve, speed: float, acceleration: float, jerk: float) -> tuple[float, float, float]:
+    """Return the limits along a curve that keep the whole acceleration and jerk, bends included, within theirs.
+
+    With r(s) run as s(t), kappa the curvature:
+
+    - acceleration: s'' along the tangent, kappa s'^2 across; the bend may take a/sqrt(2), the tangent has the rest;
+    - jerk: s''' - kappa^2 s'^3 along, 3 kappa s' s'' + kappa' s'^3 across. If their bound is beyond the limit, the leg
+      is run slower as a whole (v, a, j times sigma, sigma^2, sigma^3), which keeps the command speed constant.
+
+    Returns
+    -------
+    speed, acceleration, jerk : float
+        Limits for s', s'', s'''. [m/s, m/s^2, m/s^3]
+
+    Examples
+    --------
+    >>> from dehyst.robot.iso9283.curves import Straight
+    >>> leg_limits(Straight(np.zeros(3), np.ones(3)), 0.25, 2.0, 20.0)
+    (0.25, 2.0, 20.0)
+    """
+    v, a, j, kappa = speed, acceleration, jerk, curve.curvature
+    if kappa == 0.0:
+        return v, a, j
+    v = min(v, math.sqrt(a / (math.sqrt(2.0) * kappa)))
+    a = math.sqrt(a * a - (kappa * v * v) ** 2)
+    j = 0.5 * j
+    worst = math.hypot(j + kappa**2 * v**3, 3.0 * kappa * v * a + curve.curvature_rate * v**3)
+    sigma = min(1.0, float(np.cbrt(jerk / worst)))
+    return sigma * v, sigma**2 * a, sigma**3 * j
+
+
+class Motion(NamedTuple):
+    """Arc length and its derivatives by time, (T,) each."""
+
+    s: Array  # [m], within the cycle
+    speed: Array  # [m/s]
+    acceleration: Array  # [m/s^2]
+    jerk: Array  # [m/s^3]
+
+
+class Steady(NamedTuple):
+    """Where a leg is run at its command speed."""
+
+    leg: int
+    speed: float  # [m/s]
+    start: float  # arc length within the leg, [m]
+    stop: float
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A test path with its speed law; cycles repeat for ever. Made by `timed`.
+
+    Times before zero are answered with the start. At a `factor` f the same motion takes f times as long, rests too.
+
+    Attributes
+    ----------
+    path
+        The test path.
+    factor
+        Times are this much longer than at the command speed.
+    steady
+        For each leg of the path, where it is run at its command speed, and that speed, at factor 1.
+    start, s, speed, acceleration, jerk
+        (P,) phases of constant jerk at factor 1: when each begins, and arc length, speed, acceleration and jerk then.
+    leg
+        (P,) the leg of each phase; a rest belongs to the leg before it.
+    cycle_time
+        Duration of one cycle at factor 1. [s]
+    """
+
+    path: TestPath
+    factor: float
+    steady: tuple[Steady, ...]
+    start: Array
+    s: Array
+    speed: Array
+    acceleration: Array
+    jerk: Array
+    leg: Indices
+    cycle_time: float
+
+    @property
+    def duration(self) -> float:
+        """Duration of one cycle. [s]"""
+        return self.factor * self.cycle_time
+
+    def slower(self, factor: float) -> Timed:
+        """Return the same motion, `factor` times as long as this one."""
+        if not (math.isfinite(factor) and factor > 0):
+            raise ParameterError(f"a time factor of {factor} is no motion; pass a positive one, such as 10.")
+        return replace(self, factor=self.factor * factor)
+
+    def _phase(self, t: npt.ArrayLike) -> tuple[Indices, Array]:
+        """Return the phase of each time and the time in it, at factor 1."""
+        tau = np.mod(np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor, self.cycle_time)
+        phase = np.searchsorted(self.start, tau, side="right").astype(np.int64) - 1
+        return phase, tau - self.start[phase]
+
+    def motion(self, t: npt.ArrayLike) -> Motion:
+        """Return arc length within the cycle, speed, acceleration and jerk along the path at times t (T,)."""
+        k, dt = self._phase(t)
+        s0, v0, a0, j, f = self.s[k], self.speed[k], self.acceleration[k], self.jerk[k], self.factor
+        return Motion(
+            s0 + dt * (v0 + dt * (a0 / 2.0 + dt * j / 6.0)),
+            (v0 + dt * (a0 + dt * j / 2.0)) / f,
+            (a0 + dt * j) / f**2,
+            j / f**3,
+        )
+
+    def on_leg(self, t: npt.ArrayLike) -> Indices:
+        """Return the index of the leg at times t (T,); the rest after a leg belongs to it."""
+        return self.leg[self._phase(t)[0]]
+
+    def position(self, t: npt.ArrayLike) -> Array:
+        """Return the commanded points (T, 3). [m]"""
+        return self.path.position(self.motion(t).s)
+
+    def state(self, t: npt.ArrayLike) -> tuple[Array, Array, Array]:
+        """Return commanded position, velocity and acceleration in space, (T, 3) each. [m, m/s, m/s^2]"""
+        motion = self.motion(t)
+        position, tangent, bend = self.path.chain.at(motion.s)
+        v, a = motion.speed[:, None], motion.acceleration[:, None]
+        return position, tangent * v, tangent * a + bend * v**2
+
+    def figure(self, t: npt.ArrayLike) -> Indices:
+        """Return the index of the figure at times t (T,), -1 on a transfer; the rest after a figure belongs to it."""
+        of_leg = np.array([leg.figure for leg in self.path.legs], dtype=np.int64)
+        return of_leg[self.on_leg(t)]
+
+    def cycle(self, t: npt.ArrayLike) -> Indices:
+        """Return the number of the cycle at times t (T,), from 0."""
+        elapsed = np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor
+        return np.floor_divide(elapsed, self.cycle_time).astype(np.int64)
+
+    def command_speed(self, figure: int) -> float:
+        """Return the command speed of a figure: the smallest of its legs. [m/s]"""
+        return min(self.steady[k].speed for k in self._legs_of(figure)) / self.factor
+
+    def share_at_command_speed(self, figure: int) -> float:
+        """Return the share of a figure's length that is run at the command speed; ISO 9283 asks for 0.5 or more."""
+        legs = self._legs_of(figure)
+        steady = sum(self.steady[k].stop - self.steady[k].start for k in legs)
+        return steady / sum(self.path.legs[k].curve.length for k in legs)
+
+    def steady_ranges(self, figure: int) -> list[tuple[float, float]]:
+        """Return where a figure is run at its command speed: ranges of its arc length, one a stroke. [m]"""
+        return [
+            (self.path.legs[k].offset + self.steady[k].start, self.path.legs[k].offset + self.steady[k].stop)
+            for k in self._legs_of(figure)
+        ]
+
+    def _legs_of(self, figure: int) -> list[int]:
+        return [k for k, leg in enumerate(self.path.legs) if leg.figure == figure]
+
+
+def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: float, factor: float = 1.0) -> Timed:
+    """Give a test path its speed law: every leg from rest to rest in seven phases, then a rest.
+
+    Acceleration and jerk are limits on the whole vector, bends included. A leg with a sharp bend (small circle, rounded
+    corners) gets a lower command speed for that, constant over the leg; `Timed.command_speed` says which.
+
+    Parameters
+    ----------
+    path
+        Where to run.
+    speed
+        Command speed along the path. [m/s]
+    acceleration, jerk
+        Limits on the length of the acceleration and jerk vectors. [m/s^2, m/s^3]
+    rest
+        Time at rest after every leg. [s]
+    factor
+        Everything takes this much longer: 10 is the paper's slow trial.
+
+    Returns
+    -------
+    Timed
+        Of which a cycle can be repeated.
+
+    Examples
+    --------
+    >>> from dehyst.robot.iso9283.cube import TestCube, test_path
+    >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
+    >>> slow = fast.slower(10.0)
+    >>> bool(np.allclose(slow.position([50.0]), fast.position([5.0])))
+    True
+    """
+    for name, value in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk), ("factor", factor)):
+        if not (math.isfinite(value) and value > 0):
+            raise ParameterError(f"{name} = {value} along the path; nothing moves. Pass a positive number.")
+    if not (math.isfinite(rest) and rest >= 0):
+        raise ParameterError(f"rest = {rest} s; pass zero or more.")
+    limits = [leg_limits(leg.curve, speed, acceleration, jerk) for leg in path.legs]
+    starts = path.chain.starts
+    phases = [_leg_phases(k, leg.curve.length, *limits[k], rest, float(starts[k])) for k, leg in enumerate(path.legs)]
+    table = np.concatenate([rows for rows, _ in phases])
+    ends = np.cumsum(table[:, 0])
+    return Timed(
+        path=path,
+        factor=factor,
+        steady=tuple(steady for _, steady in phases),
+        start=np.concatenate(([0.0], ends[:-1])),
+        s=table[:, 1],
+        speed=table[:, 2],
+        acceleration=table[:, 3],
+        jerk=table[:, 4],
+        leg=table[:, 5].astype(np.int64),
+        cycle_time=float(ends[-1]),
+    )
+
+
+def _leg_phases(
+    leg: int, length: float, speed: float, acceleration: float, jerk: float, rest: float, origin: float
+) -> tuple[Array, Steady]:
+    """Return the phases of a leg, rows of duration, s, s', s'', s''', leg, the rest last; and where it is steady."""
+    duration, jerks = rest_to_rest(length, speed, acceleration, jerk)
+    rows = []
+    s = v = a = 0.0
+    for dt, j in zip(duration, jerks, strict=True):
+        rows.append((dt, origin + s, v, a, j, leg))
+        s += dt * (v + dt * (a / 2.0 + dt * j / 6.0))
+        v += dt * (a + dt * j / 2.0)
+        a += dt * j
+    rows.append((rest, origin + length, 0.0, 0.0, 0.0, leg))
+    peak = rows[3][2]
+    start, stop = rows[3][1] - origin, rows[4][1] - origin
+    return np.array([row for row in rows if row[0] > 0.0]), Steady(leg, float(peak), float(start), float(stop))

@@ -1,0 +1,22 @@
+"""Muscle models of the literature: force from contraction and pressure, with memory, and back to the pressure."""
+
+from dehyst.robot.muscles.antagonists import MuscleJoint, MuscleMechanism, SlippingJoint, identify_slips
+from dehyst.robot.muscles.base import Memory, MuscleModel, MuscleStepper, Parameter
+from dehyst.robot.muscles.joint import JointCharacteristic, joint_characteristic
+from dehyst.robot.muscles.registry import muscle, muscle_class, names
+
+__all__ = [
+    "JointCharacteristic",
+    "Memory",
+    "MuscleJoint",
+    "MuscleMechanism",
+    "MuscleModel",
+    "MuscleStepper",
+    "Parameter",
+    "SlippingJoint",
+    "identify_slips",
+    "joint_characteristic",
+    "muscle",
+    "muscle_class",
+    "names",
+]

@@ -1,0 +1,664 @@
+r"""What every muscle model can do: force from contraction and pressure, with memory, and back to the pressure.
+
+All models are frozen records in SI units with one sign: the contraction :math:`\kappa = (l_0 - l)/l_0` is positive when
+the muscle is shorter than at rest, the pressure is gauge, and the force is a pull,
+
+.. math:: F = F_{static}(\kappa, p) - R(\kappa, p, v, s),
+
+less a resistance R that opposes the motion. v is the speed of shortening, and s in -1..1 says how far the contacts of
+weave and rubber have slipped: a sum of stop operators of the contraction, which is the memory. For a given motion R
+depends on the pressure of the moment only, so that a force can be solved for the pressure sample by sample.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import Field, asdict, dataclass, field, fields, replace
+from inspect import cleandoc
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst._native import play_bank
+from dehyst.arrays import Array
+from dehyst.errors import ParameterError, RecordingError
+from dehyst.models.arrays import parameter_array, parameter_number, signal_array
+from dehyst.models.base import make_stepper
+from dehyst.robot.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
+from dehyst.robot.muscles.solve import solve_pressure
+
+PRESSURE_LIMIT = 5e6  # Pa; far beyond the 8 bar of any muscle, so that a wrong unit does not pass
+SPEED_LIMIT = 1e4  # m/s; muscles reach 1
+REFUSED = "ParameterError\n    If a value has no physical meaning."
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a model: what the fit, the command line and the pages say about it.
+
+    Attributes
+    ----------
+    name
+        Of the field. A field that is a tuple counts as several values with the same bounds.
+    unit
+        SI, "1" for a number.
+    low, high
+        Bounds of a fit; not limits of the record.
+    source
+        Where the default comes from, and how sure it is.
+    meaning
+        In a few words.
+    fitted
+        Whether a fit changes it: not lengths and other facts of the muscle.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    source: str
+    meaning: str
+    fitted: bool = True
+
+
+def parameter(default: Any, *about: Any) -> Any:
+    """Return the field of a parameter, with what a `Parameter` says of it behind its name."""
+    return field(default=default, metadata={"about": about})
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """What a muscle remembers between two samples.
+
+    Attributes
+    ----------
+    contraction
+        The last one.
+    time
+        Of the last sample [s], NaN without time stamps.
+    plays
+        (n,) states of the play operators under the stops, in contraction.
+    """
+
+    contraction: float
+    time: float
+    plays: Array
+
+
+class MuscleModel(ABC):
+    """A muscle: forces from contraction and pressure.
+
+    A model gives its formulas, `_static` and where it has one `_resistance`; everything else follows.
+
+    Attributes
+    ----------
+    length
+        l_0, at rest without pressure and load. [m]
+    name
+        As typed on the command line.
+    dynamic
+        Whether motion matters: speed, or what happened before.
+    affine_in_pressure
+        Whether F = f_a(kappa) p - f_e(kappa).
+    PARAMETERS
+        Its parameters, in the order of the fields.
+    SETS
+        Published parameter sets: name -> source.
+    """
+
+    length: float = float("nan")
+    name: ClassVar[str] = ""
+    dynamic: ClassVar[bool] = False
+    affine_in_pressure: ClassVar[bool] = True
+    PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
+    SETS: ClassVar[Mapping[str, str]] = {}
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Collect what the fields say of the parameters, and write it into the docstring."""
+        told = [(name, entry.metadata["about"]) for name, entry in vars(cls).items() if isinstance(entry, Field)]
+        if told:
+            cls.PARAMETERS = tuple(Parameter(name, *about) for name, about in told)
+            head, _, rest = cleandoc(cls.__doc__ or "").partition("\n\n")
+            rows = "\n".join(f"{each.name}\n    {each.meaning}. [{each.unit}]" for each in cls.PARAMETERS)
+            raises = "" if "Raises\n" in rest else f"Raises\n------\n{REFUSED}\n\n"
+            cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{raises}{rest}"
+
+    # -- what a model gives -------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        """Static force at rest, arrays or floats. [N]"""
+
+    def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        """Force that opposes the motion; speed of shortening [m/s], slip in -1..1. [N]"""
+        return 0.0 * kappa
+
+    def _contacts(self) -> tuple[Array, Array]:
+        """Slip strains (n,), increasing, and shares (n,), together 1, of the stop operators in the slip; or none."""
+        strains = np.array([self.presliding] if hasattr(self, "presliding") else [])
+        return strains, np.ones(strains.size)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Contractions between which the formulas mean something."""
+        return -0.2, 0.9
+
+    # -- parameters ---------------------------------------------------------------------------------------------------
+
+    @classmethod
+    def published(cls, which: str = "") -> Self:
+        """Return the model with a published parameter set, one of `SETS`; the first one if none is named.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such set.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle_class
+        >>> muscle_class("maker").published("DMSP-20").length
+        0.25
+        """
+        name = which or next(iter(cls.SETS))
+        if name not in cls._VALUES:
+            raise ParameterError(
+                f"{cls.name} has no parameter set {name!r:.40}; there are: {', '.join(cls.SETS)}.", which=name
+            )
+        return cls(**cls._VALUES[name])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the parameters by name, as plain numbers and lists.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> muscle("sarosi").as_dict()["a2"]
+        369.27
+        """
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}  # type: ignore[call-overload]
+
+    def vector(self) -> Array:
+        """Return the fitted parameters, (n,): those of `PARAMETERS` that are `fitted`, tuples laid out.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> muscle("maker").vector().round(3).tolist()
+        [6398.4, 0.122, 10.471, 2.023]
+        """
+        parts = [
+            np.atleast_1d(np.asarray(getattr(self, entry.name), float)) for entry in self.PARAMETERS if entry.fitted
+        ]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def with_vector(self, vector: npt.ArrayLike) -> Self:
+        """Return the model with other values of the fitted parameters, in the order of `vector`.
+
+        Raises
+        ------
+        ParameterError
+            If their number is wrong, or a value has no physical meaning.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> muscle("maker").with_vector([6000.0, 0.12, 10.0, 2.0]).force
+        6000.0
+        """
+        values, at, new = np.asarray(vector, float), 0, {}
+        if values.shape != self.vector().shape:
+            raise ParameterError(f"{self.name} has {self.vector().size} fitted parameters, got {values.shape}.")
+        for entry in self.PARAMETERS:
+            if entry.fitted:
+                old = getattr(self, entry.name)
+                count = len(old) if isinstance(old, tuple) else 1
+                part = tuple(values[at : at + count].tolist())
+                new[entry.name] = part if isinstance(old, tuple) else part[0]
+                at += count
+        return replace(self, **new)  # type: ignore[type-var]
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of `vector`, (n,) each."""
+        sizes = [np.size(getattr(self, entry.name)) for entry in self.PARAMETERS if entry.fitted]
+        ends = [(entry.low, entry.high) for entry in self.PARAMETERS if entry.fitted]
+        return np.repeat([low for low, _ in ends], sizes), np.repeat([high for _, high in ends], sizes)
+
+    def _check(self, *positive: str) -> None:
+        """Take every number of the record, and insist on positive ones where they are named."""
+        for entry in fields(self):  # type: ignore[arg-type]
+            value, put = getattr(self, entry.name), object.__setattr__
+            if str(entry.type) == "float":
+                put(self, entry.name, parameter_number(value, entry.name))
+            elif str(entry.type).startswith("tuple"):
+                put(self, entry.name, tuple(parameter_array(np.atleast_1d(value), entry.name).tolist()))  # one will do
+        for name in ("length", *positive):
+            if not getattr(self, name) > 0:
+                raise ParameterError(
+                    f"{name} = {getattr(self, name):g} of {self.name} must be positive.", **{name: name}
+                )
+
+    def _not_negative(self, *names: str) -> None:
+        for name in names:
+            if np.min(getattr(self, name)) < 0:
+                raise ParameterError(f"{name} = {getattr(self, name)} of {self.name} is negative; pass 0 or more.")
+
+    # -- forces -------------------------------------------------------------------------------------------------------
+
+    def static_force(self, kappa: npt.ArrayLike, pressure: npt.ArrayLike, *, clamp: bool = False) -> Array:
+        """Return the force at rest, without friction; arguments broadcast.
+
+        Parameters
+        ----------
+        kappa
+            Contraction.
+        pressure
+            Gauge. [Pa]
+        clamp
+            Answer 0 where the formula is negative: a muscle does not push.
+
+        Returns
+        -------
+        force : Array
+            Pull. [N]
+
+        Raises
+        ------
+        ParameterError
+            If a value is not finite, or outside `limits`.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> muscle("maker").static_force([0.0, 0.25], 3e5).round().tolist()
+        [3096.0, -374.0]
+        >>> muscle("maker").static_force([0.0, 0.25], 3e5, clamp=True).round().tolist()
+        [3096.0, 0.0]
+        """
+        k, p = self._checked(kappa, pressure)
+        with np.errstate(all="ignore"):
+            force = self._finite(self._static(k, p, ARRAYS))
+        return np.maximum(force, 0.0) if clamp else force
+
+    def affine(self, kappa: npt.ArrayLike, pressures: tuple[float, float] = (2e5, 4e5)) -> tuple[Array, Array]:
+        """Return f_a [N/Pa] and f_e [N] of F = f_a p - f_e.
+
+        Exact where the force is affine in the pressure; else the line through the forces at two pressures.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> pull, rubber = muscle("maker").affine(0.1)
+        >>> round(float(pull * 3e5 - rubber))
+        1469
+        """
+        (low, high), k = pressures, np.asarray(kappa, float)
+        if not high > low:
+            raise ParameterError(f"pressures = {pressures}: the second one must be above the first one.")
+        first, second = (self.static_force(k, np.full_like(k, p)) for p in pressures)
+        slope = (second - first) / (high - low)
+        return slope, slope * low - first
+
+    def simulate(
+        self,
+        contraction: npt.ArrayLike,
+        pressure: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        *,
+        clamp: bool = False,
+    ) -> Array:
+        """Return the force along a motion that starts at rest, with nothing remembered.
+
+        Parameters
+        ----------
+        contraction
+            (T,).
+        pressure
+            (T,), or one for all; gauge. [Pa]
+        time
+            (T,), increasing. [s] None: the motion is infinitely slow, and what depends on speed is at its limit there.
+        clamp
+            As in `static_force`.
+
+        Returns
+        -------
+        force : (T,)
+            Pull. [N]
+
+        Raises
+        ------
+        ParameterError, RecordingError
+            If values are not finite or outside `limits`, lengths differ, or time does not increase.
+
+        Examples
+        --------
+        Friction is odd in the direction, half a loop high:
+
+        >>> from dehyst.robot.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> force = braid.simulate([0.10, 0.12, 0.10], 3e5)
+        >>> (braid.static_force([0.10, 0.12, 0.10], 3e5) - force).round(9).tolist()
+        [0.0, 3.0, -3.0]
+        """
+        force, _ = self.run(contraction, pressure, time)
+        return np.maximum(force, 0.0) if clamp else force
+
+    def run(
+        self,
+        contraction: npt.ArrayLike,
+        pressure: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        memory: Memory | None = None,
+    ) -> tuple[Array, Memory]:
+        """Return force (T,) and memory after a motion, continuing from a memory; None is rest at the first sample.
+
+        Pieces of a motion, each with the memory that the one before it left, give the forces of the whole.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> first, memory = braid.run([0.10, 0.12], 3e5)
+        >>> second, memory = braid.run([0.10], 3e5, memory=memory)
+        >>> bool(second[0] == braid.simulate([0.10, 0.12, 0.10], 3e5)[2])
+        True
+        """
+        x, p = self._signals(contraction, pressure)
+        speed, slip, memory = self._motion(x, self._times(time, x.size, memory), memory)
+        with np.errstate(all="ignore"):
+            force = self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS)
+        return self._finite(force), memory
+
+    def force_after(self, memory: Memory, contraction: float, pressure: float, time: float = float("nan")) -> float:
+        """Return the force after moving from a memory to a contraction: that of `run`, for trying many of them. [N]
+
+        Parameters
+        ----------
+        memory
+            Where the muscle is; it stays as it is.
+        contraction, pressure
+            To which it moves. [1], [Pa]
+        time
+            At which it is there, after that of the memory; NaN: infinitely slow. [s]
+
+        Raises
+        ------
+        ParameterError
+            If the contraction is outside `limits`, or there is no finite force.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> braid = muscle("chou-hannaford")
+        >>> memory = braid.rest(0.1)
+        >>> force, _ = braid.run([0.12], 3e5, memory=memory)
+        >>> round(braid.force_after(memory, 0.12, 3e5) - float(force[0]), 9)
+        0.0
+        """
+        if not self.limits[0] <= contraction <= self.limits[1]:
+            self._checked(contraction, pressure)
+        strains, shares = self._contacts()
+        # a stop operator from a state: the strain since its play moved last, until it slips
+        slip = float(np.clip((contraction - memory.plays) / strains, -1.0, 1.0) @ shares) if strains.size else 0.0
+        passed = time - memory.time
+        speed = self.length * (contraction - memory.contraction) / passed if passed > 0 else 0.0
+        force = self._one_force(contraction, pressure, speed, slip)
+        return force if math.isfinite(force) else float(self._finite(force))
+
+    def rest(self, contraction: float, time: float = float("nan")) -> Memory:
+        """Return the memory of a muscle that rests at a contraction, its contacts relaxed."""
+        strains, _ = self._contacts()
+        return Memory(float(contraction), float(time), np.full(strains.size, float(contraction)))
+
+    def stepper(self, contraction: float = 0.0) -> MuscleStepper:
+        """Return the model as a function of one sample, at rest at a contraction."""
+        return MuscleStepper(self, contraction)
+
+    # -- back to the pressure -----------------------------------------------------------------------------------------
+
+    def inverse_pressure(self, force: npt.ArrayLike, kappa: npt.ArrayLike) -> Array:
+        """Return the gauge pressure at which the muscle at rest pulls with a force; may be negative. [Pa]
+
+        Raises
+        ------
+        InvertibilityError
+            Where no pressure does it: at contractions at which pressure does not pull any more.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> round(float(muscle("maker").inverse_pressure(1469.0, 0.1)), -2)
+        300000.0
+        """
+        k, f = self._checked(kappa, force, "force", np.inf)
+        return solve_pressure(lambda p: self._static(k, p, ARRAYS), f, self.affine_in_pressure, self._about(k))
+
+    def inverse(
+        self,
+        force: npt.ArrayLike,
+        contraction: npt.ArrayLike,
+        time: npt.ArrayLike | None = None,
+        memory: Memory | None = None,
+    ) -> Array:
+        """Return the pressures (T,) that give a force along a motion, friction and memory included. [Pa]
+
+        The memory belongs to the motion alone, so that each sample is solved by itself; friction in proportion to the
+        pressure is solved with it.
+
+        Raises
+        ------
+        InvertibilityError
+            Where no pressure does it.
+
+        Examples
+        --------
+        >>> from dehyst.robot.muscles import muscle
+        >>> braid = muscle("tondu-lopez")
+        >>> path = [0.10, 0.12, 0.10]
+        >>> braid.inverse(braid.simulate(path, 3e5), path).round(3).tolist()
+        [300000.0, 300000.0, 300000.0]
+        """
+        x, f = self._signals(contraction, force, "force", np.inf)
+        speed, slip, _ = self._motion(x, self._times(time, x.size, memory), memory)
+        return solve_pressure(
+            lambda p: self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS),
+            f,
+            self.affine_in_pressure,
+            self._about(x),
+        )
+
+    # -- inside -------------------------------------------------------------------------------------------------------
+
+    def _finite(self, force: Any) -> Array:
+        """Forces, or what is wrong with the parameters that gave none."""
+        array = np.asarray(force, float)
+        if not np.isfinite(array).all():
+            raise ParameterError(
+                f"{self.name} answers with forces that are no numbers: some parameter is far beyond what it means. "
+                f"They are {', '.join(f'{key} = {value}' for key, value in self.as_dict().items())}.",
+            )
+        return array
+
+    def _one_force(self, x: float, pressure: float, speed: float, slip: float) -> float:
+        """Force of one sample, on plain floats. [N]"""
+        try:
+            return float(self._static(x, pressure, FLOATS) - self._resistance(x, pressure, speed, slip, FLOATS))
+        except OverflowError:
+            raise ParameterError(
+                f"{self.name} has no force at contraction {x:g} and {pressure:g} Pa: the pressure, or some parameter, "
+                "is far beyond what it means."
+            ) from None
+
+    def _about(self, kappa: Array) -> str:
+        return f"{self.name} between contractions {np.min(kappa, initial=1):.3g} and {np.max(kappa, initial=-1):.3g}"
+
+    def _motion(self, x: Array, time: Array | None, memory: Memory | None) -> tuple[Array, Array, Memory]:
+        """Speed of shortening (T,) by backward differences, slip (T,), and the memory after it."""
+        if x.size == 0:
+            return x, x, memory or self.rest(0.0)
+        first = float("nan") if time is None else float(time[0])
+        start = memory or self.rest(float(x[0]), first)
+        speed = np.zeros(x.size)
+        if time is not None:
+            step = np.diff(time, prepend=start.time)
+            moved = np.diff(x, prepend=start.contraction)
+            with np.errstate(over="ignore"):
+                np.divide(self.length * moved, step, out=speed, where=step > 0)
+            fast = np.flatnonzero(np.abs(speed) > SPEED_LIMIT)
+            if fast.size:
+                i = int(fast[0])
+                raise RecordingError(
+                    f"at sample {i} the muscle moves at {speed[i]:.3g} m/s: {step[i]:.3g} s for a contraction of "
+                    f"{moved[i]:.3g}. Times are in seconds; drop time stamps that nearly repeat.",
+                    index=i,
+                )
+        strains, shares = self._contacts()
+        if not strains.size:
+            return (
+                speed,
+                np.zeros(x.size),
+                Memory(float(x[-1]), first if time is None else float(time[-1]), start.plays),
+            )
+        plays, state = play_bank(x, strains, start.plays, np.arange(x.size, dtype=np.int64))
+        slip = np.clip((x[:, None] - plays) / strains, -1.0, 1.0) @ shares
+        return speed, slip, Memory(float(x[-1]), first if time is None else float(time[-1]), state)
+
+    def _times(self, time: npt.ArrayLike | None, samples: int, memory: Memory | None) -> Array | None:
+        if time is None:
+            return None
+        t = signal_array(time, "time")
+        if t.size != samples:
+            raise RecordingError(f"time has {t.size} samples, contraction {samples}; pass one time for each.")
+        before = np.concatenate(([memory.time], t)) if memory and memory.time == memory.time else t
+        bad = np.flatnonzero(~(np.diff(before) > 0) | ~np.isfinite(before[1:]))
+        if bad.size or (t.size and not np.isfinite(t[0])):
+            at = int(bad[0]) if bad.size else 0
+            raise RecordingError(
+                f"time does not increase after sample {at}: speeds would be infinite. Sort the log, drop repeated "
+                "samples, or pass time=None for a motion that is infinitely slow.",
+                index=at,
+            )
+        return t
+
+    def _signals(
+        self, contraction: npt.ArrayLike, second: npt.ArrayLike, name: str = "pressure", most: float = PRESSURE_LIMIT
+    ) -> tuple[Array, Array]:
+        x = signal_array(contraction, "contraction")
+        y = np.full(x.size, parameter_number(second, name)) if np.ndim(second) == 0 else signal_array(second, name)  # type: ignore[arg-type]
+        if x.size != y.size:
+            raise RecordingError(f"contraction has {x.size} samples, {name} {y.size}; they must be of one log.")
+        self._checked(x, y, name, most)
+        return x, y
+
+    def _checked(
+        self, kappa: npt.ArrayLike, second: npt.ArrayLike, name: str = "pressure", most: float = PRESSURE_LIMIT
+    ) -> tuple[Array, Array]:
+        try:
+            k, y = np.broadcast_arrays(np.asarray(kappa, float), np.asarray(second, float))
+        except (TypeError, ValueError) as fault:
+            raise ParameterError(f"contraction and {name} are no arrays of numbers that fit ({fault}).") from None
+        low, high = self.limits
+        wrong = ~((k >= low) & (k <= high))
+        if wrong.any():
+            raise ParameterError(
+                f"contraction {float(k[wrong].flat[0])!r} is outside {low:.4g} .. {high:.4g}, where the formulas of "
+                f"{self.name} hold. Contraction is (l_0 - l)/l_0, a number, not a length or per cent.",
+                limits=self.limits,
+            )
+        wrong = ~np.isfinite(y) | (np.abs(y) > most)
+        if wrong.any():
+            limit = "" if most == np.inf else f" up to {most:g} Pa"
+            raise ParameterError(f"{name} {float(y[wrong].flat[0])!r} is not a finite number{limit}.")
+        return k, y
+
+
+class MuscleStepper:
+    """A muscle sample by sample, on plain floats: the forces of `MuscleModel.run`, to rounding.
+
+    Examples
+    --------
+    >>> from dehyst.robot.muscles import muscle
+    >>> step = muscle("tondu-lopez").stepper(0.0)
+    >>> step(0.0, 3e5, 0.001) > step(0.01, 3e5, 0.001)
+    True
+    """
+
+    def __init__(self, model: MuscleModel, contraction: float = 0.0) -> None:
+        strains, shares = model._contacts()
+        self._model = model
+        self._strains = strains
+        self._one = float(strains[0]) if strains.size == 1 else 0.0
+        stiffness = shares / strains if strains.size else shares
+        self._thresholds = np.concatenate(([0.0], strains))  # a sum of stops as one of plays, in the core
+        self._weights = np.concatenate(([stiffness.sum()], -stiffness))
+        self._limits = model.limits
+        self.reset(contraction)
+
+    def reset(self, contraction: float) -> None:
+        """Rest at a contraction, with nothing remembered."""
+        self._last = self._play = float(contraction)
+        state = np.full(self._weights.size, self._last)
+        self._slips = make_stepper(self._thresholds, self._weights, 0.0, 0.0, state, method="dense")
+
+    def __call__(self, contraction: float, pressure: float, period: float) -> float:
+        """Return the force [N] after moving there within a period [s]; gauge pressure [Pa].
+
+        Raises
+        ------
+        ParameterError
+            If the contraction is outside the model's limits.
+        """
+        speed, slip = self._move(contraction, period)
+        return self._force(contraction, pressure, speed, slip)
+
+    def pressure(self, contraction: float, force: float, period: float) -> float:
+        """Return the gauge pressure [Pa] that gives a force [N] after moving there within a period [s], and move.
+
+        Raises
+        ------
+        ParameterError
+            If the contraction is outside the model's limits; the memory stays as it was.
+        InvertibilityError
+            If no pressure gives the force.
+        """
+        speed, slip = self._move(contraction, period)
+        return float(
+            solve_pressure(
+                lambda p: np.array([self._force(contraction, float(p[0]), speed, slip)]),
+                np.array([float(force)]),
+                self._model.affine_in_pressure,
+                f"{self._model.name} at contraction {contraction:.4g}",
+            )[0]
+        )
+
+    def _move(self, x: float, period: float) -> tuple[float, float]:
+        """Take the next contraction; return speed and slip."""
+        if not self._limits[0] <= x <= self._limits[1]:
+            raise ParameterError(
+                f"contraction {x:g} is outside {self._limits[0]:.4g} .. {self._limits[1]:.4g}, where the formulas of "
+                f"{self._model.name} hold: the joint left the range of its muscle."
+            )
+        if not period > 0:
+            raise ParameterError(f"period = {period!r} s must be positive.")
+        speed = self._model.length * (x - self._last) / period
+        slip = 0.0
+        if self._one:
+            self._play = max(x - self._one, min(x + self._one, self._play))
+            slip = max(-1.0, min(1.0, (x - self._play) / self._one))
+        elif self._strains.size:
+            slip = max(-1.0, min(1.0, self._slips(x)))
+        self._last = x
+        return speed, slip
+
+    def _force(self, x: float, pressure: float, speed: float, slip: float) -> float:
+        return self._model._one_force(x, pressure, speed, slip)
+
+    @property
+    def memory(self) -> Memory:
+        """What it remembers; without a time of its own."""
+        plays = np.array([self._play]) if self._one else np.array(self._slips.state[1:])
+        return Memory(self._last, float("nan"), plays)

@@ -1,0 +1,127 @@
+r"""Braid with a Mooney-Rivlin bladder, and what makes it a muscle: Hill's law (Klute, Czerniecki, Hannaford 2002).
+
+.. math::
+
+    F_{static} = -p \frac{dV}{dl} + V_b \frac{dW}{dl}, \qquad W = C_{10} (I_1 - 3) + C_{01} (I_2 - 3)
+
+    R = c\, v |v| + (1 + \alpha) F_{static}^+ \frac{v}{b + |v|}
+
+The bladder is incompressible, relaxed at l_0, and follows the braid: stretches 1 - kappa along the axis and
+sin(theta)/sin(theta_0) around it; V_b is its volume. A bare actuator hardly depends on speed; Klute and others added a
+hydraulic damper in parallel, whose orifice gives c v^2, so that actuator and damper together follow a biological
+muscle,
+
+.. math:: (F + a)(v + b) = (F_0 + a)\, b, \qquad a = \alpha F_0, \quad v_{max} = b F_0/a,
+
+which is the second term, as a law of its own: F = F_0 - (1 + alpha) F_0 v/(b + v). b = 0 leaves it out.
+
+Structure: own knowledge, high confidence; C_10 = 118.4 kPa and C_01 = 105.7 kPa of latex medium; c low: calibrate.
+Measured for shortening only; here the damper resists both ways, and so does Hill's term.
+
+Cannot show
+-----------
+Hysteresis at low speed: both terms vanish there. A bladder that is slack before it touches the braid.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from dehyst.robot.muscles.arithmetic import Arithmetic
+from dehyst.robot.muscles.base import parameter
+from dehyst.robot.muscles.braid import BraidedMuscle, contracting_angle
+
+_PAPER = "Klute, Czerniecki, Hannaford 2002"
+
+
+@dataclass(frozen=True)
+class Klute(BraidedMuscle):
+    """Klute: braid, hyperelastic bladder, hydraulic damper, Hill's law.
+
+    Examples
+    --------
+    >>> actuator = Klute.published("triceps")
+    >>> float(actuator.static_force(0.1, 5e5)) > float(actuator.static_force(0.2, 5e5))
+    True
+    """
+
+    length: float = parameter(0.2, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
+    angle: float = parameter(
+        math.radians(20.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
+    )
+    wall: float = parameter(
+        1.6e-3, "m", 0.0, 0.01, "Klute, Hannaford 2000: 1/16 inch of latex; own knowledge, low", "bladder"
+    )
+    c10: float = parameter(
+        118.4e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_10 of the bladder"
+    )
+    c01: float = parameter(
+        105.7e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_01 of the bladder"
+    )
+    damper: float = parameter(
+        2000.0, "N s^2/m^2", 0.0, 1e6, f"{_PAPER}, structure; size low: calibrate", "c of the orifice"
+    )
+    hill_ratio: float = parameter(0.25, "1", 0.05, 1.0, f"{_PAPER} and Hill 1938: 0.25, high", "alpha = a/F_0")
+    hill_speed: float = parameter(0.0, "m/s", 0.0, 10.0, "assumption: v_max a/F_0 of the muscle", "b, 0 for none")
+
+    name: ClassVar[str] = "klute"
+    dynamic: ClassVar[bool] = True
+    SETS: ClassVar[Mapping[str, str]] = {
+        "triceps": f"{_PAPER}: actuator with a damper in parallel; dimensions and c are assumptions (low)",
+        "bare": f"{_PAPER}: actuator alone, independent of speed",
+        "muscle": "Hill 1938: a/F_0 = 0.25; v_max = 1 m/s is an assumption",
+    }
+    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "triceps": {},
+        "bare": {"damper": 0.0},
+        "muscle": {"damper": 0.0, "hill_speed": 0.25},
+    }
+
+    def __post_init__(self) -> None:
+        self._check("diameter", "angle", "hill_ratio")
+        contracting_angle(self.angle)
+        self._not_negative("wall", "c10", "c01", "damper", "hill_speed")
+        self._refuse_thick(self.wall)
+
+    @property
+    def affine_in_pressure(self) -> bool:  # type: ignore[override]
+        """Whether Hill's term, which ends with the pull, is left out."""
+        return self.hill_speed == 0.0
+
+    @property
+    def largest_speed(self) -> float:
+        """v_max = b/alpha of Hill's law, at which it does not pull any more. [m/s]"""
+        return self.hill_speed / self.hill_ratio
+
+    def rubber(self, kappa: Any, m: Arithmetic) -> Any:
+        """Return V_b dW/dl, the pull of the bladder. [N]"""
+        along, start = 1.0 - kappa, math.sin(self.angle)
+        around = m.sqrt(1.0 - (along * math.cos(self.angle)) ** 2) / start
+        slope = -((math.cos(self.angle) / start) ** 2) * along / around  # of the stretch around over that along
+        through = 1.0 / (along * around)
+        change = -through * (1.0 / along + slope / around)
+        first = 2.0 * (along + around * slope + through * change)
+        second = -2.0 * (along**-3 + around**-3 * slope + through**-3 * change)
+        return self.section * (self.c10 * first + self.c01 * second)
+
+    @property
+    def section(self) -> float:
+        """V_b/l_0, cross-section of the bladder's wall. [m^2]"""
+        return math.pi * self.wall * (self.diameter - self.wall)
+
+    def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        return pressure * self.braid.pull(kappa, self.wall, m) + self.rubber(kappa, m)
+
+    def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        resistance = self.damper * speed * abs(speed)
+        if self.hill_speed:
+            isometric = m.maximum(self._static(kappa, pressure, m), 0.0)
+            resistance = resistance + (1.0 + self.hill_ratio) * isometric * speed / (self.hill_speed + abs(speed))
+        return resistance
+
+
+MUSCLE = Klute

@@ -1,0 +1,178 @@
+"""The first screen of the reproduction: what compensation did, in one sentence, a small table, one tile a plant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from dehyst.report.tables import Table
+from dehyst.report.text import count, number, short
+from dehyst.robot.experiments.results import PlantResult, Reproduction
+from dehyst.robot.report.numbers import (
+    NO_HYSTERESIS,
+    OFF,
+    Spread,
+    joints_of,
+    left_off,
+    listed,
+    tool_ratio,
+    trial_figure,
+    trial_name,
+    trial_ratio,
+    trials_of,
+)
+from dehyst.robot.report.tool_tables import MEASURES, larger_figures
+
+# A ratio within this of 1 is called unchanged.
+UNCHANGED = 0.02
+MOST_CASES = 4  # that the first screen names
+MECHANISMS = {
+    "maxwell-slip": "40 springs in series with dry friction, whose slip force grows with pressure",
+    "preisach": "a Preisach density that no sum of plays can reproduce",
+    "dahl": "three Dahl elements, which forget where they turned",
+    NO_HYSTERESIS: "the control: the same arm without hysteresis",
+}
+
+
+def headline_of(result: Reproduction) -> tuple[int, str] | None:
+    """Return joint and trial that the headline is about: joint 1, slow, if they were run."""
+    joints, trials = joints_of(result), trials_of(result)
+    if not joints or not trials:
+        return None
+    return (1 if 1 in joints else joints[0]), ("slow" if "slow" in trials else trials[0])
+
+
+def lead(result: Reproduction) -> str:
+    """Return the headline sentence."""
+    about = headline_of(result)
+    if about is None:
+        return "No trial was run."
+    joint, trial = about
+    told = [p for p in result.plants.values() if trial_ratio(p, joint, trial, result.compensator, "rms_deg")]
+    if not told:
+        errors = [trial_figure(p, joint, trial, OFF, "rms_deg") for p in result.plants.values()]
+        found = _range([error.mean for error in errors if error])
+        return f"Without compensator, joint {joint} is {found}° off (rms) in the {trial_name(trial)} trial."
+    what = f"the rms error of joint {joint} in the {trial_name(trial)} trial"
+    said = [_gain(result, told, about, what), _refused(told, joint), _control(result, told, about, what)]
+    text = "; ".join(filter(None, said))
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _gain(result: Reproduction, told: Sequence[PlantResult], about: tuple[int, str], what: str) -> str:
+    """On the plants with hysteresis."""
+    plants = [p for p in told if p.plant != NO_HYSTERESIS and not left_off(p, about[0])]
+    if not plants:
+        return ""
+    ratios = [ratio.mean for ratio in _ratios(plants, result.compensator, *about)]
+    where = f"on plant {short(plants[0].plant, 30)}" if len(plants) == 1 else f"on {len(plants)} plants with hysteresis"
+    if len(plants) > 1 and len(plants) == sum(p.plant != NO_HYSTERESIS for p in told):
+        where = f"on all {len(plants)} plants with hysteresis"
+    return f"{where} the compensator brings {what} to {_percent(ratios)} of what it is without"
+
+
+def _refused(told: Sequence[PlantResult], joint: int) -> str:
+    """On plants with hysteresis whose model was not accepted."""
+    plants = [short(p.plant, 30) for p in told if p.plant != NO_HYSTERESIS and left_off(p, joint)]
+    if not plants:
+        return ""
+    which = f"plant{'s' if len(plants) > 1 else ''} {listed(plants)}"
+    return f"on {which} the model of joint {joint} was not accepted, so its compensator stayed off"
+
+
+def _control(result: Reproduction, told: Sequence[PlantResult], about: tuple[int, str], what: str) -> str:
+    """On the plant without hysteresis."""
+    plant = next((p for p in told if p.plant == NO_HYSTERESIS), None)
+    if plant is None:
+        return ""
+    if left_off(plant, about[0]):
+        return (
+            "on the plant without hysteresis the identified model fails its test on unseen loops, "
+            "so the compensator stays off there and changes nothing"
+        )
+    left = _ratios([plant], result.compensator, *about)[0].mean
+    way = "as it is" if abs(left - 1.0) <= UNCHANGED else "larger" if left > 1.0 else "smaller"
+    verb = "leaves" if way == "as it is" else "makes"
+    return f"on the plant without hysteresis the compensator {verb} {what} {way} ({100 * left:.0f} %)"
+
+
+def shares(result: Reproduction) -> Table | None:
+    """Return all trials in percent of the error without compensator, over the plants with hysteresis."""
+    plants = [p for n, p in result.plants.items() if n != NO_HYSTERESIS]
+    trials, rows = trials_of(result), []
+    for joint in joints_of(result):
+        on = [p for p in plants if not left_off(p, joint)]
+        rows.append((f"joint {joint}", *(_cell(_ratios(on, result.compensator, joint, trial)) for trial in trials)))
+    tool = [[tool_ratio(p, trial, result.compensator, "tracking_rms_mm") for p in plants] for trial in trials]
+    rows.append(("tool, distance", *(_cell([r for r in found if r is not None]) for found in tool)))
+    rows = [row for row in rows if any(cell != "–" for cell in row[1:])]
+    if not rows:
+        return None
+    over = "smallest to largest over the plants with hysteresis" if len(plants) > 1 else f"plant {plants[0].plant}"
+    note = f"Rms error with compensator in percent of the one without; {over}."
+    return Table("", ("", *(trial_name(trial) for trial in trials)), tuple(rows), note)
+
+
+def _cell(ratios: Sequence[Spread]) -> str:
+    return _percent([ratio.mean for ratio in ratios]) if ratios else "–"
+
+
+def worse(result: Reproduction) -> str:
+    """Say in which cases the compensator makes an error larger, or that it does so in none; "" without runs."""
+    said, cases = [], 0
+    for name, words in (("rms_deg", "rms error"), ("max_deg", "largest error")):
+        found = []
+        for plant in result.plants.values():
+            for joint in joints_of(result):
+                for trial in trials_of(result):
+                    ratio = trial_ratio(plant, joint, trial, result.compensator, name)
+                    cases += ratio is not None
+                    if ratio is not None and ratio.mean > 1.0:
+                        found.append((plant.plant, joint, trial, ratio.mean))
+        if found:
+            said.append(f"The {words} of a joint grows with the compensator in {_cases(found)}.")
+    if not said and cases:
+        said.append("In no trial does a joint's rms or largest error grow with the compensator.")
+    return " ".join((*said, *filter(None, (_worse_tool(result),))))
+
+
+def _worse_tool(result: Reproduction) -> str:
+    """Which figures of the tool grow, and in which trials."""
+    found: dict[str, dict[str, None]] = {}
+    for plant in result.plants.values():
+        for trial in trials_of(result):
+            for symbol in larger_figures(plant, trial, result.compensator):
+                found.setdefault(symbol, {})[trial_name(trial)] = None
+    if not found:
+        return ""
+    words = [f"{MEASURES[symbol][0]} {symbol} ({listed([*trials])})" for symbol, trials in sorted(found.items())]
+    where = "" if len(result.plants) == 1 else " on one plant or more"
+    return f"Of the tool's figures by ISO 9283 these grow{where}: {', '.join(words)}. Each plant's part below says why."
+
+
+def _cases(found: Sequence[tuple[str, int, str, float]]) -> str:
+    named = [
+        f"{short(plant, 30)}, joint {joint}, {trial_name(trial)} ({number(100 * ratio)} %)"
+        for plant, joint, trial, ratio in found
+    ]
+    more = f" and {len(named) - MOST_CASES} more" if len(named) > MOST_CASES else ""
+    return f"{count(len(named), 'case')}: {'; '.join(named[:MOST_CASES])}{more}"
+
+
+def _ratios(plants: Iterable[PlantResult], compensator: str, joint: int, trial: str) -> list[Spread]:
+    found = (trial_ratio(plant, joint, trial, compensator, "rms_deg") for plant in plants)
+    return [ratio for ratio in found if ratio is not None]
+
+
+def about_plant(name: str) -> str:
+    """Return what a plant's hysteresis is, or "" for one of the user's own."""
+    return MECHANISMS.get(name, "")
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = number(min(values)), number(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def _percent(values: Sequence[float]) -> str:
+    low, high = f"{100 * min(values):.0f}", f"{100 * max(values):.0f}"
+    return f"{low} %" if low == high else f"{low}–{high} %"
