@@ -12,8 +12,9 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 import dehyst
-from dehyst import families, muscles
+from dehyst import families
 from dehyst.models import ModelCard, SignalCard
+from dehyst.robot import muscles
 
 Array = npt.NDArray[np.float64]
 

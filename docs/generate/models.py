@@ -11,10 +11,11 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from dehyst import families, models, muscles
+from dehyst import families, models
 from dehyst.control import reviewed as laws
 from dehyst.families.registry import BEST, MODULES, TITLES, Family, family
 from dehyst.families.table import ROWS, TERMS, Row
+from dehyst.robot import muscles
 from dehyst.robot.muscles import registry as muscle_registry
 from generate.rst import markdown
 
