@@ -18,7 +18,7 @@ from dehyst.errors import ParameterError
 from dehyst.families.preisach import Preisach
 from dehyst.identification.drift import cycles as cutting
 from dehyst.identification.drift import design, statistics, testing
-from dehyst.identification.drift.opening import MOST_GROUPS
+from dehyst.identification.drift.logs import MOST_GROUPS
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))

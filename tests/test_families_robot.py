@@ -10,9 +10,9 @@ from dehyst import PrandtlIshlinskii, StopOperatorModel
 from dehyst.control import Compensator, along
 from dehyst.errors import OutputError, ParameterError
 from dehyst.families import InverseLoop, LoopCompensator, ModelMechanism, example, names
-from dehyst.families.acting import STROKES
 from dehyst.families.dahl import Dahl
-from dehyst.families.work import work
+from dehyst.families.loop_work import work
+from dehyst.families.mechanism import STROKES
 from dehyst.robot.arm import Mechanism
 from dehyst.robot.experiments.trials import run_trial
 

@@ -16,7 +16,7 @@ from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import choice, identify_family
 from dehyst.families.columns import GROUPS, Columns, Pace, columns_of
 from dehyst.families.elements import Element, ElementModel
-from dehyst.families.former import KERNELS
+from dehyst.families.old_families import KERNELS
 from dehyst.families.program import BLOCKS, LEAST, LEAST_OF_MAP, Program, Regularisation, sums_of
 from dehyst.families.registry import ROWS
 from dehyst.families.rows import candidates

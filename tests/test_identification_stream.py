@@ -26,7 +26,7 @@ from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import read
 from dehyst.identification.stream.measure import Cycles
 from dehyst.identification.stream.outline import Outline
-from dehyst.identification.stream.tape import Tape
+from dehyst.identification.stream.samples import Tape
 from dehyst.identification.stream.watch import STAGES, Watch
 from dehyst.identification.stream.zigzag import Zigzag
 

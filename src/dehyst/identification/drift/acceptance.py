@@ -13,7 +13,7 @@ from dehyst.errors import DehystError
 from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.drift.cycles import groups_of, samples_of
 from dehyst.identification.drift.design import Scale
-from dehyst.identification.drift.opening import Log
+from dehyst.identification.drift.logs import Log
 from dehyst.identification.drift.parts import DIRECT, ELEMENTS, Parted, Subject, predict
 from dehyst.identification.drift.result import Acceptance
 from dehyst.identification.drift.statistics import contrast

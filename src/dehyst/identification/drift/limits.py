@@ -11,7 +11,7 @@ from dehyst.findings import Finding
 from dehyst.identification.drift import design, words
 from dehyst.identification.drift.cycles import Cycle, samples_of
 from dehyst.identification.drift.design import Estimates, Scale
-from dehyst.identification.drift.opening import Log, period_of
+from dehyst.identification.drift.logs import Log, period_of
 from dehyst.identification.drift.parts import Parted, Subject
 
 # Drives that differ no more than this in size, and not by more than this factor in speed, are alike.

@@ -19,7 +19,7 @@ from dehyst.identification.drift.acceptance import accept
 from dehyst.identification.drift.cycles import groups_of
 from dehyst.identification.drift.design import Estimates, Scale
 from dehyst.identification.drift.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
-from dehyst.identification.drift.opening import (
+from dehyst.identification.drift.logs import (
     MOST_GROUPS,
     Log,
     motion_of,

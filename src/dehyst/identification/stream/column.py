@@ -12,8 +12,8 @@ import numpy as np
 
 from dehyst.arrays import Array, Rows
 from dehyst.identification.stream.outline import Outline
+from dehyst.identification.stream.samples import Block, Tape
 from dehyst.identification.stream.spool import BLOCK
-from dehyst.identification.stream.tape import Block, Tape
 
 INPUT, OUTPUT, TIME = range(3)
 WINDOW = 4  # blocks that are kept: signals are asked for one after the other, in parts of about a block

@@ -17,9 +17,9 @@ from dehyst.findings import Finding
 from dehyst.identification.stream.column import INPUT, Reader
 from dehyst.identification.stream.gaps import GapFinder, Gaps
 from dehyst.identification.stream.outline import PLACE, TIME, Outline, X, Y
+from dehyst.identification.stream.samples import Tape
 from dehyst.identification.stream.source import Source
 from dehyst.identification.stream.spool import BLOCK
-from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.zigzag import Zigzag
 
 

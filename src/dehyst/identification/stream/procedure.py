@@ -20,8 +20,8 @@ from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import Log, read
 from dehyst.identification.stream.measure import measure_streamed
 from dehyst.identification.stream.mending import by_one_clock, without_outliers, without_rest
+from dehyst.identification.stream.samples import Tape
 from dehyst.identification.stream.source import Source
-from dehyst.identification.stream.tape import Tape
 from dehyst.identification.stream.watch import Progress, Watch
 from dehyst.identification.threads import single_blas
 

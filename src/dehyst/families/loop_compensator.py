@@ -15,7 +15,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.control.compensator import refuse_second_shear
 from dehyst.errors import ParameterError
-from dehyst.families.work import work
+from dehyst.families.loop_work import work
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
 from dehyst.models.model import require_model

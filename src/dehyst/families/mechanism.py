@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.errors import ParameterError
-from dehyst.families.work import work
+from dehyst.families.loop_work import work
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
 from dehyst.models.model import require_model
