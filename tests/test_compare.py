@@ -171,9 +171,9 @@ def test_a_new_family_needs_one_module_and_one_line(registered, lagging):
     found = compare(record, ["pi", "backlash"])
     assert found["backlash"].test.rmse_percent < 2.0
     assert found["backlash"].invertible and found["backlash"].inverse_percent < 4.0
-    fit = Backlash.identify(record)
+    fit = identify_family(record, "backlash")
     assert (fit.model.radius, fit.model.weight) == (found["backlash"].model.radius, found["backlash"].model.weight)
-    assert identify_family(record, "backlash").test.rmse == found["backlash"].test.rmse
+    assert fit.test.rmse == found["backlash"].test.rmse
     np.testing.assert_allclose(fit.model.inverse().simulate(fit.model.simulate(x)), x, atol=1e-9)
 
 

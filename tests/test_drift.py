@@ -16,10 +16,10 @@ import dehyst
 from dehyst.design.drift_motion import BLOCKS, CYCLES
 from dehyst.errors import ParameterError
 from dehyst.families.preisach import Preisach
-from dehyst.identification.drift import cycles as cutting
-from dehyst.identification.drift import design, statistics, testing
-from dehyst.identification.drift.logs import MOST_GROUPS
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.monitoring import cycles as cutting
+from dehyst.monitoring import design, statistics, testing
+from dehyst.monitoring.logs import MOST_GROUPS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 

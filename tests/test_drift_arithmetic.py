@@ -8,13 +8,13 @@ import pytest
 from scipy import stats
 
 import dehyst
-from dehyst.identification.drift import acceptance, comparable, design, limits, opening, scoring, testing, words
-from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
-from dehyst.identification.drift.design import Estimates, Measured, Scale
-from dehyst.identification.drift.parts import Prediction, Subject, memoryless
-from dehyst.identification.drift.result import Blocks, Change, LogDrift
-from dehyst.identification.drift.statistics import Contrast, contrast, quantile, rms, trend
 from dehyst.models import ModelCard, SignalCard
+from dehyst.monitoring import acceptance, comparable, design, limits, logs, scoring, testing, words
+from dehyst.monitoring.cycles import Cycle, cycles_of, groups_of
+from dehyst.monitoring.design import Estimates, Measured, Scale
+from dehyst.monitoring.parts import Prediction, Subject, memoryless
+from dehyst.monitoring.result import Blocks, Change, LogDrift
+from dehyst.monitoring.statistics import Contrast, contrast, quantile, rms, trend
 
 SCALE = Scale((0.0, 1.0), (2.0, 5.0), 4.0)
 
@@ -345,9 +345,9 @@ def test_four_groups_are_enough_and_half_of_the_variance_must_be_explained():
 
 def test_the_last_quarter_of_a_long_log_counts_as_now():
     cycles = [Cycle(k, k + 1, 1.0) for k in range(100)]
-    assert len(opening.now_of(cycles[:47])) == 47
-    assert opening.now_of(cycles[:48]) == cycles[36:48]
-    assert opening.now_of(cycles) == cycles[75:]
+    assert len(logs.now_of(cycles[:47])) == 47
+    assert logs.now_of(cycles[:48]) == cycles[36:48]
+    assert logs.now_of(cycles) == cycles[75:]
 
 
 def carded(provenance, low=-1.0, high=3.0):
@@ -373,7 +373,7 @@ def log_of(x, t=None, begin=0, reference=(), name="log"):
     cycles = cycles_of(x, [slice(0, x.size)], float(x.min()), float(x.max()))
     prediction = Prediction(x, np.zeros(x.size))
     data = Measured(record, x, x, prediction, 0.0 * x, None, {}, np.ones(x.size, dtype=bool))
-    return opening.Log(record, "", cycles, cycles if reference else (), data)
+    return logs.Log(record, "", cycles, cycles if reference else (), data)
 
 
 @pytest.mark.parametrize(
@@ -389,22 +389,22 @@ def test_motions_are_alike_within_15_percent_of_size_and_a_factor_of_one_and_a_h
     findings = []
     assert limits.moved_alike(log_of(size * x, step * np.arange(x.size)), known, findings) == alike
     assert [words in finding.message for finding in findings] == ([] if alike else [True])
-    assert not limits.moved_alike(log_of(size * x), opening.Log(known.record, ""), [])
+    assert not limits.moved_alike(log_of(size * x), logs.Log(known.record, ""), [])
 
 
 def test_scale_and_motion_are_those_of_the_card_and_the_period_that_of_the_cycles():
     x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
     log = log_of(x, 0.1 * np.arange(x.size))
     subject = Subject.of(carded({}))
-    scale = opening.scale_of(subject, [log], None)
+    scale = logs.scale_of(subject, [log], None)
     assert scale.drive == (1.0, 2.0) and scale.response == (5.0, 5.0) and scale.span == 10.0
     assert scale.period == pytest.approx(4.0)
-    motion = opening.motion_of(subject, scale)
+    motion = logs.motion_of(subject, scale)
     assert (motion["low"], motion["high"], motion["unit"], motion["period_s"]) == (-1.0, 3.0, "bar", scale.period)
     assert motion["rate"] == pytest.approx(35 / 16 * 4.0 / 2.0)  # a stroke of 4 in half a period
-    free = opening.scale_of(Subject.of(carded({}, None, None)), [log], None)
+    free = logs.scale_of(Subject.of(carded({}, None, None)), [log], None)
     assert free.drive == (0.0, 1.0)
-    assert opening.motion_of(subject, Scale((0.0, 1.0), (0.0, 1.0), None))["rate"] is None
+    assert logs.motion_of(subject, Scale((0.0, 1.0), (0.0, 1.0), None))["rate"] is None
 
 
 @pytest.mark.parametrize(
@@ -422,9 +422,9 @@ def test_the_share_that_a_model_was_fitted_to_is_found_by_checksum_and_rows(sett
     record = dehyst.Recording(
         input=[0.0, 1.0, 0.0, 1.0], output=[0.0, 1.0, 0.0, 1.0], provenance={"sha256": "1"} | read
     )
-    assert opening._fitted_share(model, record) == wanted
+    assert logs._fitted_share(model, record) == wanted
     other = dehyst.Recording(input=[0.0, 1.0, 0.0, 1.0], output=[0.0, 1.0, 0.0, 1.0], provenance={"sha256": "2"})
-    assert opening._fitted_share(model, other) is None
+    assert logs._fitted_share(model, other) is None
 
 
 def test_percents_are_of_the_ranges():
@@ -550,21 +550,21 @@ def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted
     names = {"input_unit": "kPa", "output_unit": "deg"}
     record = dehyst.Recording(input=100.0 * x, output=x, provenance={"sha256": "1"}, **names)
     findings = []
-    alone = opening.opened(subject, record, {}, False, findings)
+    alone = logs.opened(subject, record, {}, False, findings)
     assert [finding.code for finding in findings] == ["unit-converted"]
     np.testing.assert_allclose(alone.record.input, x)
     assert all(c.end <= x.size // 2 for c in alone.reference) and all(c.begin >= x.size // 2 for c in alone.cycles)
     assert len(alone.reference) == 3 and len(alone.cycles) == 4 and "3 complete cycles" in alone.why_not
-    opening.opened(subject, record, {}, True, findings)
+    logs.opened(subject, record, {}, True, findings)
     assert len(findings) == 1  # said once
-    others = opening.opened(subject, record, {}, True, [])
+    others = logs.opened(subject, record, {}, True, [])
     assert len(others.reference) == 8 and others.cycles == () and not others.why_not
     stranger = dehyst.Recording(input=100.0 * x, output=x, **names)
-    assert len(opening.opened(subject, stranger, {}, True, []).cycles) == 8
-    known = opening.reference_log(subject, stranger, {}, [])
-    assert len(known.reference) == 8 and known.cycles == () and opening.reference_log(subject, None, {}, []) is None
+    assert len(logs.opened(subject, stranger, {}, True, []).cycles) == 8
+    known = logs.reference_log(subject, stranger, {}, [])
+    assert len(known.reference) == 8 and known.cycles == () and logs.reference_log(subject, None, {}, []) is None
     volts = dehyst.Recording(input=x, output=x, input_unit="V", output_unit="deg")
-    assert "swapped" in opening.opened(subject, volts, {}, True, []).why_not
+    assert "swapped" in logs.opened(subject, volts, {}, True, []).why_not
 
 
 @pytest.mark.parametrize(("swing", "count"), [(0.06, 8), (0.04, 1)])
@@ -601,7 +601,7 @@ def test_slopes_of_noise_that_remembers_get_wider_intervals_than_those_of_white_
 )
 def test_what_limits_the_judgement_is_said_where_something_was_tested(measured, tested, before, card, codes):
     data, cycles = measured
-    log = opening.Log(data.record, "", cycles, (), data)
+    log = logs.Log(data.record, "", cycles, (), data)
     findings = []
     subject = Subject.of(carded({}, *card))
     told = ("offset", "gain", "hysteresis", "bend", "s-bend")
@@ -623,7 +623,7 @@ def test_samples_beyond_the_range_of_a_direct_inverse_are_counted(measured):
     data, cycles = measured
     inside = np.ones(data.drive.size, dtype=bool)
     inside[cycles[1].begin : cycles[1].begin + 7] = False
-    log = opening.Log(data.record, "", cycles, (), dataclasses.replace(data, inside=inside))
+    log = logs.Log(data.record, "", cycles, (), dataclasses.replace(data, inside=inside))
     findings = []
     limits.say_what_is_beyond(Subject.of(carded({})), log, cycles[:2], findings)
     assert findings[0].message.startswith(f"7 of {cycles[1].end - cycles[0].begin} samples")
@@ -643,20 +643,20 @@ def test_a_log_gets_its_columns_and_what_the_inverse_misses_from_the_model():
     subject = Subject.of(carded({}))
     y = subject.model.simulate(x) + 0.5
     record = dehyst.Recording(input=x, output=y)
-    known = opening.with_model(subject, opening.Log(record, ""), Scale((1.0, 2.0), (5.0, 5.0), None)).measured
+    known = logs.with_model(subject, logs.Log(record, ""), Scale((1.0, 2.0), (5.0, 5.0), None)).measured
     np.testing.assert_allclose(known.inverse_error, known.prediction.drive - x)
     np.testing.assert_allclose(known.error, y - known.prediction.response)
     np.testing.assert_allclose(known.columns["gain"], known.prediction.response - 5.0)
     assert np.abs(known.inverse_error).max() > 0.1
-    unfit = opening.Log(record, "too few")
-    assert opening.with_model(subject, unfit, SCALE) is unfit
+    unfit = logs.Log(record, "too few")
+    assert logs.with_model(subject, unfit, SCALE) is unfit
 
 
 def test_rows_that_only_one_side_names_say_nothing_of_the_share():
     logs = [{"sha256": "1", "first_row": 0, "last_row": 9}]
     model = carded({"logs": logs, "settings": {"train_fraction": 0.6}})
     record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, provenance={"sha256": "1"})
-    assert opening._fitted_share(model, record) == 0.6
+    assert logs._fitted_share(model, record) == 0.6
 
 
 def test_a_card_whose_range_is_a_point_or_half_unknown_covers_nothing_to_speak_of():
@@ -664,7 +664,7 @@ def test_a_card_whose_range_is_a_point_or_half_unknown_covers_nothing_to_speak_o
     for low, high in ((1.0, 1.0), (None, 1.0), (1.0, None)):
         card = SignalCard("x", "bar", low, high)
         assert comparable.uncovered(x, card) == ""
-        assert opening.scale_of(Subject.of(carded({}, low, high)), [log_of(x)], None).drive == (0.0, 1.0)
+        assert logs.scale_of(Subject.of(carded({}, low, high)), [log_of(x)], None).drive == (0.0, 1.0)
     findings = []
     subject = Subject.of(carded({}, None, 3.0))
     limits.say_what_limits(subject, [log_of(x)], design.PARTS, None, None, SCALE, findings)

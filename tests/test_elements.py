@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst import _native
 from dehyst.errors import InvertibilityError, ModelFileError, ParameterError
-from dehyst.families import Scaling, former
+from dehyst.families import Scaling, old_families
 from dehyst.families.dahl import Dahl
 from dehyst.families.elements import KINDS, Element, ElementModel
 from dehyst.families.rising import least_slope
@@ -222,7 +222,7 @@ def test_past_creep_is_that_of_old_creep_pi_files_one_step_of_time_earlier():
         "thresholds": [0.0], "weights": [0.5], "creep_thresholds": [0.0, 0.2], "time_constants": [0.1, 2.0],
         "creep_weights": [0.2, 0.3], "offset": 0.0, "map_inner": [], "map_outer": [], "period": 0.0,
     }  # fmt: skip
-    known = former.FormerModel("creep-pi", values)
+    known = old_families.FormerModel("creep-pi", values)
     mine = ElementModel(
         (Element("input", weight=0.5), Element("past", 0.0, 0.1, 0.2), Element("past", 0.2, 2.0, 0.3)), period=0.02
     )

@@ -9,7 +9,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import ModelFileError
-from dehyst.families import ROWS, former
+from dehyst.families import ROWS, old_families
 from dehyst.families.elements import ElementModel
 from dehyst.models.storage import signed
 from family_checks import same_in_parts, steps_like_arrays, uneven, wander
@@ -82,7 +82,7 @@ def changed(content, **values):
     made["values"] |= {name: value for name, value in values.items() if value is not None}
     for name in (name for name, value in values.items() if value is None):
         del made["values"][name]
-    card = former.ModelCard()
+    card = old_families.ModelCard()
     return signed("dehyst-family", content["family"], made, card)
 
 
@@ -117,10 +117,12 @@ def test_what_cannot_be_undone_step_by_step_says_so(tmp_path):
     assert "at once" in loaded(changed(CREEP, thresholds=[0.1, 0.2, 0.5]), tmp_path).no_inverse
 
 
-@pytest.mark.parametrize("old", former.RENAMED)
+@pytest.mark.parametrize("old", old_families.RENAMED)
 def test_rows_that_had_another_name_keep_their_models(old, tmp_path):
-    model = ElementModel(row=former.RENAMED[old])
+    model = ElementModel(row=old_families.RENAMED[old])
     values = model.parameters() | {"row": old}
     scaling = {"center": 0.0, "half_range": 1.0, "level": 0.0, "amplitude": 1.0}
-    content = signed("dehyst-family", old, {"values": values, "scaling": scaling, "start": "rest"}, former.ModelCard())
+    content = signed(
+        "dehyst-family", old, {"values": values, "scaling": scaling, "start": "rest"}, old_families.ModelCard()
+    )
     assert loaded(content, tmp_path).parameters() == model.parameters()

@@ -2,6 +2,7 @@
 
 import ast
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -15,16 +16,32 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"models"},
     {"identification", "control", "design"},
     {"families"},
-    {"io"},
+    {"io", "monitoring"},
     {"export", "report"},
     {"robot"},
     {"app"},
     {"cli"},
     {"__main__"},
 )
+INNER = {  # floors inside large rooms, of what is named
+    "robot": ({"muscles", "iso9283"}, {"arm"}, {"experiments"}, {"report"}),
+    "identification": (
+        {"data"},
+        {"regressors"},
+        {"families"},
+        {"selection"},
+        {"refit"},
+        {"procedure"},
+        {"direct", "gain", "stream"},
+        {"plays"},
+    ),
+    "export": ({"iec"}, {"unit"}, {"subject"}, {"plc", "fmu"}, {"fmu2", "fmu3", "st"}, {"verification"}),
+    "families": ({"base"}, {"elements"}, {"columns"}, {"choice"}, {"rows"}, {"best"}),
+    "report": ({"figures"}, {"rendering"}, {"page", "compare", "drift"}),
+}
 FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in rooms}
 HOMES = {
-    "scipy": {"identification", "families", "io", "robot"},
+    "scipy": {"identification", "families", "io", "monitoring", "robot"},
     "h5py": {"io"},
     "jinja2": {"export", "report"},
     "markupsafe": {"report", "robot"},  # jinja2's own strings
@@ -81,6 +98,50 @@ def test_a_module_imports_from_lower_floors_only():
         assert parts[0].removesuffix(".py") in FLOOR, f"{parts[0]} has no floor: add it to FLOORS"
         found["/".join(parts)] = faults(path.read_text(encoding="utf-8"), parts)
     assert len(found) > 100 and {name: wrong for name, wrong in found.items() if wrong} == {}
+
+
+def names_in(path):
+    """Modules of the package that a file imports when it runs, in functions too; what only types need is left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            node.body = []
+    named = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            named |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Import):
+            named |= {alias.name for alias in node.names}
+    return named
+
+
+def test_no_module_imports_itself_through_others():
+    files = {".".join(("dehyst", *path.relative_to(SOURCE).with_suffix("").parts)): path for path in MODULES}
+    files = {name.removesuffix(".__init__"): path for name, path in files.items()}
+    graph = {}
+    for name, path in files.items():
+        named = names_in(path) & set(files)
+        graph[name] = {other for other in named if not any(one.startswith(f"{other}.") for one in named)} - {name}
+    assert sum(map(len, graph.values())) > 1000
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as found:
+        pytest.fail(f"imports go round: {' -> '.join(found.args[1])}")
+
+
+@pytest.mark.parametrize("room", INNER)
+def test_large_rooms_have_floors_inside(room):
+    level = {name: number for number, names in enumerate(INNER[room], 1) for name in names}
+    found = []
+    for path in sorted((SOURCE / room).rglob("*.py")):
+        part = path.relative_to(SOURCE / room).parts[0].removesuffix(".py")
+        if part == "__init__":
+            continue
+        for name in names_in(path):
+            other = name.removeprefix(f"dehyst.{room}.").split(".")[0] if name.startswith(f"dehyst.{room}.") else part
+            if other != part and level.get(other, 0) >= level.get(part, 99):
+                found.append(f"{path.name} imports {name}")
+    assert found == [] and set(level) <= {path.stem for path in (SOURCE / room).iterdir()}
 
 
 @pytest.mark.parametrize(

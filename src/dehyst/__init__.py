@@ -39,10 +39,6 @@ if TYPE_CHECKING:
     from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify_direct as identify_direct
     from dehyst.identification import identify_paper as identify_paper
-    from dehyst.identification.drift import Drift as Drift
-    from dehyst.identification.drift import drift as drift
-    from dehyst.identification.evaluate import Evaluation as Evaluation
-    from dehyst.identification.evaluate import evaluate as evaluate
     from dehyst.identification.stream import Progress as Progress
     from dehyst.identification.stream import identify_stream as identify_stream
     from dehyst.io import inspect_log as inspect_log
@@ -60,6 +56,10 @@ if TYPE_CHECKING:
     from dehyst.models import StopOperatorModel as StopOperatorModel
     from dehyst.models import load as load
     from dehyst.models import load_model as load_model
+    from dehyst.monitoring import Drift as Drift
+    from dehyst.monitoring import drift as drift
+    from dehyst.monitoring.evaluate import Evaluation as Evaluation
+    from dehyst.monitoring.evaluate import evaluate as evaluate
     from dehyst.report import write_comparison_report as write_comparison_report
     from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
@@ -114,8 +114,8 @@ _ROOMS = {
     "dehyst.families": "Comparison FamilyFit LoopModel block compare identify identify_family",
     "dehyst.findings": "Finding",
     "dehyst.identification": ("CrossValidation Fit Refit choose_shear cross_validate identify_direct identify_paper"),
-    "dehyst.identification.drift": "Drift drift",
-    "dehyst.identification.evaluate": "Evaluation evaluate",
+    "dehyst.monitoring": "Drift drift",
+    "dehyst.monitoring.evaluate": "Evaluation evaluate",
     "dehyst.identification.stream": "Progress identify_stream",
     "dehyst.io": "inspect_log read_log read_signal",
     "dehyst.io.chunks": "open_chunks",

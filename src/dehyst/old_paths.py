@@ -17,6 +17,8 @@ MOVED = {
         for name in ("cube", "curves", "metrics", "paths", "sections", "slowing", "summary", "timing")
     },
     "dehyst.evaluation": "dehyst.design",
+    "dehyst.identification.drift": "dehyst.monitoring",
+    "dehyst.identification.evaluate": "dehyst.monitoring.evaluate",
     "dehyst.muscles": "dehyst.robot.muscles",
     "dehyst.plant": "dehyst.robot.arm",
     "dehyst.experiments": "dehyst.robot.experiments",

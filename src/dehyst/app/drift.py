@@ -20,10 +20,10 @@ from dehyst.design import design_drift_motion
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
 from dehyst.files import write_atomically
 from dehyst.grades import Grade, grade_of
-from dehyst.identification.drift import Change, Drift, drift
-from dehyst.identification.drift.parts import Subject
-from dehyst.identification.drift.words import NAMES, other_way
 from dehyst.models import Model, load
+from dehyst.monitoring import Change, Drift, drift
+from dehyst.monitoring.parts import Subject
+from dehyst.monitoring.words import NAMES, other_way
 from dehyst.shell import quoted
 
 STATUS = {

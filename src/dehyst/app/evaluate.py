@@ -15,8 +15,8 @@ from dehyst.app.requests import EvaluateRequest
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.errors import ColumnError, ParameterError
-from dehyst.identification.evaluate import Evaluation, Scored, evaluate
 from dehyst.models import Model, load
+from dehyst.monitoring.evaluate import Evaluation, Scored, evaluate
 from dehyst.shell import quoted
 
 

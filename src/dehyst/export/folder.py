@@ -14,7 +14,6 @@ from typing import Any
 from dehyst import __version__
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.budget import Budget, budget
-from dehyst.export.checks import Check
 from dehyst.export.exchange import alone, is_inside, put, repair
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
@@ -289,21 +288,3 @@ def _no_manifest(path: Path, fault: Exception) -> OutputError:
         f"'{path}' is no manifest of an export ({fault}). Export again: dehyst export MODEL --target ... --out DIR",
         path=str(path),
     )
-
-
-def verify(folder: str | os.PathLike[str]) -> list[Check]:
-    """Check an export folder: its files, its expected answers against the model, and the target's own checks.
-
-    Returns
-    -------
-    checks : list of Check
-        All that was claimed and whether it holds.
-
-    Raises
-    ------
-    OutputError
-        If the folder is no export.
-    """
-    from dehyst.export.verification import verify_folder
-
-    return list(verify_folder(Path(folder)).checks)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -61,6 +62,22 @@ class Verification:
     def good(self) -> bool:
         """Whether the export is signed off."""
         return not self.why_not
+
+
+def verify(folder: str | os.PathLike[str]) -> list[Check]:
+    """Check an export folder: its files, its expected answers against the model, and the target's own checks.
+
+    Returns
+    -------
+    checks : list of Check
+        All that was claimed and whether it holds.
+
+    Raises
+    ------
+    OutputError
+        If the folder is no export.
+    """
+    return list(verify_folder(Path(folder)).checks)
 
 
 def verify_folder(folder: Path) -> Verification:

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.families.inversion import first_input, search_inputs
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number, signal_array
 from dehyst.models.model import Inverted, Steps, without_inverse
-
-if TYPE_CHECKING:
-    from dehyst.families.fitting import FamilyFit
-    from dehyst.identification import Fit
 
 STARTS = ("zero", "rest", "rising", "falling", "origin")
 PRELUDE = 64  # samples of a stroke before the first sample
@@ -169,15 +164,6 @@ class LoopModel(Model):
         """Return a small model of this family, for tests and pictures."""
         return cls()
 
-    @classmethod
-    def identify(
-        cls, recordings: Recording | Sequence[Recording], *, train_fraction: float | None = None, seed: int = 0
-    ) -> FamilyFit:
-        """Identify a model of this family from recordings: `dehyst.identify_family` with its name."""
-        from dehyst.families.fitting import identify_family  # knows the registry
-
-        return identify_family(recordings, cls.family, train_fraction=train_fraction, seed=seed)
-
     def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the output (T,) for an input (T,), beginning in the model's start state. [output]
 
@@ -242,12 +228,6 @@ class LoopModel(Model):
     def _stroke(self, memory: Array, at: float, turn: float) -> Array:
         way = np.linspace(at, turn, PRELUDE + 1)[1:]
         return self.run(way, np.zeros(PRELUDE) if self.rate_dependent else None, memory)[1]
-
-    def identified_again(self, records: Sequence[Recording], train_fraction: float) -> Fit:
-        """Return the fit of the same family to other recordings."""
-        from dehyst.families.best import identify  # knows all families
-
-        return identify(records, self.family, train_fraction=train_fraction)
 
     def with_start(self, start: str) -> Self:
         """Return the same model that begins in another state, one of `STARTS`."""

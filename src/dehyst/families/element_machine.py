@@ -5,15 +5,19 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dehyst import _native
 from dehyst.errors import ParameterError
-from dehyst.families.elements import KINDS, LEAST_SLOPE, ElementModel, Pairs
+from dehyst.families.rising import LEAST_SLOPE
 from dehyst.models.arrays import parameter_number
 from dehyst.models.card import SignalCard
 from dehyst.models.machine import Direction, Machine, declared_range
+
+if TYPE_CHECKING:
+    from dehyst.families.elements import ElementModel, Pairs
 
 BEYOND = 0.5  # of the slow loop's height: so much further creep and rate may lead
 LONG = 1e9  # s, after which every lag is there
@@ -169,7 +173,7 @@ def _made(
     numbers = dict(zip(NUMBERS, map(float, (*values, 1.0 / ramp)), strict=True))
     q = model.elements
     parameters = ElementBlockParameters(
-        kind=tuple(KINDS.index(e.kind) for e in q), schedule=tuple(e.schedule for e in q),
+        kind=tuple(_native.ELEMENT_KINDS.index(e.kind) for e in q), schedule=tuple(e.schedule for e in q),
         radius=tuple(e.radius for e in q), gain=tuple(sum_.gains(period).tolist()),
         weight=tuple(e.weight for e in q), maps=tuple(e.map for e in q), offset=model.offset, before=maps[0],
         after=maps[1], low=x_range[0], high=x_range[1], source=tuple(s[0] for s in model.schedules),

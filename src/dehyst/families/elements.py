@@ -46,8 +46,9 @@ from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling
+from dehyst.families.element_machine import element_machine
 from dehyst.families.inversion import FARTHEST, first_input
-from dehyst.families.rising import least_slope, most_slope
+from dehyst.families.rising import LEAST_SLOPE, least_slope, most_slope
 from dehyst.models import ModelCard, SignalCard
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing
 from dehyst.models.card import NO_CARD
@@ -56,7 +57,6 @@ from dehyst.models.machine import Direction, Machine
 KINDS = _native.ELEMENT_KINDS
 DIRECTIONS = ("forward", "inverse")
 LAGS = ("creep", "relax", "past", "product")
-LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
@@ -251,8 +251,6 @@ class ElementModel(LoopModel):
     def machine(  # noqa: D102 - documented in the base class
         self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
     ) -> Machine:
-        from dehyst.families.element_machine import element_machine  # made for targets alone
-
         return element_machine(self, direction, range, ramp, period)
 
     @property

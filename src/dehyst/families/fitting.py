@@ -72,7 +72,7 @@ class FamilyFit:
     >>> from dehyst import Recording
     >>> from dehyst.families.dahl import Dahl
     >>> x = np.sin(np.linspace(0.0, 40.0, 800)) * np.linspace(1.0, 0.3, 800)
-    >>> fit = Dahl.identify(Recording(input=x, output=Dahl.example().simulate(x)))
+    >>> fit = identify_family(Recording(input=x, output=Dahl.example().simulate(x)), "dahl")
     >>> fit.family, fit.invertible, fit.seed, bool(fit.test.rmse < 0.01)
     ('dahl', True, None, True)
     """

@@ -14,6 +14,7 @@ from dehyst.arrays import Array
 if TYPE_CHECKING:
     from dehyst.families.elements import Element
 
+LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
 MOST_GROWTH = 15.0 / 16.0  # of a radius with the input: what the machine allows
 LAGS = ("relax", "past", "product")
 

@@ -4,7 +4,7 @@ from dehyst.identification.cross_validation import CrossValidation, Trial, cross
 from dehyst.identification.direct import identify_direct
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
-from dehyst.identification.procedure import identify, identify_paper
+from dehyst.identification.plays import identify, identify_paper
 from dehyst.identification.shear import ShearChoice, choose_shear
 
 __all__ = [

@@ -19,8 +19,8 @@ from dehyst.errors import ColumnError, LogError, RecordingError, RunError, TimeE
 from dehyst.findings import Finding
 from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit
 from dehyst.io.columns import labels_of, run_column, select_run
-from dehyst.io.formats import BINARY, PathLike, path_of, readable, require_file
-from dehyst.io.streams import Piece, Source, open_source
+from dehyst.io.formats import BINARY, PathLike, open_source, path_of, readable, require_file
+from dehyst.io.streams import Piece, Source
 from dehyst.io.table import Table, finite
 from dehyst.io.tally import Tally
 from dehyst.units import parse_unit

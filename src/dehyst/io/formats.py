@@ -12,6 +12,7 @@ from pathlib import Path
 
 from dehyst.errors import LogError
 from dehyst.io.delimited import read_delimited
+from dehyst.io.streams import Source
 from dehyst.io.table import Table
 from dehyst.io.text import SIZE_LIMIT
 
@@ -158,3 +159,22 @@ def _dispatch(data: bytes, source: Path, sha256: str) -> Table:
             path=str(source),
         )
     return read_delimited(data, name, sha256)
+
+
+def open_source(path: Path, head: bytes) -> Source:
+    """Source for a file that begins with `head`, of a known format; readers are imported when they are needed."""
+    if head.startswith(BAGS):
+        from dehyst.io.ros import BagSource
+
+        return BagSource(path)
+    if head.startswith((*ZIP, NPY)):
+        from dehyst.io.numpy_files import ArraySource
+
+        return ArraySource(path)
+    if head.startswith(TABLES):
+        from dehyst.io.parquet import TableSource
+
+        return TableSource(path, head)
+    from dehyst.io.stream_text import TextSource
+
+    return TextSource(path)

@@ -64,27 +64,6 @@ class Source(Protocol):
         return []
 
 
-def open_source(path: Path, head: bytes) -> Source:
-    """Source for a file that begins with `head`, of a known format; readers are imported when they are needed."""
-    from dehyst.io.formats import BAGS, NPY, TABLES, ZIP
-
-    if head.startswith(BAGS):
-        from dehyst.io.ros import BagSource
-
-        return BagSource(path)
-    if head.startswith((*ZIP, NPY)):
-        from dehyst.io.numpy_files import ArraySource
-
-        return ArraySource(path)
-    if head.startswith(TABLES):
-        from dehyst.io.parquet import TableSource
-
-        return TableSource(path, head)
-    from dehyst.io.stream_text import TextSource
-
-    return TextSource(path)
-
-
 def numbers_of(values: npt.NDArray[Any]) -> Column:
     """Numbers of an array as `Collector` makes them: float64, date-times in seconds, text as labels."""
     if values.dtype.kind == "M":

@@ -16,6 +16,7 @@ from dehyst.errors import ParameterError
 from dehyst.models.arrays import signal_array
 from dehyst.models.machine import Direction, Machine
 from dehyst.models.model import Band, Model
+from dehyst.models.play_machine import play_machine
 from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 
 if TYPE_CHECKING:
@@ -307,8 +308,6 @@ class HysteresisModel(Model):
     def machine(  # noqa: D102 - documented in the base class
         self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
     ) -> Machine:
-        from dehyst.models.play_machine import play_machine  # made for targets alone
-
         return play_machine(self, direction, range, ramp)
 
     def final_state(self, x: npt.ArrayLike) -> Array:

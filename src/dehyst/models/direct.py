@@ -18,6 +18,7 @@ from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
+from dehyst.models.direct_machine import direct_machine
 from dehyst.models.follow import BEYOND, follow
 from dehyst.models.machine import Direction, Machine
 from dehyst.models.model import Band, Inverted, Model, Steps, WeightTable
@@ -377,8 +378,6 @@ class DirectInverse(Model):
     def machine(  # noqa: D102 - documented in the base class
         self, direction: Direction, range: tuple[float, float] | None, ramp: int, period: float | None
     ) -> Machine:
-        from dehyst.models.direct_machine import direct_machine  # made for targets alone
-
         return direct_machine(self, direction, range, ramp, period)
 
     def core_stepper(self, period: float) -> DirectStepper:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dehyst import _native
 from dehyst.errors import ParameterError
 from dehyst.models.card import SignalCard
-from dehyst.models.direct import DirectInverse
 from dehyst.models.machine import Direction, Machine, declared_range
+
+if TYPE_CHECKING:
+    from dehyst.models.direct import DirectInverse
 
 RATE = "rate"
 BEYOND = 1e14  # no limit of a signal lies there

@@ -19,6 +19,7 @@ from dehyst.models.arrays import parameter_number
 from dehyst.models.card import ModelCard, SignalCard
 from dehyst.models.machine import Direction, Machine
 from dehyst.models.offset import following, offset_numbers, width
+from dehyst.models.storage import save_model
 
 if TYPE_CHECKING:
     from dehyst.models.monotone import MonotoneMap
@@ -364,8 +365,6 @@ class Model(ABC):
         OutputError
             If the file cannot be written. An earlier file of that name stays as it was.
         """
-        from dehyst.models.storage import save_model  # same room; the storage knows all families
-
         return save_model(self, path)
 
     def given(self, signals: Mapping[str, npt.ArrayLike], size: int) -> dict[str, Array]:

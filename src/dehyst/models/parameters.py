@@ -17,8 +17,7 @@ from dehyst.models.schedule import Schedule
 from dehyst.models.sheared import ShearedPrandtlIshlinskii
 from dehyst.models.static import StaticCurve
 from dehyst.models.stop import StopOperatorModel
-
-Json = dict[str, Any]
+from dehyst.models.storage import Json, number
 
 MOST_SCHEDULES = 3
 LONGEST_NAME = 200
@@ -28,13 +27,6 @@ def _numbers(value: Any, name: str) -> list[float]:
     if not isinstance(value, list) or not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value):
         raise ParameterError(f"{name} is not a list of numbers.")
     return value
-
-
-def number(value: Any, name: str) -> float:
-    """Return a JSON number as float, or refuse it by name."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ParameterError(f"{name} is not a number.")
-    return float(value)
 
 
 def _read_play(p: Json) -> PrandtlIshlinskii:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +13,11 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.base import HysteresisModel
 from dehyst.models.machine import Direction, Machine, declared_range
 from dehyst.models.reach import Operator
+
+if TYPE_CHECKING:
+    from dehyst.models.base import HysteresisModel
 
 Words = npt.NDArray[np.uint32]
 

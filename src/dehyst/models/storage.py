@@ -9,14 +9,17 @@ import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from dehyst.errors import DehystError, ModelFileError, ParameterError
 from dehyst.files import write_atomically
-from dehyst.models.base import HysteresisModel
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.model import Model
-from dehyst.models.parameters import Json, number
+
+if TYPE_CHECKING:
+    from dehyst.models.base import HysteresisModel
+    from dehyst.models.model import Model
+
+Json = dict[str, Any]
 
 SCHEMA = 1
 OWN = "dehyst-model"
@@ -26,6 +29,13 @@ READERS = {OWN: "dehyst.models.parameters", "dehyst-family": "dehyst.families.fi
 # hostile file of this size is refused within a second.
 MAXIMUM_BYTES = 1024 * 1024
 MAXIMUM_DEPTH = 32
+
+
+def number(value: Any, name: str) -> float:
+    """Return a JSON number as float, or refuse it by name."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ParameterError(f"{name} is not a number.")
+    return float(value)
 
 
 def _signal(card: SignalCard) -> Json:
@@ -244,7 +254,7 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
             f"holds a {model.family} model, which has no operators whose memory could be bounded.",
             "Read it with dehyst.load, which reads every model, or identify another family where this is needed.",
         )
-    return cast(HysteresisModel, model)
+    return cast("HysteresisModel", model)
 
 
 def text_of(path: str | os.PathLike[str]) -> str:

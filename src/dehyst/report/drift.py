@@ -12,9 +12,9 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.grades import Grade
-from dehyst.identification.drift import Drift, LogDrift
-from dehyst.identification.drift.parts import Subject
-from dehyst.identification.drift.words import NAMES, other_way
+from dehyst.monitoring import Drift, LogDrift
+from dehyst.monitoring.parts import Subject
+from dehyst.monitoring.words import NAMES, other_way
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
 from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.tables import Table

@@ -14,12 +14,15 @@ from dehyst.data.recording import Recording, require_recordings, takes_recording
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.direct.data import check_given
-from dehyst.identification.drift import comparable, design, testing, words
-from dehyst.identification.drift.acceptance import accept
-from dehyst.identification.drift.cycles import groups_of
-from dehyst.identification.drift.design import Estimates, Scale
-from dehyst.identification.drift.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
-from dehyst.identification.drift.logs import (
+from dehyst.identification.mending import mended
+from dehyst.models import Model
+from dehyst.models.arrays import parameter_number
+from dehyst.monitoring import comparable, design, testing, words
+from dehyst.monitoring.acceptance import accept
+from dehyst.monitoring.cycles import groups_of
+from dehyst.monitoring.design import Estimates, Scale
+from dehyst.monitoring.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
+from dehyst.monitoring.logs import (
     MOST_GROUPS,
     Log,
     motion_of,
@@ -29,13 +32,10 @@ from dehyst.identification.drift.logs import (
     scale_of,
     with_model,
 )
-from dehyst.identification.drift.parts import Subject
-from dehyst.identification.drift.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
-from dehyst.identification.drift.scoring import blocks_of, percents, trends_of
-from dehyst.identification.drift.statistics import rms
-from dehyst.identification.mending import mended
-from dehyst.models import Model
-from dehyst.models.arrays import parameter_number
+from dehyst.monitoring.parts import Subject
+from dehyst.monitoring.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
+from dehyst.monitoring.scoring import blocks_of, percents, trends_of
+from dehyst.monitoring.statistics import rms
 
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
 Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dehyst.identification.drift import design, testing
-from dehyst.identification.drift.cycles import Cycle, groups_of
-from dehyst.identification.drift.design import Estimates, Measured, Scale
-from dehyst.identification.drift.result import Blocks, LogDrift, Trend
-from dehyst.identification.drift.statistics import rms, trend
+from dehyst.monitoring import design, testing
+from dehyst.monitoring.cycles import Cycle, groups_of
+from dehyst.monitoring.design import Estimates, Measured, Scale
+from dehyst.monitoring.result import Blocks, LogDrift, Trend
+from dehyst.monitoring.statistics import rms, trend
 
 MOST_BLOCKS = 120
 

@@ -9,8 +9,8 @@ from typing import Any
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
-from dehyst.identification.drift.parts import Subject
 from dehyst.models import Model
+from dehyst.monitoring.parts import Subject
 
 UNCHANGED, DRIFTED, NOT_COMPARABLE, CANNOT_TELL = "unchanged", "drifted", "not comparable", "cannot tell"
 

@@ -18,7 +18,6 @@ from dehyst.findings import Finding
 from dehyst.grades import Grade, grade_of
 from dehyst.identification.data import range_over
 from dehyst.identification.direct.data import check_given
-from dehyst.identification.drift.comparable import in_units_of, unexplained
 from dehyst.identification.fit import InputError, Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.memory import known_from
@@ -27,6 +26,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
+from dehyst.monitoring.comparable import in_units_of, unexplained
 from dehyst.ties import rank
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]

@@ -11,8 +11,8 @@ from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.identification.drift.cycles import Cycle
 from dehyst.models import SignalCard, converted
+from dehyst.monitoring.cycles import Cycle
 
 # Share of the identified range that a log must cover, and by how much of it it may go beyond.
 COVERED, BEYOND = 0.8, 0.1

@@ -10,10 +10,10 @@ import numpy as np
 
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
-from dehyst.identification.drift import comparable, design, parts
-from dehyst.identification.drift.cycles import Cycle, cycles_of, groups_of
-from dehyst.identification.drift.design import Measured, Scale
-from dehyst.identification.drift.parts import Given, Parted, Subject
+from dehyst.monitoring import comparable, design, parts
+from dehyst.monitoring.cycles import Cycle, cycles_of, groups_of
+from dehyst.monitoring.design import Measured, Scale
+from dehyst.monitoring.parts import Given, Parted, Subject
 
 MOST_GROUPS = 12
 # A log of so many cycles is long: what counts as now is its last quarter.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.identification.drift.design import (
+from dehyst.monitoring.design import (
     ERROR,
     GAIN,
     HYSTERESIS,
@@ -19,8 +19,8 @@ from dehyst.identification.drift.design import (
     Estimates,
     Scale,
 )
-from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, UNCHANGED, Change
-from dehyst.identification.drift.statistics import Contrast, contrast, rms
+from dehyst.monitoring.result import CANNOT_TELL, DRIFTED, UNCHANGED, Change
+from dehyst.monitoring.statistics import Contrast, contrast, rms
 
 # Smallest change worth a word: RMS of what it does, percent of the response's range.
 LEAST = 0.1

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst.findings import Finding
-from dehyst.identification.drift import design, words
-from dehyst.identification.drift.cycles import Cycle, samples_of
-from dehyst.identification.drift.design import Estimates, Scale
-from dehyst.identification.drift.logs import Log, period_of
-from dehyst.identification.drift.parts import Parted, Subject
+from dehyst.monitoring import design, words
+from dehyst.monitoring.cycles import Cycle, samples_of
+from dehyst.monitoring.design import Estimates, Scale
+from dehyst.monitoring.logs import Log, period_of
+from dehyst.monitoring.parts import Parted, Subject
 
 # Drives that differ no more than this in size, and not by more than this factor in speed, are alike.
 ALIKE_SIZE = 0.15

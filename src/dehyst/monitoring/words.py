@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dehyst.identification.drift.design import (
+from dehyst.monitoring.design import (
     BEND,
     CREEP,
     ERROR,
@@ -16,7 +16,7 @@ from dehyst.identification.drift.design import (
     S_BEND,
     VISCOUS,
 )
-from dehyst.identification.drift.result import CANNOT_TELL, DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, LogDrift
+from dehyst.monitoring.result import CANNOT_TELL, DRIFTED, NOT_COMPARABLE, UNCHANGED, Change, LogDrift
 
 NAMES = {
     OFFSET: "offset",

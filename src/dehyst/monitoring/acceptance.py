@@ -4,25 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import DehystError
+from dehyst.families.best import identify as identify_family_or_plays
 from dehyst.identification.direct.procedure import identify_direct
-from dehyst.identification.drift.cycles import groups_of, samples_of
-from dehyst.identification.drift.design import Scale
-from dehyst.identification.drift.logs import Log
-from dehyst.identification.drift.parts import DIRECT, ELEMENTS, Parted, Subject, predict
-from dehyst.identification.drift.result import Acceptance
-from dehyst.identification.drift.statistics import contrast
 from dehyst.identification.fit import Fit
-from dehyst.identification.procedure import identify
+from dehyst.identification.plays import identify
 from dehyst.identification.settings import AUTO
 from dehyst.identification.split import end_of
 from dehyst.models import ModelCard
 from dehyst.models.storage import model_to_dict
+from dehyst.monitoring.cycles import groups_of, samples_of
+from dehyst.monitoring.design import Scale
+from dehyst.monitoring.logs import Log
+from dehyst.monitoring.parts import DIRECT, ELEMENTS, Parted, Subject, predict
+from dehyst.monitoring.result import Acceptance
+from dehyst.monitoring.statistics import contrast
 
 # Share of each log that the new model is fitted to.
 FITTED = 0.5
@@ -79,8 +80,7 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
         times = settings.get("creep_times") or None
         return identify_direct(records, creep_times=times, train_fraction=share, **signals)
     if model.core == ELEMENTS:
-        fit: Fit = cast(Any, model).identified_again(records, share)
-        return fit
+        return identify_family_or_plays(records, model.family, train_fraction=share)
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]

@@ -20,9 +20,9 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
-from dehyst.identification.drift.cycles import Cycle, samples_of
-from dehyst.identification.drift.parts import Prediction
-from dehyst.identification.drift.statistics import rms
+from dehyst.monitoring.cycles import Cycle, samples_of
+from dehyst.monitoring.parts import Prediction
+from dehyst.monitoring.statistics import rms
 
 OFFSET, GAIN, HYSTERESIS, BEND, S_BEND, CREEP = "offset", "gain", "hysteresis", "bend", "s-bend", "creep"
 # Scales of what a direct inverse has of its own; the creep above is one that the model lacks.
