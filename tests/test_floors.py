@@ -9,7 +9,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
-    {"arrays", "visible"},
+    {"arrays", "version", "visible"},
     {"errors", "findings", "grades", "ties", "_native"},
     {"files", "old_paths", "shell", "units"},
     {"data"},

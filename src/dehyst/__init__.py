@@ -6,6 +6,8 @@ The public names and nothing else; each is imported when it is first used, so th
 
 import sys
 
+from dehyst.version import __version__ as __version__
+
 TYPE_CHECKING = False  # which type checkers take for true; `typing` would be loaded before Ctrl-C is heeded
 if TYPE_CHECKING:
     from typing import Any
@@ -78,8 +80,6 @@ if TYPE_CHECKING:
     from dehyst.robot.experiments.trials import Equipment as Equipment
     from dehyst.robot.experiments.trials import run_trial as run_trial
     from dehyst.robot.report import write_reproduction_report as write_reproduction_report
-
-__version__ = "0.1.0"
 
 
 def _refuse_subinterpreter() -> None:

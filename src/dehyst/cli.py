@@ -28,7 +28,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from dehyst import __version__
+        from dehyst.version import __version__
 
         typer.echo(f"dehyst {__version__}")
         raise typer.Exit

@@ -12,7 +12,6 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from dehyst import __version__
 from dehyst.app.ending import concluding
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, terminal
@@ -23,6 +22,7 @@ from dehyst.export.folder import MANIFEST, VERIFIED, exported_files
 from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
 from dehyst.grades import doubtful
+from dehyst.version import __version__
 
 SIGNED = "Verified by `dehyst verify`."
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}

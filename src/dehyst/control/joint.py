@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.control.adaptation import Adaptation
 from dehyst.control.compensator import PLAYS, refuse_second_shear

@@ -29,7 +29,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.control.parameters import JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number

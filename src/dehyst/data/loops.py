@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 
 # A swing counts as a turn when it exceeds this share of the signal's range: above sensor noise, below any

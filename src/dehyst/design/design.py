@@ -23,7 +23,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.design.plan import ExcitationPlan, Section
 from dehyst.design.plan_sections import (
     COUNTS,

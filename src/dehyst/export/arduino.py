@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from dehyst import __version__
 from dehyst.export import c, core_files
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder, plain_environment, version_of
@@ -20,6 +19,7 @@ from dehyst.export.numbers import UnitNumbers
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal
 from dehyst.export.subject import Subject
+from dehyst.version import __version__
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
 AVR_FIXED = 128  # bytes of RAM of a model of plays beside 20 n: parameters and state that do not depend on n

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst import __version__
 from dehyst.control.joint import FLAGS
 from dehyst.export import core_files
 from dehyst.export.budget import budget
@@ -18,6 +17,7 @@ from dehyst.export.numbers import FLOAT_LIMIT
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.grades import Grade, grade_of
+from dehyst.version import __version__
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
 # pressures of 1e5 Pa over a period; everything else 6e-5, where limits are met in the same periods.

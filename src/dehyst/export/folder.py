@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from dehyst import __version__
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.budget import Budget, budget
 from dehyst.export.exchange import alone, is_inside, put, repair
@@ -20,6 +19,7 @@ from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
 from dehyst.export.targets import target as target_of
 from dehyst.shell import quoted
+from dehyst.version import __version__
 
 FORMAT = "dehyst-export"
 SCHEMA = 1

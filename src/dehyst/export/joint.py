@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.control.adaptation import OFF, Adaptation
 from dehyst.control.compensator import refuse_second_shear

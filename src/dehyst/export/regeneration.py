@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
 
-from dehyst import __version__
 from dehyst.export.checks import Check
 from dehyst.export.folder import MANIFEST, manifest_text
+from dehyst.version import __version__
 
 CLAIM = "files are those that dehyst exports from this model"
 CLAIM_OF_VERSION = "exported with the version of dehyst that verifies it"

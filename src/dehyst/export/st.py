@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst import __version__
 from dehyst.arrays import Array
 from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
@@ -31,6 +30,7 @@ from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
 from dehyst.export.signal import Whole
 from dehyst.export.subject import Subject
+from dehyst.version import __version__
 
 REAL = {"double": "LREAL", "float": "REAL"}
 JOINT_SAMPLES = 400  # of the test on the PLC: its tables live in the memory of the machine

@@ -44,7 +44,7 @@ from math import comb
 import numpy as np
 from scipy.optimize import minimize_scalar, nnls
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import STARTS, UNSCALED, LoopModel, Scaling

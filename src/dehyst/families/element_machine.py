@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.errors import ParameterError
 from dehyst.families.rising import LEAST_SLOPE
 from dehyst.models.arrays import parameter_number

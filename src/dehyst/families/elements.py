@@ -42,7 +42,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import PRELUDE, UNSCALED, LoopModel, Scaling

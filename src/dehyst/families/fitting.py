@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst import __version__
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import IdentificationError
@@ -28,6 +27,7 @@ from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
 from dehyst.models import Model, ModelCard, SignalCard
+from dehyst.version import __version__
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,7 +10,7 @@ from typing import Protocol, Self, TypeVar
 import numpy as np
 from scipy.optimize import nnls
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families.base import LoopModel

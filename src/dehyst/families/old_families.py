@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.families.base import UNSCALED, LoopModel, Scaling

@@ -6,7 +6,6 @@ import datetime as _datetime
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from dehyst import __version__
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification import facts, judge
@@ -25,6 +24,7 @@ from dehyst.identification.settings import PAPER_EPS
 from dehyst.identification.split import tested_on
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
+from dehyst.version import __version__
 
 
 def certify(

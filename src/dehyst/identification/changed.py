@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.data.loops import turning_points
 from dehyst.data.ranges import robust_range

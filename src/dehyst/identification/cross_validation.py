@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import ExcitationError, ParameterError

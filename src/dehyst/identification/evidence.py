@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array, Mask
 from dehyst.findings import Finding
 from dehyst.identification.data import ENOUGH, LONG, DataSet

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
 from dehyst.identification.programs import FAMILIES, MAP_PIECES, Regularisation, program

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
 

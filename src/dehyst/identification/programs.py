@@ -20,7 +20,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.identification.sums import NormalEquations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, Piece, Signal, chunks, extremes
 from dehyst.identification.memory import state_before

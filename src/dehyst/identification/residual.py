@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array, Mask, Rows
 from dehyst.data.loops import TURN_FRACTION, turning_points
 from dehyst.data.recording import Recording

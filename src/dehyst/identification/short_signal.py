@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.regressors import fitted_samples

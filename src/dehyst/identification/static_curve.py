@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.identification.data import DataSet, chunks
 from dehyst.identification.families import STATIC, Estimate

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.io.cells import comma_number, is_date_time, number
 from dehyst.io.dressed import is_dressed

@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding

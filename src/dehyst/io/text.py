@@ -6,7 +6,7 @@ import re
 import zlib
 from dataclasses import dataclass
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.errors import LogError
 
 MEGABYTE = 1 << 20

@@ -8,7 +8,7 @@ import os
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array as Array
 from dehyst.errors import ParameterError
 

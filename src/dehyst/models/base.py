@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Self, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst._native import StackStepper, Stepper
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError

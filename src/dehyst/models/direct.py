@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst._native import DirectStepper
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.errors import ParameterError
 from dehyst.models.card import SignalCard
 from dehyst.models.machine import Direction, Machine, declared_range

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, signal_array, strictly_increasing

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.models.arrays import parameter_array, parameter_number, strictly_increasing

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 
 _NO_MAP = np.zeros(0)

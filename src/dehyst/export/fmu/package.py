@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
-from dehyst import __version__
 from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
 from dehyst.export.c import core_functions, unit_files
@@ -21,6 +20,7 @@ from dehyst.export.fmu.sources import Unit, hexadecimal, sources
 from dehyst.export.fmu.variables import Variable, placed
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.subject import Subject
+from dehyst.version import __version__
 
 STEP = 2.0**-10  # communication step of the examples where the unit has no period: times add up without rounding [s]
 

@@ -7,10 +7,10 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from dehyst import __version__
 from dehyst.export.fmu.description import Version
 from dehyst.export.fmu.variables import Variable, constants, count
 from dehyst.export.rendering import TEMPLATES, render
+from dehyst.version import __version__
 
 _FUNCTION = re.compile(r"(?m)^[a-z][\w \t*]*?\b(dehyst_\w+)\(")
 _LOCAL = re.compile(r"(?m)^static [\w \t*]*?\b(\w+)(?:\(|\[| =)|^typedef (?:union|struct|enum) (\w+)|^\} (\w+);")

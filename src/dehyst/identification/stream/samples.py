@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import LogError
 from dehyst.identification.stream.source import Chunk, Source

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.arm import built_plant, noise_seed
 from dehyst.robot.arm.parameters import Robot

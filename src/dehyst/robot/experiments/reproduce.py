@@ -15,7 +15,6 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from dehyst import __version__
 from dehyst.control import Compensator
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
@@ -43,6 +42,7 @@ from dehyst.robot.experiments.studies import Case as StudyCase
 from dehyst.robot.experiments.studies import Table, study_jobs, study_tables
 from dehyst.robot.experiments.trials import Equipment, trial_motion
 from dehyst.robot.iso9283 import Timed
+from dehyst.version import __version__
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from dehyst import _native
+import dehyst._native as _native
 from dehyst.control.reviewed import PAPER, TUNED, Law, OneValveController, derived_law
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.parameters import Robot

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from dehyst import __version__
 from dehyst.errors import OutputError, ParameterError
 from dehyst.io.write import require_table_name, write_table
 from dehyst.robot.experiments.sweep.journal import Journal, Outcome, fingerprint, journal_path
@@ -30,6 +29,7 @@ from dehyst.robot.experiments.sweep.workers import (
     require_sendable,
     task_of,
 )
+from dehyst.version import __version__
 
 AHEAD = 2  # runs handed out for each worker: one that it computes, one that waits for it
 MOST_WORKERS = 1024
