@@ -5,13 +5,19 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test machines check docs bench bench-quick proofs proofs-quick clean exports
+.PHONY: demo test test-slow test-all machines check docs bench bench-quick proofs proofs-quick clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant all --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
+
+# What `make test` leaves out: compilers and emulators, pages, long properties, measured logs, the experiment.
+test-slow: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n auto --dist worksteal -m slow --durations 20
+
+test-all: test test-slow
 
 # The numeric part of the tests as on other machines: kernels of BLAS, vector units, threads, time zone, locale, HOME.
 machines: $(VENV)/installed-test

@@ -108,6 +108,7 @@ def test_the_path_moves_the_joints_that_it_shall_test_and_closes(joints):
     np.testing.assert_allclose(q[0], q[-1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_angles_bend_as_the_inverse_kinematics_itself_and_not_more(joints):
     solver, h = InverseKinematics(ROBOT), 1e-4
     for start, end in pairwise(joints.rests):

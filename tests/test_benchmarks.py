@@ -50,6 +50,7 @@ def test_noise_is_one_percent_of_the_range_and_the_sine_takes_twenty_seconds():
     assert crossings[-1] - crossings[-2] == 40_000
 
 
+@pytest.mark.slow
 def test_rivals_compute_the_operator():
     x, (r, w) = signals.noisy(300), signals.operator(7)
     exact = [float(y) for y in exact_pi(x, r, w, np.zeros(7))]

@@ -56,6 +56,7 @@ def test_a_run_is_scored_as_identify_scores_it():
     assert abs(bias) < rms
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", benchmark.BOXES)
 def test_no_box_sees_the_held_out_half(name, monkeypatch):
     box = trained(name)
@@ -70,6 +71,7 @@ def test_no_box_sees_the_held_out_half(name, monkeypatch):
     assert whole.held_out(first) != other.held_out(second)  # the scores are those of what was held out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", benchmark.BOXES)
 def test_a_box_errs_less_than_a_curve_on_a_small_loop(name):
     x, y = loop()
@@ -113,6 +115,7 @@ def test_what_the_page_says_of_black_boxes_is_what_the_numbers_say():
     assert 2.4 < spread < 2.6
 
 
+@pytest.mark.slow
 def test_a_network_has_as_many_numbers_as_the_page_says():
     jax = pytest.importorskip("jax", reason="jax is not installed: pip install '.[bench]'")
     from boxes import gru

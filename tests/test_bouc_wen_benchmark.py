@@ -69,6 +69,7 @@ def oracle(system, force, times):
     return found.y[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [1.0, 1.7])
 def test_the_generator_agrees_with_an_independent_integrator_far_below_the_noise(nu):
     omega, amplitude = lines_of(3, 1024)
@@ -159,6 +160,7 @@ def dissipated(oscillator, amplitude, frequency):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(st.floats(5.0, 150.0), st.floats(5.0, 60.0))
 def test_a_cycle_dissipates_and_the_energy_balance_closes(amplitude, frequency):
@@ -223,6 +225,7 @@ def multisine_test():
     return held_out_records(samples=SHORT, swept=16)[0]
 
 
+@pytest.mark.slow
 def test_the_white_box_reaches_its_figure_with_honest_standard_errors(records, multisine_test):
     found = identify_bouc_wen(records[:2])
     truth = {"mass": 2.0, "damping": 10.0, "stiffness": 5e4, "alpha": 5e4, "beta gamma": 800.0, "beta delta": -1100.0}
@@ -236,12 +239,14 @@ def test_the_white_box_reaches_its_figure_with_honest_standard_errors(records, m
     assert list(again.values.values()) == pytest.approx(list(found.values.values()), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_exponent_can_be_identified_too(records, multisine_test):
     found = identify_bouc_wen(records[:1], nu=None)
     assert abs(found.values["nu"] - 1.0) < 4.5 * found.standard_errors["nu"] < 0.1
     assert multisine_test.error(found.oscillator) < 2e-6
 
 
+@pytest.mark.slow
 def test_black_boxes_beat_the_linear_model_in_the_order_of_what_they_can_express(records, multisine_test):
     linear = multisine_test.error(identify_linear(records[:1]))
     slip = identify_maxwell_slip(records[:1], 6, evaluations=4).oscillator
@@ -261,6 +266,7 @@ def test_the_linear_fit_is_exact_on_a_linear_system():
     assert (found.mass, found.damping, found.stiffness) == pytest.approx((3.0, 40.0, 8e4), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_bad_input_is_refused_with_a_cure():
     time = np.arange(10) / RATE
     with pytest.raises(ParameterError, match="mass = 0"):

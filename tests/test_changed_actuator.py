@@ -29,6 +29,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [2000, 4150, 6000, 7000])
 @pytest.mark.parametrize("what", CHANGES)
 def test_a_change_is_placed_said_and_left_out(what: str, at: int) -> None:
@@ -81,6 +82,7 @@ def healthy(seed: int) -> tuple[str, Array, Array]:
     return f"{motion}, {fault}", x, y + noise * span * rng.standard_normal(N)
 
 
+@pytest.mark.slow
 def test_no_change_is_seen_where_none_is() -> None:
     false = [name for name, x, y in map(healthy, range(160)) if changed_at(x, y) is not None]
     assert false == []

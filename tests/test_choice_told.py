@@ -22,6 +22,7 @@ def test_a_setting_of_plays_tells_that_auto_looked_at_plays_only(log: dehyst.Rec
     assert "Leave them out" in told
 
 
+@pytest.mark.slow
 def test_usual_settings_and_families_by_name_do_not(log: dehyst.Recording) -> None:
     assert "plays-only" not in codes(dehyst.identify(log, n=100, eps="auto"))
     assert "plays-only" not in codes(dehyst.identify(log, "modified-pi", n=40))

@@ -88,6 +88,7 @@ def test_identify_saves_a_model_that_remembers_where_it_came_from(run, folder, t
     assert model.card.provenance["settings"]["n"] == 20
 
 
+@pytest.mark.slow
 def test_identify_writes_report_and_figures(run, folder, tmp_path):
     page, figures = tmp_path / "r.html", tmp_path / "figures"
     arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
@@ -97,6 +98,7 @@ def test_identify_writes_report_and_figures(run, folder, tmp_path):
     assert {path.suffix for path in figures.iterdir()} >= {".svg", ".png"}
 
 
+@pytest.mark.slow
 def test_figures_are_written_without_a_report_too(run, folder, tmp_path):
     arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)
     status, out, _ = run(*arguments, "--figures", tmp_path / "figures")
@@ -171,6 +173,7 @@ def bad_log(place):
     return place
 
 
+@pytest.mark.slow
 def test_what_to_do_next_agrees_with_the_verdict(run, tmp_path):
     log, model = bad_log(tmp_path / "noise.csv"), tmp_path / "m.json"
     arguments = ("identify", log, "--input", "p_bar", "--output", "q_deg", *QUICK)
@@ -205,6 +208,7 @@ def test_compensate_says_loudly_that_a_model_is_not_fit_for_it(run, folder, tmp_
     assert run("simulate", model, folder / "log.csv", "--input", PRESSURE)[0] == 0  # to simulate is no harm
 
 
+@pytest.mark.slow
 def test_an_empty_file_may_be_written_over(run, folder, tmp_path):
     for name in ("empty.json", "empty.csv"):
         (tmp_path / name).touch()
@@ -477,6 +481,7 @@ def test_a_log_is_never_overwritten_by_another_name_for_it(run, folder, tmp_path
     assert (folder / "model.json").read_bytes() == model
 
 
+@pytest.mark.slow
 def test_no_file_of_the_user_is_overwritten_unless_he_says_so(run, folder, tmp_path):
     mine = tmp_path / "mine"
     pair = ("--input", PRESSURE, "--output", ANGLE, *QUICK)
@@ -506,6 +511,7 @@ def test_a_command_can_be_repeated_where_nothing_would_be_lost(run, folder, tmp_
     assert run("example", "--out", tmp_path / "e.csv")[0] == 2
 
 
+@pytest.mark.slow
 def test_identify_replaces_its_own_model_and_page_but_not_one_by_the_other(run, folder, tmp_path):
     model, page = tmp_path / "m.json", tmp_path / "r.html"
     arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK)

@@ -41,6 +41,7 @@ def found(lagging):
     return compare(lagging)
 
 
+@pytest.mark.slow
 def test_every_family_has_a_row_with_an_error_or_a_reason(found):
     assert {entry.family for entry in found.entries} == set(all_names())
     for entry in found.entries:
@@ -70,6 +71,7 @@ def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, laggi
             assert entry.test.max == pytest.approx(np.abs(error).max(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_no_family_sees_the_held_out_samples(lagging):
     """Other values there change no model, so no prediction of the fitted part."""
     half = len(lagging) // 2
@@ -94,6 +96,7 @@ def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     assert found["pi"].tied and not found["static"].tied
 
 
+@pytest.mark.slow
 def test_a_handful_of_held_out_samples_is_not_called_loops(lagging):
     found = compare(lagging, ["pi", "static"], train_fraction=0.999)
     assert found.masks[0].sum() < 5
@@ -188,6 +191,7 @@ def log(tmp_path_factory, lagging):
 SIGNALS = ("--input", "pressure_bar", "--output", "angle_deg")
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_path):
     page, picture = tmp_path / "families.html", tmp_path / "families.svg"
     chosen = ("--families", "pi,modified-pi,static", "--report", page, "--figure", picture)
@@ -198,6 +202,7 @@ def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_pat
     assert run("compare", log, *SIGNALS, *chosen)[0] == 0  # its own files may be drawn anew
 
 
+@pytest.mark.slow
 def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_no_inverse(run, log, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     status, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,generalised-bouc-wen,lugre")
@@ -278,6 +283,7 @@ def test_bad_requests_end_with_a_cure_before_any_work(run, log, arguments, words
     assert words in err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not DATA.is_dir(), reason="measured logs are not there")
 @pytest.mark.parametrize("name", LOGS)
 def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, name):

@@ -59,6 +59,7 @@ def test_the_verdict_can_fail(change):
     assert not benchmark.holds(changed(change), complete=True)
 
 
+@pytest.mark.slow
 def test_the_committed_errors_are_those_of_this_source():
     """Families that are quick, on the log that everybody has."""
     row = next(row for row in ROWS if row["log"] == "example")

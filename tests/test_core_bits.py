@@ -19,15 +19,18 @@ def bits(folder, *options, sources=SOURCES, compilers=("gcc", "clang", "cc")):
     return run(folder / "bits")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_every_part_of_the_core_has_the_bits_that_were_recorded(level, tmp_path):
     assert bits(tmp_path, level) == RECORDED
 
 
+@pytest.mark.slow
 def test_clang_makes_the_same_bits(tmp_path):
     assert bits(tmp_path, "-O2", compilers=("clang",)) == RECORDED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [["-O3"], ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]])
 def test_the_claims_of_the_core_hold(level, tmp_path):
     program = PROGRAM.with_name("core_claims.c")
@@ -36,6 +39,7 @@ def test_the_claims_of_the_core_hold(level, tmp_path):
     assert run(tmp_path / "claims") == "0 claims do not hold\n"
 
 
+@pytest.mark.slow
 def test_one_changed_sign_changes_them(tmp_path):
     changed = tmp_path / "learning.c"
     text = (CORE / "learning.c").read_text(encoding="utf-8")
@@ -45,6 +49,7 @@ def test_one_changed_sign_changes_them(tmp_path):
     assert bits(tmp_path, "-O1", sources=[*sources, changed]) != RECORDED
 
 
+@pytest.mark.slow
 def test_interrupted_machines_go_on_to_the_bit_as_their_twins_do():
     import soak
 

@@ -35,6 +35,7 @@ def test_the_core_is_found():
     assert {s.name for s in SOURCES} >= {"guard.c", "inverse.c", "map.c", "model.c", "play.c", "stop.c"}
 
 
+@pytest.mark.slow
 @PRECISIONS
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_the_core_is_clean_c11_and_calls_nothing_outside_itself(precision, level, tmp_path):
@@ -50,6 +51,7 @@ def test_the_core_is_clean_c11_and_calls_nothing_outside_itself(precision, level
     assert undefined <= defined
 
 
+@pytest.mark.slow
 @PRECISIONS
 def test_the_core_is_clean_cplusplus_too(precision, tmp_path):
     compiler = tool("g++", "clang++", "c++")
@@ -124,6 +126,7 @@ def example():
     return model, random_walk(rng, 400)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [["-Ofast"], ["-O2", "-ffast-math"], ["-O3", "-ffast-math", "-flto"]], ids=" ".join)
 def test_the_guard_survives_fast_math(flags, tmp_path):
     model, x = example()
@@ -139,6 +142,7 @@ def test_the_guard_survives_fast_math(flags, tmp_path):
     assert np.all(y[410:] == y[409])
 
 
+@pytest.mark.slow
 def test_fast_math_does_delete_a_guard_by_isfinite(tmp_path):
     # Otherwise the test above would prove nothing about this compiler.
     naive = tmp_path / "guard.c"
@@ -154,6 +158,7 @@ def test_fast_math_does_delete_a_guard_by_isfinite(tmp_path):
     assert np.isnan(y[100])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [["-O0"], ["-O1"], ["-O3", "-ffp-contract=off"]], ids=" ".join)
 def test_another_build_of_the_core_gives_the_bits_of_the_extension(flags, tmp_path):
     model, x = example()

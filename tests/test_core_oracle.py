@@ -26,6 +26,7 @@ def test_each_play_equals_its_definition_to_the_last_bit():
         assert radius == 0.75 or np.count_nonzero(np.diff(got)) > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["positive", "negative", "paper", "mixed"])
 @pytest.mark.parametrize("n", [1, 2, 7, 8, 9, 16, 100])
 def test_outputs_and_states_are_exact_up_to_rounding(kind, n):

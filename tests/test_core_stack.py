@@ -79,6 +79,7 @@ def differential(request, tmp_path_factory):
     return request.param, program
 
 
+@pytest.mark.slow
 def test_two_hundred_thousand_random_models_step_as_the_dense_step_does(differential):
     precision, program = differential
     done = subprocess.run([program, "200000", "40", "1"], capture_output=True, text=True, timeout=600)
@@ -140,6 +141,7 @@ def test_thousands_of_operators_agree_with_the_dense_step(n, kind):
         assert relative(fast, dense) <= 1e-14, name
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="no extended precision here")
 @pytest.mark.parametrize(("around", "by"), [(0.0, 1), (0.8, 1), (3.0, 2)])
 def test_errors_do_not_add_up_over_thousands_of_segments(around, by):
@@ -236,6 +238,7 @@ def program(tmp_path_factory):
     return benchmark.build(tmp_path_factory.mktemp("step"), "gcc")
 
 
+@pytest.mark.slow
 @needs_callgrind
 @pytest.mark.parametrize("n", [100, 1000])
 @pytest.mark.parametrize("signal", ["noisy", "white", "wiped", "torn"])
@@ -245,6 +248,7 @@ def test_no_step_takes_more_than_300_instructions(program, n, signal):
     assert found["mean"] > 100  # it was the step that was counted
 
 
+@pytest.mark.slow
 @needs_callgrind
 def test_ten_times_the_operators_cost_a_few_rounds_of_bisection(program):
     cost = {n: benchmark.instructions(program, "logarithmic", n, "torn", 2 * n)["most"] for n in (100, 1000)}

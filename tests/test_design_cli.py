@@ -68,6 +68,7 @@ def test_json_holds_the_whole_plan_and_every_key_is_documented(tmp_path, capsys)
     assert {*facts, *facts["separable"], *facts["sections"][0]} <= documented
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_the_picture_is_drawn_the_same_twice_and_replaces_itself_only(tmp_path, capsys, ending):
     path = tmp_path / f"plan.{ending}"

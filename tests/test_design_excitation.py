@@ -30,6 +30,7 @@ def ends(kind):
     return [(a, b) for a, b, part in zip(starts, PLAN.points[1:], parts, strict=True) if part == kind]
 
 
+@pytest.mark.slow
 @given(
     low=st.floats(-100.0, 100.0), width=st.floats(0.01, 200.0), stroke=st.floats(0.5, 6.0), more=st.floats(1.05, 4.0),
     damp=st.floats(0.5, 20.0),

@@ -77,6 +77,7 @@ def test_no_motion_that_makes_the_output_known_travels_less(radii, start, ends, 
         assert best.duration <= limits.stroke_time(np.abs(np.diff(other))).sum() + 1e-9
 
 
+@pytest.mark.slow
 @given(
     steps=st.lists(st.integers(1, NODES), min_size=1, max_size=6, unique=True),
     first=st.floats(0.0, 1.0),

@@ -32,6 +32,7 @@ def samples(homing):
     return sampled(homing.points, homing.stroke_s, np.zeros(homing.stroke_s.size), homing.duration / 600)
 
 
+@pytest.mark.slow
 @given(model=models(), tolerance=st.floats(0.05, 0.5), start=st.floats(-1.0, 1.0), spent=st.booleans())
 @settings(deadline=None, max_examples=40)
 def test_afterwards_the_doubt_of_the_compiled_model_is_the_guaranteed_half_width(model, tolerance, start, spent):
@@ -47,6 +48,7 @@ def test_afterwards_the_doubt_of_the_compiled_model_is_the_guaranteed_half_width
     assert y[0] == start and np.abs(y).max() <= 1.0
 
 
+@pytest.mark.slow
 @given(model=models(), past=st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=6), spent=st.booleans())
 @settings(deadline=None, max_examples=40)
 def test_the_answer_of_a_model_with_any_past_is_known_to_the_tolerance(model, past, spent):
@@ -79,6 +81,7 @@ def test_the_largest_weight_of_a_schedule_is_counted():
     assert np.allclose(each[0].points, each[1].points) and each[0].half_width == each[1].half_width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "change", "words"),
     [

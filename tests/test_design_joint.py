@@ -19,6 +19,7 @@ def light():
     return design_joint(ROBOT, 7, time_limit=300.0)
 
 
+@pytest.mark.slow
 def test_the_simulated_joint_follows_within_its_pressures(light):
     number = light.number
     characteristic = nominal_characteristic(ROBOT, number)
@@ -45,6 +46,7 @@ def test_acceleration_is_chosen_so_that_inertia_hides_in_no_log():
         assert found.inertia_torque <= INERTIA_SHARE * torque * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_a_rate_that_the_valves_cannot_follow_is_lowered_if_nobody_asked_for_it():
     narrow = {"valve.mpye_small.conductance_l_s_bar": 0.02}
     robot = ROBOT.with_changes(narrow)

@@ -54,6 +54,7 @@ def test_pages_are_found():
     assert sum(len(blocks.steps(page.read_text(encoding="utf-8"))) for page in RUN) > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [*dict.fromkeys(page for page, _ in build.PARTS), *(f"reference/{name}" for name in build.REFERENCE)]
 )
@@ -61,7 +62,11 @@ def test_generated_text_is_fresh(name):
     assert (DOCS / name).read_text(encoding="utf-8") == generated(name), STALE
 
 
-@pytest.mark.parametrize("page", RUN, ids=name_of)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=() if page == ROOT / "README.md" else pytest.mark.slow) for page in RUN],
+    ids=name_of,
+)
 def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
     wrong = [
         f"{name_of(page)}:{step.line}\n--- shown\n{step.shown}\n--- printed\n{printed}"
@@ -179,6 +184,7 @@ def test_no_path_or_host_of_a_machine_is_written_anywhere():
     assert PRIVATE.search("see /" + "tmp/x")
 
 
+@pytest.mark.slow
 def test_every_warning_code_of_the_source_is_documented():
     assert findings.documented() == findings.raised()
     assert len(findings.raised()) > 30
@@ -226,6 +232,7 @@ def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_p
     assert len(keys) > 60
 
 
+@pytest.mark.slow
 def test_every_key_of_a_comparison_and_of_a_family_s_file_is_documented(tmp_path):
     x = np.sin(np.linspace(0.0, 40.0, 600)) * np.linspace(1.0, 0.4, 600)
     found = dehyst.compare(dehyst.Recording(input=x, output=example("dahl").simulate(x)), ["static", "dahl"])
@@ -257,6 +264,7 @@ def test_a_figure_is_drawn_the_same_twice_without_date_or_address(tmp_path):
     assert b"<!DOCTYPE" not in texts[0]
 
 
+@pytest.mark.slow
 def test_numbers_beside_figures_are_those_of_the_figures():
     _, wanted, plain, compensated = figures.tracking()
     tutorial = (DOCS / "tutorial" / "first-loop.md").read_text(encoding="utf-8")
@@ -270,6 +278,7 @@ def test_numbers_beside_figures_are_those_of_the_figures():
     assert f"goes to {chosen[-1]:.1f} deg" in limits
 
 
+@pytest.mark.slow
 def test_numbers_of_the_readme_are_those_of_the_demo():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     row = re.search(r"(?m)^\| Preisach \| (.+?) \| (.+?) \|", readme)
@@ -346,6 +355,7 @@ def test_the_example_of_a_real_time_loop_shows_that_the_compensator_helps():
     assert rms[3] < 0.5 * rms[2]
 
 
+@pytest.mark.slow
 def test_the_example_of_identification_checks_itself(tmp_path):
     printed = run_example("identify_and_compensate.py", tmp_path)
     assert "good for compensation" in printed

@@ -24,6 +24,7 @@ MODULES = [name for name, path in FILES.items() if path.suffix == ".py" and ">>>
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODULES)
 def test_the_examples_in_the_docstrings_run(name: str) -> None:
     found = doctest.testmod(importlib.import_module(name), optionflags=FLAGS)

@@ -47,6 +47,7 @@ def counted(found, log=-1):
 # --- no change ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("referred", [True, False], ids=["against a reference", "against the model"])
 def test_an_unchanged_actuator_is_called_drifted_no_more_often_than_promised(referred):
     alarms = 0
@@ -386,6 +387,7 @@ def test_a_direct_inverse_that_depends_on_a_load_needs_it():
     assert dehyst.drift(model, later, load=np.full(2401, 10.0)).status == "drifted"
 
 
+@pytest.mark.slow
 def test_a_direct_inverse_is_identified_anew_and_accepted_only_if_better():
     y = np.sin(np.linspace(0.0, 48 * np.pi, 4801)) * (1.0 - 0.4 * (np.arange(4801) // 300 % 2))
     t = np.linspace(0.0, 48.0, 4801)
@@ -456,6 +458,7 @@ class TestOfShearedModels:
         assert counted(found) == {"offset"} and found.change("offset").estimate == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["pi-cumulative", "modified-pi"])
 def test_a_new_model_keeps_the_gain_that_was_allowed_to_the_old_one(family):
     log = cycling_log(1003, 24, WITHIN, minor=True)
@@ -488,6 +491,7 @@ def loaded_log(model, seed, samples=9600):
     return dehyst.Recording(input=u, output=y, time=t, name=f"log {seed}"), given
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("referred", [True, False], ids=["against a reference", "against the model"])
 def test_a_scheduled_inverse_says_which_of_its_parts_changed_and_is_renewed_with_its_schedules(referred):
     old = scheduled()
@@ -587,6 +591,7 @@ def signals():
     yield "without a flaw", 2.0 * wave, 14.0 * wave
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "x", "y"), list(signals()), ids=lambda v: v if isinstance(v, str) else "")
 @pytest.mark.filterwarnings("error")
 def test_strange_logs_get_a_verdict_and_no_warning_of_numpy(new, name, x, y):
@@ -650,6 +655,7 @@ def estimates(draw, groups):
     return design.Estimates(parts, 0.02 * values, rest, counted, None, counted, scales, motion)
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.data(), st.integers(4, 12), st.booleans(), st.booleans(), st.floats(0.5, 1.0), st.floats(1.0, 3.0))
 def test_a_log_in_which_the_error_doubled_is_never_called_unchanged(data, groups, referred, alike, quiet, grown):

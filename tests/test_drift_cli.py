@@ -60,6 +60,7 @@ def test_a_worn_actuator_ends_with_status_1_and_the_next_line_to_type(run, folde
     assert flat.startswith("drifted") and "first seen in worn.csv" in flat and "--refit new.json" in flat
 
 
+@pytest.mark.slow
 def test_cannot_tell_ends_with_status_4_and_the_motion_that_it_asks_for_tells(run, folder):
     """Closed loop: what is printed is typed, the rig moved so, and the log is accepted."""
     status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", folder / "not.json")
@@ -184,6 +185,7 @@ def test_a_direct_inverse_is_compared_in_units_of_the_input(run, folder):
 DATA = Path(__file__).parents[1].parent / "shared" / "data"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs beside the project")
 def test_a_measured_piezo_drifts_in_its_offset_alone_within_one_log(run, tmp_path):
     log = DATA / "piezo_dbo" / "data.csv.gz"
@@ -196,6 +198,7 @@ def test_a_measured_piezo_drifts_in_its_offset_alone_within_one_log(run, tmp_pat
     assert counted(result["logs"][0]) == {"offset"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs beside the project")
 def test_a_measured_arm_is_the_same_in_three_runs_but_for_zero_and_gain(run, tmp_path):
     log = DATA / "pneumatic_arm_segment" / "data.csv.gz"

@@ -22,6 +22,7 @@ def program(tmp_path_factory):
     return benchmark.build(tmp_path_factory.mktemp("elements"), "gcc")
 
 
+@pytest.mark.slow
 @needs_callgrind
 @pytest.mark.parametrize("n", [10, 40])
 @pytest.mark.parametrize("direction", ["forward", "inverse"])
@@ -31,6 +32,7 @@ def test_a_step_takes_no_more_instructions_than_its_budget(program, direction, n
         assert 10 * n < found <= most  # it was the step that was counted
 
 
+@pytest.mark.slow
 @needs_callgrind
 def test_a_step_of_four_times_the_elements_takes_no_more_than_four_times_the_instructions(program):
     cost = {n: benchmark.instructions(program, "forward", n, "sine") for n in (10, 40)}

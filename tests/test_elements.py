@@ -49,6 +49,7 @@ def test_every_kind_is_its_definition(kind, seed):
     assert np.max(np.abs(got - expected)) < (1e-6 if kind == "path" else 1e-14)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=30, deadline=None)
 def test_sums_with_maps_and_schedules_are_their_definition(seed):
@@ -86,6 +87,7 @@ def test_the_output_rises_with_the_present_sample_for_any_memory(seed, other):
     assert np.all(slopes[np.diff(x) > 1e-6] > 0.05 - 1e-6)
 
 
+@pytest.mark.slow
 def test_the_least_slope_of_plays_and_stops_is_met_by_some_memory():
     elements = (
         Element("input", weight=1.0),
@@ -187,6 +189,7 @@ def test_two_parts_are_one_bit_for_bit(seed):
             assert np.array_equal(np.concatenate(parts), whole) and np.array_equal(memory, last)
 
 
+@pytest.mark.slow
 def test_a_solution_takes_few_rounds_and_never_more_than_its_bound():
     most = 0
     for seed in range(300):

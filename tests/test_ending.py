@@ -101,11 +101,13 @@ def test_every_command_is_among_those_that_are_tried():
 # One status for each meaning.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"drift"}))
 def test_what_worked_ends_with_0(run, here, name):
     assert run(*COMMANDS[name])[0] == Status.DONE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "status"), VERDICTS.items(), ids=map(" ".join, VERDICTS))
 def test_a_verdict_is_the_status(run, here, words, status):
     assert run(*words)[0] == status
@@ -135,6 +137,7 @@ def test_no_two_meanings_share_a_status_and_none_is_one_that_python_or_the_shell
 # A reader that leaves, a disk that is full, a stream that is closed.
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
 def test_a_reader_that_leaves_early_has_a_status_and_no_words(onto, here, words):
@@ -143,12 +146,14 @@ def test_a_reader_that_leaves_early_has_a_status_and_no_words(onto, here, words)
     assert "rror" not in err
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(("words", "status"), VERDICTS.items(), ids=map(" ".join, VERDICTS))
 def test_a_verdict_stays_when_its_reader_leaves(onto, here, words, status):
     assert onto("pipe", *words) == (status, "")
 
 
+@pytest.mark.slow
 @full
 @pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
 def test_a_full_disk_has_a_status_of_its_own_and_one_line(onto, here, words):
@@ -194,6 +199,7 @@ def test_a_reader_that_leaves_part_way_is_noticed(unbuffered):
     assert writer.returncode == Status.UNREAD
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("words", list(COMMANDS.values()), ids=list(COMMANDS))
 def test_a_disk_that_is_full_after_the_first_bytes_has_that_status_too(onto, here, words):
@@ -214,6 +220,7 @@ def test_a_verdict_ends_the_command_even_if_all_of_it_was_read(capsys):
     assert ended.value.code == 1 and capsys.readouterr().out == "not verified\n"
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(
     ("redirection", "status", "words"),

@@ -61,6 +61,7 @@ def driver(tmp_path_factory):
     return compiled(compiler, folder, host_levels(compiler, folder), "-O1", "-DENGINE_STREAM_SAMPLES=40")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0, 1, 2], ids=list(FLAGS))
 def test_every_method_follows_the_definition_on_random_signals(driver, level):
     done = run(driver, level, 1, SIGNALS)
@@ -69,12 +70,14 @@ def test_every_method_follows_the_definition_on_random_signals(driver, level):
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.slow
 def test_the_portable_engine_needs_no_vector_instructions(tmp_path):
     compiler = tool("gcc", "clang", "cc")
     done = run(compiled(compiler, tmp_path, ["portable"], "-O1", "-DLANES_PLAIN"), 0, 4, 5000)
     assert done.returncode == 0, done.stdout
 
 
+@pytest.mark.slow
 def test_the_engine_stays_within_its_memory(tmp_path):
     compiler = tool("gcc", "clang")
     options = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DENGINE_STREAM_SAMPLES=40"]
@@ -86,6 +89,7 @@ def test_the_engine_stays_within_its_memory(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_clang_compiles_the_engine_without_a_warning(tmp_path):
     clang = tool("clang")
     done = run(compiled(clang, tmp_path, host_levels(clang, tmp_path), "-O0"), 0, 2, 500)

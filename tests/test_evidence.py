@@ -85,6 +85,7 @@ def test_a_loop_that_grows_with_a_load_is_tested_beside_the_load():
     assert [each.there for each in says] == [False, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creep", [0.0, 0.15])
 def test_both_directions_and_the_report_say_the_same_of_one_log(creep):
     x, y = made("friction", steps_with_rests(), creep)

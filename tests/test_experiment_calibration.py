@@ -172,6 +172,7 @@ def through_the_loop(found, mean):
     return sweep, polyval(q, np.polynomial.polynomial.polyfit(q, dp, 5))
 
 
+@pytest.mark.slow
 def test_the_local_characteristic_goes_through_the_loop_at_3_bar():
     full = load_robot(changes={"calibration.sweep_s": 10.0})
     found = calibrate(full, 1)

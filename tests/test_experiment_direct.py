@@ -55,11 +55,13 @@ def trial(name, compensator, mechanism="maxwell-slip"):
     return run_trial(short(mechanism), path(), kit, name, compensator, (1,))[0]
 
 
+@pytest.mark.slow
 def test_creep_leaves_a_tenth_of_the_slow_error_and_less_than_the_paper():
     off, paper, creep = (rms(trial("slow", name)) for name in ("off", "paper", "creep"))
     assert creep < 0.10 * off and creep < 0.7 * paper
 
 
+@pytest.mark.slow
 def test_it_explains_unseen_loops_to_a_tenth_of_their_hysteresis():
     found = identified()["creep"]
     assert found.accepted and found.inverse_rms_ratio < 0.10
@@ -67,6 +69,7 @@ def test_it_explains_unseen_loops_to_a_tenth_of_their_hysteresis():
     assert found.inverse_rms_ratio == pytest.approx(np.sqrt(np.mean((measured - said) ** 2) / np.mean(measured**2)))
 
 
+@pytest.mark.slow
 def test_the_model_is_that_of_the_written_log():
     found = identified()["creep"]
     log = folder("maxwell-slip") / "identification_joint1_rates.csv"
@@ -96,6 +99,7 @@ def test_compensators_with_the_same_motions_share_log_and_fit():
     assert found["paper"].log is found["direct"].log
 
 
+@pytest.mark.slow
 def test_without_hysteresis_loops_of_creep_are_explained_and_yet_not_compensated():
     found = identified("none")["creep"]
     assert found.inverse_rms_ratio < 0.5 < found.unexplained and not found.accepted
@@ -103,11 +107,13 @@ def test_without_hysteresis_loops_of_creep_are_explained_and_yet_not_compensated
     assert identified()["creep"].unexplained < 0.25
 
 
+@pytest.mark.slow
 def test_an_adaptive_compensator_is_as_good_as_the_one_that_does_not_learn():
     assert rms(trial("slow", "adaptive")) < 1.3 * rms(trial("slow", "creep"))
     assert set(equipment("adaptive").adaptations) == {1} and not equipment("creep").adaptations
 
 
+@pytest.mark.slow
 def test_learning_along_the_path_halves_the_error_and_what_is_kept_is_never_worse():
     first = trial("slow", "creep")
     best, _ = learned_trial(short(), path(), equipment("creep"), "slow", "ilc", (1,), passes=2)
@@ -115,6 +121,7 @@ def test_learning_along_the_path_halves_the_error_and_what_is_kept_is_never_wors
     assert np.abs(best.error[:, 0]).max() <= np.abs(first.error[:, 0]).max()
 
 
+@pytest.mark.slow
 def test_passes_that_make_it_worse_are_dropped(monkeypatch):
     first = trial("slow", "creep")
     monkeypatch.setattr(learning, "learned_torque", lambda *_: np.array([0.0, 8.0, 0.0]))

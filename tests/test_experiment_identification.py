@@ -18,6 +18,7 @@ def rms(x):
     return float(np.sqrt(np.mean(np.square(x))))
 
 
+@pytest.mark.slow
 def test_the_command_line_gives_the_same_model_bit_for_bit_from_the_written_log(tmp_path, monkeypatch, capsys):
     found = identified(1)
     saved = tmp_path / "m.json"
@@ -57,6 +58,7 @@ def test_the_nominal_difference_is_the_calibrated_characteristic_at_the_pressure
     np.testing.assert_allclose(log["nominal_difference_bar"][inside], nominal[inside], rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mechanism", PLANTS)
 def test_the_inverse_explains_unseen_loops_to_a_fifth_of_their_hysteresis(mechanism):
     found = identified(1, mechanism)
@@ -94,6 +96,7 @@ def test_unseen_loops_are_not_those_of_the_fit():
     assert not any(again)  # no stroke of the test was in the fit
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_log_and_the_same_model_bit_for_bit(tmp_path):
     again = identify_joint(robot(), 1, calibrated(1), tmp_path)
     assert np.array_equal(again.fit.model.weights, identified(1).fit.model.weights)
@@ -101,6 +104,7 @@ def test_the_same_seed_gives_the_same_log_and_the_same_model_bit_for_bit(tmp_pat
         assert (tmp_path / name).read_bytes() == (folder("maxwell-slip") / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_joint_without_hysteresis_gets_no_compensator():
     found = identified(1, "none")
     assert not found.accepted and found.unexplained > ACCEPTABLE
@@ -108,6 +112,7 @@ def test_a_joint_without_hysteresis_gets_no_compensator():
     assert not ready.compensators and ready.controllers[1].shear == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fast", "slow_no_integrator"])
 def test_runs_with_paper_and_off_are_then_the_same_bit_for_bit(name):
     off, on = trial(name, "off", "none"), trial(name, "paper", "none")
@@ -124,6 +129,7 @@ def test_the_accepted_model_is_put_into_the_controller_with_its_shear():
     np.testing.assert_allclose(full, pruned, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_scaled_compensator_takes_k_from_the_log_and_shares_that_of_the_paper(tmp_path):
     found = identify_joint(robot(), 1, calibrated(1), tmp_path, compensator="scaled")
     log = dehyst.read_log(tmp_path / "identification_joint1.csv", input="hysteresis_bar", output="angle_rad")

@@ -28,6 +28,7 @@ def point(*changes, **settings):
     )
 
 
+@pytest.mark.slow
 def test_a_point_returns_these_figures():
     found = point()
     run = {f"slow/{name}/{key}" for name in ("off", "paper") for key in ("rms_deg", "max_deg")}
@@ -44,12 +45,14 @@ def test_a_point_returns_these_figures():
     assert found["slow/paper/ratio_rms"] < 0.4
 
 
+@pytest.mark.slow
 def test_without_off_there_are_no_ratios():
     found = point(compensators=("paper",))
     assert not any("ratio_rms/" in key or key.endswith(("/ratio_rms", "/ratio_max")) for key in found)
     assert found["slow/paper/rms_deg"] == point()["slow/paper/rms_deg"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
@@ -64,6 +67,7 @@ def test_nothing_is_taken_from_another_plant(change):
     assert other["inverse_rms_ratio_unseen"] != first["inverse_rms_ratio_unseen"]  # identified anew
 
 
+@pytest.mark.slow
 def test_what_is_kept_changes_no_figure():
     point(("controller.pole_1_s", 12.0))
     assert evaluate_point(SHORT) == point()  # bit for bit, from the memory of the process
@@ -75,6 +79,7 @@ def test_another_pole_is_another_run_of_the_same_identification():
     assert other["slow/off/rms_deg"] < 0.5 * point()["slow/off/rms_deg"]
 
 
+@pytest.mark.slow
 def test_another_seed_is_another_plant_calibrated_and_identified_as_such(tmp_path):
     robot = load_robot(changes=SHORT)
     found = identify_joint(robot, 1, calibrate(robot, 1, seed=1), tmp_path, seed=1)
@@ -83,6 +88,7 @@ def test_another_seed_is_another_plant_calibrated_and_identified_as_such(tmp_pat
     assert point(seed=1)["inverse_rms_ratio_unseen"] != point()["inverse_rms_ratio_unseen"]
 
 
+@pytest.mark.slow
 def test_identified_on_the_default_robot_is_not_identified_here():
     change = ("hysteresis.scale", 2.0)
     here, default = point(change), point(change, run_settings=(("identified_on", "default"),))
@@ -92,6 +98,7 @@ def test_identified_on_the_default_robot_is_not_identified_here():
     assert here["slow/paper/ratio_rms"] < 0.3 < default["slow/paper/ratio_rms"] < 0.7
 
 
+@pytest.mark.slow
 def test_whole_tables_are_another_robot_also_where_the_default_is_identified():
     table = load_robot(changes={"hysteresis.scale": 2.0}).values["hysteresis"]
     robot = {**SHORT, "hysteresis": table}
@@ -99,6 +106,7 @@ def test_whole_tables_are_another_robot_also_where_the_default_is_identified():
     assert figures[0] == figures[1] == point(("hysteresis.scale", 2.0))
 
 
+@pytest.mark.slow
 def test_load_and_unknown_state_reach_the_run():
     loaded = point(run_settings=(("load_Nm", 20.0),))
     unknown = point(run_settings=(("initial_state", "unknown"),))
@@ -136,6 +144,7 @@ def test_an_unknown_key_is_refused_with_the_one_that_was_meant():
         evaluate_point({"hysteresis.scal": 2.0})
 
 
+@pytest.mark.slow
 def test_a_sweep_of_two_points_runs_the_real_experiment_end_to_end(tmp_path):
     lines = [f'"{key}" = {value}' for key, value in SHORT.items()]
     text = ['name = "tiny"', "seeds = [0]", "[set]", *lines, "[[study]]", 'name = "load"', "grid.load_Nm = [0.0, 20.0]"]

@@ -30,6 +30,7 @@ def test_joint_figures_are_rms_and_largest_error_in_degrees():
     assert joint_figures(run, 3) == {"rms_deg": 0.0, "max_deg": 0.0}
 
 
+@pytest.mark.slow
 def test_the_figures_of_a_plant_are_nested_as_promised_and_those_of_its_runs():
     runs = [trial("slow", name) for name in ("off", "paper")]
     motion = path().timing.slower(4.0)

@@ -15,6 +15,7 @@ from experiment_samples import FASTER, PLANTS, equipment, identified, path, rms,
 LIMITS = {"fast": 0.50, "slow": 0.40, "slow_no_integrator": 0.25}  # rms with the compensator over rms without
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITS)
 @pytest.mark.parametrize("mechanism", PLANTS)
 def test_the_compensator_reduces_the_error_of_joint_1(mechanism, name):
@@ -95,6 +96,7 @@ class Delegates:
         return self.inner.output()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITS)
 def test_a_compensator_of_ones_own_that_does_the_same_helps_as_much(name):
     built_in = rms(short(name)) / rms(without(name))
@@ -128,6 +130,7 @@ def test_what_is_no_number_never_reaches_the_valves():
         short("fast", own={1: Broken(own_inverse())})
 
 
+@pytest.mark.slow
 def test_a_load_that_nobody_told_the_controller_is_found_by_the_integrator():
     for load in (-20.0, 20.0):
         run = short("slow", "off", loads={1: load})
@@ -145,6 +148,7 @@ def test_without_integrator_a_load_stays_as_an_error_to_its_own_side():
     assert shift[0] > 2.0 and shift[1] == pytest.approx(-shift[0], rel=0.1)
 
 
+@pytest.mark.slow
 def test_an_unknown_history_costs_little_and_the_compensator_still_helps():
     for name, limit in LIMITS.items():
         known, unknown = short(name), short(name, history=_unknown_history)

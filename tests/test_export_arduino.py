@@ -31,6 +31,7 @@ def folders(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("name", SUBJECTS)
 def test_library_and_sketches_give_the_models_answers(folders, name, tmp_path):
@@ -41,6 +42,7 @@ def test_library_and_sketches_give_the_models_answers(folders, name, tmp_path):
     assert not done.stderr
 
 
+@pytest.mark.slow
 @needs_make
 def test_a_board_that_computes_something_else_is_noticed_by_the_sketch(folders, tmp_path):
     copy = tmp_path / "copy"
@@ -77,6 +79,7 @@ def test_the_short_signal_is_rejected_limited_and_switched():
     assert any(flags & 1 for flags in signal.flags) and any(flags & 4 for flags in signal.flags)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", BOARDS)
 def test_it_compiles_for_boards(folders, compiler):
     if shutil.which(compiler) is None:

@@ -26,6 +26,7 @@ def compiled(request, tmp_path_factory):
     return runs, folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("compiler", "level", "standard"), [("gcc", "-O0", "c99"), ("gcc", "-O3", "c11"), ("clang", "-O2", "c99")]
 )

@@ -59,6 +59,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "what", "real", "target"), CASES)
 def test_a_folder_checks_itself_with_a_compiler_and_make_only(model, what, real, target, tmp_path):
     needs("make", "cc")
@@ -71,6 +72,7 @@ def test_a_folder_checks_itself_with_a_compiler_and_make_only(model, what, real,
     assert "FAILED" not in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("target", "what", "real"), [(t, w, r) for (w, t), r in zip(KINDS, REALS * 2, strict=True)])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_it_compiles_without_a_warning_as_c99_c11_and_cpp17(target, what, real, compiler, tmp_path):
@@ -82,6 +84,7 @@ def test_it_compiles_without_a_warning_as_c99_c11_and_cpp17(target, what, real, 
         run(compiler, *options, *sources, cwd=folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("what", "target"), KINDS)
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_no_symbol_outside_the_export_is_needed(target, what, compiler, tmp_path):
@@ -127,6 +130,7 @@ def test_headers_of_two_precisions_in_one_file_are_refused_by_name(tmp_path):
     assert "right.h is in float precision" in said.stderr
 
 
+@pytest.mark.slow
 def test_cmake_builds_library_example_and_check(tmp_path):
     needs("cmake", "ctest", "make", "cc")
     for target in C_TARGETS:
@@ -136,6 +140,7 @@ def test_cmake_builds_library_example_and_check(tmp_path):
         assert "100% tests passed" in run("ctest", "--test-dir", "build", cwd=folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["forward", "joint-controller"])
 def test_compiled_as_cpp_it_gives_the_same_bits(what, tmp_path):
     needs("g++")
@@ -146,6 +151,7 @@ def test_compiled_as_cpp_it_gives_the_same_bits(what, tmp_path):
     assert run("./program", cwd=folder).splitlines()[-1] == "all checks passed"
 
 
+@pytest.mark.slow
 def test_with_fused_multiply_add_it_is_the_makefile_that_keeps_the_bits(tmp_path):
     needs("make", "gcc")
     folder = export(subject("mapped"), "c", tmp_path / "out").folder
@@ -154,6 +160,7 @@ def test_with_fused_multiply_add_it_is_the_makefile_that_keeps_the_bits(tmp_path
     assert "all checks passed" in run("make", "-s", "check", "CC=gcc", "CFLAGS=-O3 -march=native", cwd=folder)
 
 
+@pytest.mark.slow
 def test_a_wrong_build_is_noticed_by_its_own_check(tmp_path):
     needs("make", "cc")
     folder = export(subject("mapped"), "c", tmp_path / "out").folder
@@ -164,6 +171,7 @@ def test_a_wrong_build_is_noticed_by_its_own_check(tmp_path):
     assert all(check.status == "failed" and "test signal" in check.detail for check in checks)
 
 
+@pytest.mark.slow
 def test_under_fast_math_the_guard_and_the_limits_hold(tmp_path):
     needs("make", "gcc")
     folder = export(subject("mapped"), "c", tmp_path / "out").folder
@@ -358,6 +366,7 @@ def test_a_model_without_ranges_needs_one(tmp_path):
     subject_of(play_model(card=dehyst.models.ModelCard()), name="u", range=(-1.0, 1.0))
 
 
+@pytest.mark.slow
 def test_thousands_of_operators_can_be_exported(tmp_path):
     needs("make", "cc")
     folder = export(subject_of(large_model(), name="large"), "c", tmp_path / "out").folder

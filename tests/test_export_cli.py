@@ -37,6 +37,7 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_model_is_exported_verified_and_signed_off(run, place):
     status, out, err = run("export", "rig.json", "--target", "c", "--out", "out", "--log", "log.csv", "--column", "#2")
     assert (status, err) == (0, "")
@@ -62,6 +63,7 @@ def test_verify_without_a_log_says_that_it_was_not_compared_with_one(run, place,
     assert "--log LOG --column COLUMN" in skipped[0]["detail"]
 
 
+@pytest.mark.slow
 def test_a_joint_controller_is_exported_and_verified(run, place, quick):
     arguments = ("--what", "joint-controller", "--controller", "controller.json", "--name", "axis_1")
     status, out, _ = run("export", "rig.json", "--target", "c", "--out", "out", *arguments, "--json")

@@ -144,6 +144,7 @@ def test_switching_has_no_bump_and_ends_at_the_line_and_at_the_inverse():
     assert np.abs(np.diff(moved[1:])).max() <= 0.8 / 10 + 1e-12
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("target", ["c", "c-header"])
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -158,6 +159,7 @@ def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
     assert "failed" in {check.status for check in verify(tmp_path / "out")}
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("model", [direct_model(schedules=3), direct_model(stops=2, paths=0, creeps=0, known=True)])
 @pytest.mark.parametrize(
@@ -173,6 +175,7 @@ def test_every_target_holds_it_and_answers_with_its_bits(target, real, model, tm
     assert any(check.ran or target == "st" for check in checks)
 
 
+@pytest.mark.slow
 @needs_make
 def test_a_wrong_answer_fails_the_generated_check(tmp_path):
     export(subject_of(direct_model(), name="valve", period=PERIOD), "c", tmp_path / "out")

@@ -40,6 +40,7 @@ def subject(case="scheduled", real="double", adaptation=QUICK):
     return joint_subject(direct_model(**CASES[case]), TOLD, adaptation, name="elbow", real=real)
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([structured_text, siemens_scl]))
 def test_structured_text_has_the_bits_of_the_core(seed, form):
@@ -84,6 +85,7 @@ def test_the_recorded_run_learns_is_pushed_and_switches_position_control_off(ada
     assert np.abs(controller.scales - 1).max() > 1e-3
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("case", CASES)
 def test_exported_c_checks_itself(case, tmp_path):
@@ -92,6 +94,7 @@ def test_exported_c_checks_itself(case, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("target", ["c-header", "fmu2", "fmu3", "simulink", "st"])
 @pytest.mark.parametrize("real", ["double", "float"])
@@ -101,6 +104,7 @@ def test_every_target_verifies(target, real, tmp_path):
     assert not bad
 
 
+@pytest.mark.slow
 @needs_make
 def test_a_changed_digit_is_found(tmp_path):
     folder = export(subject(), "c", tmp_path / "out").folder
@@ -112,6 +116,7 @@ def test_a_changed_digit_is_found(tmp_path):
     assert any(check.status == "failed" for check in verify(folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("language", ["c99", "c11", "c++17"])
 @pytest.mark.parametrize("case", ["scheduled", "a polynomial only"])
@@ -135,6 +140,7 @@ def run_strict():
     return strict
 
 
+@pytest.mark.slow
 @needs_make
 def test_no_check_of_it_meets_undefined_behaviour(tmp_path):
     folder = export(subject(), "c", tmp_path / "out").folder

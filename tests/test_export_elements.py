@@ -51,6 +51,7 @@ def checked(subject, target, folder, compiler="cc"):
     return done.stdout
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("what", ["inverse", "forward"])
@@ -62,6 +63,7 @@ def test_exported_c_has_the_bits_of_the_model_from_either_compiler(model, what, 
     assert "bits of the model" in told and "a damaged image is refused" in told and "output in range" in told
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("seed", range(4))
 def test_random_sums_have_the_bits_of_the_model_in_c_and_keep_to_the_tolerance_in_float(seed, tmp_path):
@@ -73,6 +75,7 @@ def test_random_sums_have_the_bits_of_the_model_in_c_and_keep_to_the_tolerance_i
             assert subject.tolerance < 1e-3 * (subject.output.high - subject.output.low)
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize(
     ("target", "real"), [("c-header", "float"), ("fmu2", "double"), ("fmu3", "double"), ("fmu3", "float"),
@@ -85,6 +88,7 @@ def test_every_target_is_verified_with_schedules_and_a_period(target, real, tmp_
     assert [check for check in verify(tmp_path / "out") if not check.ok] == []
 
 
+@pytest.mark.slow
 @needs_make
 def test_a_changed_digit_of_an_element_fails_the_check(tmp_path):
     folder = export(subject_of(element_model(), name="unit_1"), "c", tmp_path / "out").folder
@@ -107,6 +111,7 @@ def test_the_command_exports_a_sum_of_elements_for_the_period_of_its_log_or_anot
     assert json.loads((tmp_path / "b" / "manifest.json").read_text())["settings"]["period"] == 0.01
 
 
+@pytest.mark.slow
 def test_a_log_is_part_of_the_proof_where_one_column_is_all_that_goes_in(tmp_path):
     x = np.linspace(-1.0, 3.0, 50)
     subject = subject_of(element_model(), "forward", name="unit_1", excerpt=x, excerpt_source="rig.csv")
@@ -139,6 +144,7 @@ def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):
         joint_subject(element_model(), parameters, name="unit_1")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["inverse", "forward"])
 @pytest.mark.parametrize("model", MODELS)
 def test_structured_text_has_the_bits_of_the_model(model, what, tmp_path):

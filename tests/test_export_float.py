@@ -33,6 +33,7 @@ FLAT = {f"slope {last:g}": flat(last) for last in (0.0, 1e-4, 1e-2)} | {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "st"])
 @pytest.mark.parametrize("model", FLAT)
 def test_a_forward_model_in_float_keeps_its_memory_on_flat_branches(model, target, tmp_path):

@@ -108,6 +108,7 @@ def test_an_fmu_without_any_compiler_holds_its_sources_and_says_what_is_missing(
     assert "fmpy compile joint_1.fmu" in stepped.detail
 
 
+@pytest.mark.slow
 def test_an_export_verifies_itself_and_notices_a_change(fmu, tmp_path):
     _, folder = fmu
     checks = verify(folder)
@@ -124,6 +125,7 @@ def test_an_export_verifies_itself_and_notices_a_change(fmu, tmp_path):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("family", "what", "real"),
     [("pi", "inverse", "double"), ("modified", "forward", "double"), ("modified", "inverse", "double"),
@@ -141,6 +143,7 @@ def test_both_versions_have_the_bits_of_the_model(family, what, real, tmp_path):
         assert np.abs(found[0] - subject.test.outputs).max() <= 1e-5 * np.ptp(subject.test.outputs)
 
 
+@pytest.mark.slow
 def test_the_same_model_gives_the_same_file_and_another_one_another_token(subject):
     first, again = made(2), package(subject, 2)
     assert first.fmu == again.fmu
@@ -155,6 +158,7 @@ def description(folder):
         return Xml.fromstring(packed.read("modelDescription.xml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["pi", "modified"])
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_finds_no_fault(family, version, tmp_path):
@@ -177,6 +181,7 @@ def test_the_commands_of_the_readme_find_no_difference(fmu, tmp_path):
     assert readme_commands(fmu[1], tmp_path) == [0.0, 0.0]  # time, pressure
 
 
+@pytest.mark.slow
 def test_what_fmpy_compiles_from_the_sources_answers_the_same(fmu, subject, tmp_path):
     fmpy()
     search = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])  # FMPy brings a cmake
@@ -366,6 +371,7 @@ def test_what_is_beyond_all_physics_is_rejected_and_the_texts_say_so(real, tmp_p
         assert instance.get("limited") == (1,)
 
 
+@pytest.mark.slow
 def test_no_number_beyond_float_is_converted_to_it(tmp_path):
     """C leaves that conversion undefined, and compilers' sanitizers do not look for it: the helper of the text does."""
     for which, version in [(("pi", "inverse", "float"), 2), (("modified", "forward", "float"), 3)]:
@@ -492,6 +498,7 @@ def test_the_binary_shows_functions_of_the_standard_and_nothing_else(fmu, tmp_pa
     }
 
 
+@pytest.mark.slow
 def test_two_fmus_can_be_linked_into_one_program(tmp_path):
     lines = []
     for which in (("pi",), ("modified", "forward", "float", "joint_2")):
@@ -510,6 +517,7 @@ def test_two_fmus_can_be_linked_into_one_program(tmp_path):
     subprocess.run(["./both"], cwd=tmp_path, check=True)
 
 
+@pytest.mark.slow
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
     run_sequences(*fmu, tmp_path, "-DOUTPUT_LOW=-1.0", "-DOUTPUT_HIGH=1.5")
 
@@ -542,6 +550,7 @@ def test_units_limits_and_roles_are_in_the_description(fmu):
     assert simulation["canBeInstantiatedOnlyOncePerProcess"] == simulation["needsExecutionTool"] == "false"
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(max_size=8), max_size=3), st.text(max_size=20), st.sampled_from([2, 3]))
 def test_any_text_makes_a_description_that_can_be_parsed(units, text, version):
     variables = [Variable(f"v{k}", "real", "input", text, unit.strip(), (0.0,)) for k, unit in enumerate(units)]

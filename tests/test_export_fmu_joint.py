@@ -47,12 +47,14 @@ def started(folder):
     return instance
 
 
+@pytest.mark.slow
 def test_an_export_verifies_itself(fmu):
     checks = verify(fmu[1])
     assert all(check.ok for check in checks), checks
     assert sum("1600 samples, bits" in check.detail for check in checks) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weights", [[0.3, 0.1, 0.1, 0.05], [0.18, 0.1, 0.1], [0.47]], ids=len)
 def test_single_precision_is_near_enough(weights, tmp_path):
     """Also where it meets a limit a period earlier or later, as it does with the first and the last of these."""
@@ -167,5 +169,6 @@ def test_parameters_can_be_read(fmu):
         assert instance.get("parameter_hold_samples") == (TOLD.hold_samples,)
 
 
+@pytest.mark.slow
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
     assert run_sequences(*fmu, tmp_path)["discarded"] > 100

@@ -93,6 +93,7 @@ def test_what_was_exported_is_signed_off(exports, nothing_compiles, kind):
     assert signed(exports(kind))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", UNITS)
 def test_a_folder_with_any_byte_changed_is_never_signed_off(exports, nothing_compiles, tmp_path, kind):
     whole = exports(kind)
@@ -156,6 +157,7 @@ def places(value, path=()):
     return ([path] if path else []) + [place for key, one in inner for place in places(one, (*path, key))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", UNITS)
 def test_a_folder_with_any_field_of_its_manifest_changed_is_never_signed_off(exports, nothing_compiles, tmp_path, kind):
     folder = shutil.copytree(exports(kind), tmp_path / "out")
@@ -339,6 +341,7 @@ def test_nothing_that_the_environment_says_to_make_and_compilers_counts(exports,
     assert not (here / "x").exists()
 
 
+@pytest.mark.slow
 def test_an_fmu_whose_binary_another_compiler_made_is_not_run_and_where_it_can_be_verified_is_said(
     monkeypatch, tmp_path
 ):

@@ -37,6 +37,7 @@ def folders(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize("name", SUBJECTS)
 def test_the_s_function_gives_the_models_answers(folders, name, tmp_path):
@@ -47,6 +48,7 @@ def test_the_s_function_gives_the_models_answers(folders, name, tmp_path):
     assert not done.stderr
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize(
     ("old", "new", "claim"),
@@ -85,6 +87,7 @@ def test_what_is_written_by_hand_compiles_without_a_warning(folders, name, compi
     subprocess.run([*strict, *paths, "-DMATLAB_MEX_FILE", *map(str, files)], check=True)
 
 
+@pytest.mark.slow
 def test_verify_runs_it_and_says_that_matlab_was_not_there(folders, monkeypatch):
     monkeypatch.setattr("dehyst.export.compilers.LEVELS", ("-O0",))
     checks = verify(folders("inverse in double"))

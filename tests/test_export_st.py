@@ -61,6 +61,7 @@ def bits(value):
     return struct.pack("d", value)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(SEEDS, st.sampled_from(sorted(FORMS)), st.sampled_from(["inverse", "forward"]))
 @example(1, "text", "inverse")
@@ -143,6 +144,7 @@ def test_what_has_no_constant_is_refused(value, real):
         constant(value, real)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("what", ["inverse", "forward"])
 def test_an_exported_folder_verifies(tmp_path, what, real):
@@ -155,6 +157,7 @@ def test_an_exported_folder_verifies(tmp_path, what, real):
     assert sum("own checker" in check.claim for check in checks) == 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
@@ -178,6 +181,7 @@ def test_a_text_that_was_changed_does_not_verify(tmp_path, old, new, word):
     assert re.search(word, " ".join(check.detail for check in failed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Elbow.st", "Elbow.xml", "Elbow_Test.scl"])
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"<!DOCTYPE x>", b"<project/>", None])
 def test_a_damaged_file_fails_and_does_not_stop_the_others(tmp_path, name, content):
@@ -301,6 +305,7 @@ def test_text_needs_no_literal_in_an_expression_and_no_long_name():
         load(structured_text(unit))
 
 
+@pytest.mark.slow
 def test_labels_of_users_keep_the_readme_in_order(tmp_path):
     card = dehyst.models.ModelCard(
         input=dehyst.models.SignalCard("u | *)", "bar", -1.0, 1.0),

@@ -47,6 +47,7 @@ def test_blocks(tmp_path, what, real, seed):
         assert np.array_equal(found.view(np.uint64), subject.test.outputs.view(np.uint64))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_joint_controllers(tmp_path, real):
     subject = joint_subject(MODEL, JointControllerParameters(), name="elbow", real=real)

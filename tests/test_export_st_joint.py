@@ -51,6 +51,7 @@ def random_period(rng, k):
     return [float(x) for x in readings], JointReference(angle=math.nan) if rng.random() < 0.02 else reference
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from([structured_text, siemens_scl]))
 def test_every_output_has_the_bits_of_the_core(seed, compensated, form):
@@ -149,6 +150,7 @@ def test_the_root_of_what_a_valve_asks_for(x):
     assert struct.pack("d", ROOT.call(Radicand=x)["Root"]) == struct.pack("d", _native.root(x))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_an_exported_controller_verifies(tmp_path, real):
     subject = joint_subject(MODEL, JointControllerParameters(), name="elbow", real=real)

@@ -68,6 +68,7 @@ def test_names_that_would_replace_another_file_are_refused_and_defaults_get_a_pr
     assert check_name(identifier(name))
 
 
+@pytest.mark.slow
 def test_units_of_two_precisions_live_in_one_program(tmp_path):
     if shutil.which("cc") is None:
         pytest.skip("no cc; on Debian: apt-get install gcc")
@@ -119,6 +120,7 @@ def test_a_range_of_next_to_nothing_is_refused():
         subject_of(play_model(), name="unit_1", range=(0.5, 0.5 + 1e-7))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "c-header", "arduino", "simulink", "st", "fmu3"])
 def test_the_readme_says_near_its_top_what_identification_thought_of_the_model(target, tmp_path):
     for verdict in ("bad: do not compensate with this model", "good for compensation"):

@@ -140,6 +140,7 @@ def leave_out(place, missing):
     forge(place, files={name: checksum for name, checksum in files.items() if name != missing})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_a_manipulated_folder_is_not_signed_off_and_nothing_of_it_runs(exports, tmp_path, monkeypatch, attack):
     target, change, word = ATTACKS[attack]
@@ -152,6 +153,7 @@ def test_a_manipulated_folder_is_not_signed_off_and_nothing_of_it_runs(exports, 
     assert not any(check.ran for check in found.checks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "c-header", "fmu2", "fmu3", "simulink", "st"])
 def test_an_export_is_the_same_when_exported_again_and_signed_off(exports, target):
     found = verification.verify_folder(exports(target))
@@ -161,6 +163,7 @@ def test_an_export_is_the_same_when_exported_again_and_signed_off(exports, targe
     assert "log.csv, angle" in detail["excerpt in this folder: expected answers are those of the model"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "simulink"])
 def test_a_joint_controller_and_a_library_are_the_same_when_exported_again(tmp_path, target):
     unit = joint_subject(mapped_model(), JointControllerParameters(), name="axis_1")
@@ -213,6 +216,7 @@ def test_faults_are_printed_once_and_first(run, exports, tmp_path):
     assert out.count("src/extra.h") == 1
 
 
+@pytest.mark.slow
 def test_notes_and_build_results_are_tolerated(exports, tmp_path):
     place = shutil.copytree(exports("c"), tmp_path / "out")
     (place / "notes.txt").write_text("mine")

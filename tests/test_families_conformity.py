@@ -159,6 +159,7 @@ def test_a_family_says_what_it_is(name):
     assert "Cannot show" in text and "Source" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_a_family_recovers_its_own_example_or_says_why_not(name):
     model = scaled(name)

@@ -33,6 +33,7 @@ NET = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("log", "selection", "family", "bound"), NET, ids=lambda v: v if isinstance(v, str) else "")
 def test_a_measured_log_is_predicted_as_well_as_before(log, selection, family, bound):
     folder, x, y = log

@@ -95,6 +95,7 @@ def test_an_element_that_nothing_bounds_has_no_inverse():
     assert np.all(np.isinf(model.limits)) and "turn" in model.no_inverse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.5, -0.5])
 def test_an_asymmetric_model_is_recovered_from_its_noisy_data_better_than_by_bouc_wen(weight):
     x = excitation(1000)

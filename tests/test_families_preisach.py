@@ -255,6 +255,7 @@ def test_a_known_measure_is_found_again():
         assert values[1] * fit.model.scaling.amplitude == pytest.approx(values[0], abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["zero", "rising", "falling"])
 def test_the_start_state_is_found(start):
     quiet = 0.2 * np.sin(np.linspace(0.0, 20.0, 500))  # far from both ends, its level tells the past
@@ -278,6 +279,7 @@ def test_the_example_is_in_the_registry():
     assert "preisach" in repr(example("preisach"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "piezo_dbo" / "data.csv.gz").is_file(), reason="no measured logs")
 @pytest.mark.parametrize(
     ("log", "window", "better"),

@@ -115,6 +115,7 @@ def test_a_mechanism_of_a_family_takes_work_at_every_stroke():
         assert np.sum(force[401:] * np.diff(kappa)[400:]) > 0
 
 
+@pytest.mark.slow
 def test_the_compensator_of_the_mechanisms_own_family_beats_none(tmp_path):
     def factory(joint, muscle):
         return ModelMechanism(FRICTION, 55.0, 0.0125)

@@ -110,6 +110,7 @@ def volterra(samples=9000, step=0.02):
     return Recording(input=x, output=y + noise, time=step * np.arange(samples))
 
 
+@pytest.mark.slow
 def test_products_of_lags_are_taken_where_a_rig_has_them_and_for_simulation_alone():
     rig = volterra()
     simulated, compensated = (dehyst.identify(rig, purpose=purpose) for purpose in ("simulate", "compensate"))
@@ -254,6 +255,7 @@ DAMPED = ElementModel(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "most"), [(LAGGING, 0.5), (DAMPED, 2.0)], ids=["creep", "damper"])
 def test_what_has_creep_or_dampers_is_followed_on_held_out_loops(model, most):
     log_of = record(model)
@@ -267,6 +269,7 @@ def test_what_has_creep_or_dampers_is_followed_on_held_out_loops(model, most):
     assert identify_family(log_of, "elements").model.parameters() == fit.model.parameters()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROWS)
 def test_each_row_is_fitted_by_its_name_saved_and_played(name, tmp_path):
     log_of = record(DAMPED if name == "maxwell-slip" else LAGGING, samples=2500)
@@ -294,6 +297,7 @@ def test_an_inverse_row_is_scored_by_what_its_solution_misses():
     assert 0.3 < candidate.score / np.sqrt(np.mean((solved - y) ** 2)) < 3.0
 
 
+@pytest.mark.slow
 def test_a_comparison_takes_rows_by_name_and_the_chosen_one_by_itself():
     log_of = record(LAGGING, samples=1500)
     found = dehyst.compare(log_of, ["pi", "elements", "creep-pi"])
@@ -388,6 +392,7 @@ def test_the_inverse_of_an_identified_delay_does_not_oscillate():
 SMOOTH = [row.name for row in TABLE if row.sums[0].direction == "forward" and "rate" not in row.sums[0].groups]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SMOOTH)
 def test_a_row_is_found_again_from_its_own_noisy_log(name):
     truth = families.example(name)
@@ -417,6 +422,7 @@ def test_several_recordings_without_time_are_fitted_together():
     assert len(found.predictions) == 2 and found.test.rmse_percent < 0.5 and not found.model.rate_dependent
 
 
+@pytest.mark.slow
 @measured
 @pytest.mark.parametrize(("run", "most"), [(DAMPER, 2.4), (ARM, 1.7)], ids=["damper", "soft arm"])
 def test_measured_logs_are_followed_as_well_as_the_issue_asks(run, most):

@@ -91,6 +91,7 @@ def faults(source, parts):
     return found
 
 
+@pytest.mark.slow
 def test_a_module_imports_from_lower_floors_only():
     found = {}
     for path in MODULES:

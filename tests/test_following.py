@@ -266,6 +266,7 @@ def test_the_state_of_the_core_refuses_what_no_run_leaves():
     assert (offset.restore(offset.save()), offset.restore(foreign.save())) == (0, 4)
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize(
     ("kind", "what", "real"), [(*pair, real) for pair, real in itertools.product(KINDS, ("double", "float"))]
@@ -281,6 +282,7 @@ def test_exported_c_follows_as_the_block_does(kind, what, real, tmp_path):
     assert unit.following.offset.applied != 0.0  # the test signal moves it
 
 
+@pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize(
     ("target", "real"),

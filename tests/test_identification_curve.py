@@ -56,6 +56,7 @@ def test_where_a_loop_repeats_the_curve_is_a_row_of_the_comparison_and_not_the_a
     assert [c.family for c in fit.candidates].count("static") == 1
 
 
+@pytest.mark.slow
 def test_held_out_samples_do_not_decide():
     rec = recording(bent)
     half = len(rec) // 2
@@ -117,6 +118,7 @@ def test_a_streamed_identification_finds_the_same_curve():
     assert streamed.test.rmse == pytest.approx(whole.test.rmse, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_curve_is_saved_played_exported_verified_reported_and_watched(run, tmp_path):
     rec = recording(bent)
     log, model = tmp_path / "log.csv", tmp_path / "m.json"

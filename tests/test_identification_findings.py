@@ -194,6 +194,7 @@ def test_the_verdict_follows_the_warnings():
     assert "high-inverse-gain" in verdicts[3]
 
 
+@pytest.mark.slow
 def test_findings_of_the_log_come_first_and_once():
     note = dehyst.Finding("gap", "no samples between 1 s and 2 s")
     rec = clean().with_findings(note, note)
@@ -202,6 +203,7 @@ def test_findings_of_the_log_come_first_and_once():
     assert fit.warnings[0] == note
 
 
+@pytest.mark.slow
 def test_facts_are_those_of_the_data():
     facts = dehyst.identify(clean()).facts
     assert (facts.orientation, facts.trend, facts.loops) == ("counter-clockwise", 1, 8)

@@ -35,6 +35,7 @@ def logs(request):
     return made, of, request.param
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("relation", RELATIONS, ids=lambda relation: relation.name)
 def test_what_must_not_matter_does_not(logs, relation):
     made, of, seed = logs
@@ -43,6 +44,7 @@ def test_what_must_not_matter_does_not(logs, relation):
     assert not broken(relation, of[identify][relation.recordings], after)
 
 
+@pytest.mark.slow
 def test_recordings_in_another_order_cost_no_accuracy_above_the_noise(logs):
     made, of, seed = logs
     order = next(each for each in RELATIONS if each.name == "recordings in another order")
@@ -59,6 +61,7 @@ def test_units_do_not_matter_to_a_named_family(family, relation):
     assert not broken(relation, found_in(log, identify), found_in(relation.changed(log, rng), identify))
 
 
+@pytest.mark.slow
 def test_the_past_of_a_rig_costs_no_accuracy():
     errors = [found_in(generated(1, start), dehyst.identify).error for start in STARTS]
     assert max(errors) < 1.5 * min(errors)

@@ -59,6 +59,7 @@ def test_both_routes_give_the_same_model(make, family, by_orthogonal_factors):
     assert sums.certificate.kkt_residual < 1e-13
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.sampled_from(FAMILIES), st.integers(2, 30), st.sampled_from([0.001, 0.2]))
 @settings(max_examples=40)
 def test_both_routes_agree_on_random_data(seed, family, n, eps):
@@ -76,6 +77,7 @@ def test_both_routes_agree_on_random_data(seed, family, n, eps):
     assert np.abs(one.predictions[0] - other.predictions[0]).max() < 1e-6 * np.ptp(rec.output)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [100, 1000])
 @pytest.mark.parametrize("dense", [True, False])
 def test_weights_of_exact_data_come_back(n, dense):

@@ -52,6 +52,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "truth", "eps_binds"), CASES)
 def test_weights_equal_qpoases_and_50_digits(family, truth, eps_binds):
     rec = recording(truth, noise=0.03)
@@ -116,6 +117,7 @@ def test_exact_data_gives_the_true_weights_back(n):
     assert fit.certificate.kkt_residual < 1e-12
 
 
+@pytest.mark.slow
 def test_a_thousand_operators_are_still_solved_to_the_optimum():
     rec = recording(GENTLE, noise=0.03, samples=90)
     fit = dehyst.identify(rec, "pi", n=1000)
@@ -162,6 +164,7 @@ def test_given_thresholds_are_those_of_the_model_in_units_of_the_input():
     assert found.get(0.5, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_several_recordings_are_one_stacked_problem():
     first = recording(GENTLE, noise=0.03)
     second = recording(GENTLE, noise=0.03, seed=1, amplitudes=(1.0, 2.4, 0.7, 1.9))

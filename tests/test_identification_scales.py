@@ -32,12 +32,14 @@ def error(x_offset, x_scale, y_offset, y_scale, family):
     return 100 * float(np.std((model.simulate(x, T) - y) / y_scale) / np.ptp(Y))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["pi-cumulative", "modified-pi", "auto"])
 @pytest.mark.parametrize("at", [(1e12, 1, 0, 1), (0, 1, 1e12, 1), (1e12, 1, -1e12, 1)])
 def test_a_signal_on_a_large_offset_is_identified_as_well_as_without(family, at):
     assert error(*at, family) < error(0, 1, 0, 1, family) + 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["pi-cumulative", "modified-pi", "stop"])
 def test_any_scale_is_identified_alike_or_refused_by_what_the_signals_do(family):
     ordinary, refused = error(0, 1, 0, 1, family), 0

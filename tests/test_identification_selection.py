@@ -131,6 +131,7 @@ def test_too_few_samples_for_blocks_are_refused():
         dehyst.cross_validate(short)
 
 
+@pytest.mark.slow
 def test_n_auto_takes_few_operators_where_few_do_and_many_where_they_help():
     truth = dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, 0.8])
     x = loops((*SIZES, *SIZES), 60)
@@ -151,6 +152,7 @@ def test_n_auto_takes_few_operators_where_few_do_and_many_where_they_help():
 SETTINGS = [{}, {"n": 30}, {"n": 20}, {"n": 33}, {"eps": 0.2}, {"family": "stop"}, {"family": "pi-cumulative", "n": 12}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["pi", "modified-pi"])
 def test_a_refit_is_what_identify_says(family):
     rec = noisy(map_of=np.tanh)
@@ -193,6 +195,7 @@ def test_a_fit_made_by_hand_says_that_it_cannot_be_refitted():
         fit_by_hand().refit(n=5)
 
 
+@pytest.mark.slow
 def test_of_a_long_log_facts_are_those_of_all_its_samples(monkeypatch):
     from dehyst.identification import facts
 
@@ -215,6 +218,7 @@ def test_a_refit_keeps_names_units_and_ranges_and_says_what_it_is():
     assert "refit" in card.provenance["verdict"] and card.provenance["logs"] == fit.model.card.provenance["logs"]
 
 
+@pytest.mark.slow
 def test_settings_that_contradict_each_other_are_refused_by_name():
     fit = dehyst.identify(example_recording(), family="pi")
     with pytest.raises(ParameterError, match="whole number"):

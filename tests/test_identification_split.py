@@ -82,6 +82,7 @@ def test_recordings_without_weight_are_no_test():
     assert fit.test is not None and not set(fit.settings.get("held_out", [])) & {1, 2}
 
 
+@pytest.mark.slow
 def test_all_that_identifies_holds_out_the_same():
     listed = runs()
     expected = [1, 2]

@@ -88,6 +88,7 @@ def same(first, second, tolerance=1e-12):
     assert codes[1] - {"streamed", "plays-only"} == codes[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["auto", "pi", "pi-cumulative", "modified-pi", "stop"])
 def test_the_result_is_that_of_the_same_samples_in_memory(family):
     time, x, y = record()
@@ -150,6 +151,7 @@ def test_a_clock_that_restarts_begins_a_piece_and_one_that_is_lost_is_refused():
         dehyst.identify_stream(Chunks(x, y, np.sin(time)), "pi", n=10)
 
 
+@pytest.mark.slow
 def test_several_logs_are_fitted_together():
     logs = [record(50_000, 1), record(70_000, 2)]
     expected = dehyst.identify([recording(*log) for log in logs], "pi", n=10)
@@ -158,6 +160,7 @@ def test_several_logs_are_fitted_together():
     assert [kept.samples for kept in found.recordings] == [50_000, 70_000]
 
 
+@pytest.mark.slow
 def test_a_falling_curve_and_a_wide_loop_are_told_apart_as_in_memory():
     time, x, y = record(60_000)
     wide = dehyst.PrandtlIshlinskii([0.0, 1.6], [0.01, 1.0]).simulate(x - 3.0)
@@ -166,6 +169,7 @@ def test_a_falling_curve_and_a_wide_loop_are_told_apart_as_in_memory():
         same(expected, dehyst.identify_stream(Chunks(x, output, time), n=8), 1e-11)
 
 
+@pytest.mark.slow
 def test_a_long_log_is_kept_as_its_extremes_and_its_predictions_are_those_of_all_samples():
     time, x, y = record(400_000)
     expected = dehyst.identify(recording(time, x, y), "pi", n=10)
@@ -206,6 +210,7 @@ def columns(folder, kind, time, x, y):
     return file
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["csv", "npz", "packed.npz", "parquet"])
 def test_a_file_in_chunks_gives_the_result_of_the_file_read_at_once(tmp_path, kind):
     time, x, y = record(40_000)
@@ -238,6 +243,7 @@ def test_a_bag_in_chunks_gives_the_result_of_the_bag_read_at_once(tmp_path):
     same(expected, dehyst.identify_stream(dehyst.open_chunks(file, **names, rows=700), "pi", n=10))
 
 
+@pytest.mark.slow
 def test_the_fit_makes_a_report_and_a_model_file(tmp_path):
     time, x, y = record(80_000)
     fit = dehyst.identify_stream(Chunks(x, y, time), "pi", n=10)
@@ -384,12 +390,14 @@ def run(code, *arguments):
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="resource is of POSIX")
 def test_memory_does_not_grow_with_the_log():
     # 64 chunks are 134 MB of samples, of which a list of x or y alone would be half.
     assert float(run(MEMORY, "64")) < 40.0
 
 
+@pytest.mark.slow
 def test_no_array_of_the_length_of_the_log_is_made_anywhere(tmp_path):
     time, x, y = record(1 << 22)
     peaks = []
@@ -511,6 +519,7 @@ def invoke(capsys, *arguments):
     return capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_command_gives_the_same_figures_in_chunks_and_chooses_by_size(tmp_path, capsys, monkeypatch):
     log = columns(tmp_path, "csv", *record(40_000))
     options = (log, "--n", "10", "--family", "pi", "--json")

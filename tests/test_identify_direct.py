@@ -106,6 +106,7 @@ def test_polynomials_of_the_program_rise_where_the_data_is(degree, data):
     assert abs(curve(-1.0)) < 1e-9
 
 
+@pytest.mark.slow
 def test_noise_on_the_input_does_not_make_the_compensator_worse_as_it_does_through_a_forward_model():
     t, y = motion()
     clean = asked(t, y, np.zeros(y.size), stops=STOPS, curve=(1.0, 0.4))
@@ -136,6 +137,7 @@ def test_creep_is_found_and_what_holds_still_is_told_apart_from_stops():
     assert fit.input_test.rms_percent < 0.5 * without.input_test.rms_percent
 
 
+@pytest.mark.slow
 def test_time_constants_wrong_by_a_factor_of_three_cost_little():
     t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.2), (6.0, 0.2)))
@@ -178,6 +180,7 @@ def test_dependent_free_columns_share_the_least_solution_instead_of_failing(free
     assert np.abs(found.free).max() < 2.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("begins", [0.4, 0.08, 0.02])
 def test_a_load_in_one_stretch_of_the_log_ends_in_a_finding_and_not_in_a_traceback(begins):
     t, y = motion(TIPS * 2)
@@ -268,6 +271,7 @@ def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit
     assert held.input_test.rms_percent > 3 * fit.input_test.rms_percent
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["load", "mean_pressure"])
 def test_a_schedule_is_learnt_and_asked_for(name):
     t, y = motion(TIPS * 2)

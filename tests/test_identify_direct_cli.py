@@ -38,6 +38,7 @@ def identify(run, folder, *more, log="log.csv"):
     return run("identify", folder / log, "--input", U, "--output", Y, "--family", "direct-inverse", *more)
 
 
+@pytest.mark.slow
 def test_the_verdict_the_comparison_and_the_evidence_are_printed(run, folder):
     status, out, err = identify(run, folder, "--creep", "3", "--load", "load_N")
     assert (status, err) == (0, "")
@@ -47,6 +48,7 @@ def test_the_verdict_the_comparison_and_the_evidence_are_printed(run, folder):
         assert words in flat, words
 
 
+@pytest.mark.slow
 def test_json_holds_both_errors_and_the_table(run, folder):
     status, out, err = identify(run, folder, "--creep-times", "4", "--load", "load_N", "--json")
     assert (status, err) == (0, "")
@@ -66,6 +68,7 @@ def test_json_holds_both_errors_and_the_table(run, folder):
     assert result["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder, tmp_path):
     model, out = tmp_path / "m.json", tmp_path / "u.csv"
     assert identify(run, folder, "--save", model, "--load", "load_N", "--creep", "2")[0] == 0
@@ -116,6 +119,7 @@ def test_what_does_not_fit_is_refused_with_a_cure(run, folder, arguments, words)
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folder, tmp_path):
     model, out = tmp_path / "m.json", tmp_path / "u.csv"
     status, text, err = identify(run, folder, "--load", "load_kg", "--creep", "0", "--save", model, log="mass.csv")
@@ -142,6 +146,7 @@ def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folde
     assert status == 2 and "a mass is not a force" in " ".join(err.split())
 
 
+@pytest.mark.slow
 def test_runs_under_different_loads_are_fitted_in_one_call_and_the_refusal_of_one_says_so(run, folder):
     more = ("--load", "load_g", "--creep", "0")
     status, _, err = identify(run, folder, "--run", "light", *more, log="runs.csv")
@@ -165,6 +170,7 @@ def test_commands_for_forward_models_name_the_way_out(run, folder, tmp_path):
     assert status == 2 and "direct inverse" in err
 
 
+@pytest.mark.slow
 def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path):
     page, figures = tmp_path / "r.html", tmp_path / "figures"
     status, _, err = identify(run, folder, "--load", "load_N", "--creep", "3", "--report", page, "--figures", figures)

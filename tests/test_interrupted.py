@@ -134,6 +134,7 @@ def made(tmp_path_factory):
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITING)
 def test_no_command_opens_a_file_of_the_user_to_write_into_it(faults, run, made, monkeypatch, name):
     monkeypatch.chdir(made)
@@ -153,6 +154,7 @@ def test_no_command_opens_a_file_of_the_user_to_write_into_it(faults, run, made,
 # A model of the user.
 
 
+@pytest.mark.slow
 def test_another_model_is_not_replaced_by_save_unless_it_is_said(run, made, tmp_path, monkeypatch):
     monkeypatch.chdir(made)
     for name, words, other in (
@@ -295,6 +297,7 @@ def no_exchange(*_):
     raise OSError(errno.EINVAL, "not here")
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", ["exchanged", "inside"])
@@ -322,6 +325,7 @@ def test_a_folder_is_the_old_or_the_new_one_wherever_its_writing_ends(faults, tm
     assert b"new" in seen
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_a_kill_at_any_moment_leaves_one_whole_export(tmp_path):
     folder = tmp_path / "out"
@@ -343,6 +347,7 @@ def test_a_kill_at_any_moment_leaves_one_whole_export(tmp_path):
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 def test_exports_at_once_into_one_folder_are_written_one_after_another(tmp_path):
     model = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0], card=CARD)

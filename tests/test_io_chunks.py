@@ -67,6 +67,7 @@ FORMS += ["single.npz", "matrix.npz", "fortran.npz", "wide.npz", "step.npz", "ma
 FORMS += ["table.parquet", "table.feather", "bag.mcap"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_the_samples_are_those_of_reading_at_once(form, tmp_path):
     path, x_name, y_name = save(tmp_path, form)
@@ -91,6 +92,7 @@ def test_the_samples_are_those_of_reading_at_once(form, tmp_path):
     assert {f.code for f in log.findings} == {f.code for f in known.findings}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["csv", "csv.gz", "npz", "packed.npz"])
 def test_memory_does_not_grow_with_the_log(form, tmp_path):
     def peak(rows):

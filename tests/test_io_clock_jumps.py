@@ -112,6 +112,7 @@ def rig_log(folder: Path) -> Path:
     return write_csv(folder / "rig.csv", {"time_s": t, "pressure_bar": x, "angle_deg": y})
 
 
+@pytest.mark.slow
 def test_a_log_whose_clock_was_corrected_loses_no_sample(tmp_path: Path) -> None:
     rec = dehyst.read_log(rig_log(tmp_path), "pressure", "angle")
     assert len(rec) == 19_610 and rec.breaks == ()

@@ -301,6 +301,7 @@ def test_no_byte_before_the_text_counts(portable):
     assert answer[3] == 1  # the blank before the offset sets nothing off
 
 
+@pytest.mark.slow
 def test_no_byte_beyond_the_text_is_read(tmp_path):
     compiler = shutil.which("gcc") or shutil.which("clang")
     if not compiler:
@@ -465,6 +466,7 @@ def test_the_quick_way_answers_as_the_careful_way(name, ending, monkeypatch):
     require_same(quick, careful)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-16-le", "utf-16-be"])
 @pytest.mark.parametrize("late", [False, True], ids=["header", "label"])
 def test_every_encoding_goes_the_quick_way_with_the_same_answer(encoding, late, monkeypatch):

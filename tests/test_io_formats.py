@@ -204,6 +204,7 @@ def test_parquet_and_feather(tmp_path: Path, ending: str) -> None:
     assert [f.code for f in rec.findings] == ["non-finite"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("version", "ending"), [("4.10", "mf4"), ("3.30", "mdf"), ("3.30", "dat")])
 def test_mdf(tmp_path: Path, version: str, ending: str) -> None:
     asammdf = pytest.importorskip("asammdf", reason="the extra dehyst[mdf] is not installed")
@@ -313,6 +314,7 @@ def test_a_gzip_bomb_is_refused_unread(tmp_path: Path) -> None:
         read_table(tmp_path / "bomb.csv.gz")
 
 
+@pytest.mark.slow
 def test_a_packed_mat_bomb_is_refused(tmp_path: Path) -> None:
     scipy_io = pytest.importorskip("scipy.io")
     stream = io.BytesIO()

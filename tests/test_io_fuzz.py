@@ -146,6 +146,7 @@ def check_against_oracle(path: Path, text: str, recording: Recording | None, wha
         assert strange <= touched, f"{what}: {strange} samples from {touched} touched lines"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", range(4))
 def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tmp_path: Path, block: int) -> None:
     dice = random.Random(100 + block)
@@ -163,6 +164,7 @@ def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tm
     assert read > 75, "most logs with a few damaged lines must still be readable"
 
 
+@pytest.mark.slow
 def test_a_dropped_row_is_never_silent(tmp_path: Path) -> None:
     dice = random.Random(7)
     for case in range(150):
@@ -313,6 +315,7 @@ def mutate_bytes(data: bytes, dice: random.Random) -> tuple[bytes, str]:
     return bytes(raw), f"{kind} at {at}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "make", "cases"), BASES, ids=[name for name, _, _ in BASES])
 def test_mutated_bytes_are_read_or_refused(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, make: Callable[[], bytes], cases: int
@@ -331,6 +334,7 @@ def test_mutated_bytes_are_read_or_refused(
     assert (out, err) == ("", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap", "folder"])
 def test_mutated_bags_are_read_or_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str], kind: str) -> None:
     pytest.importorskip("rosbags", reason="the extra dehyst[ros] is not installed")
@@ -358,6 +362,7 @@ STRUCTURED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("make", "ending", "cases"), STRUCTURED, ids=[make.__name__ for make, _, _ in STRUCTURED])
 def test_files_with_lies_in_their_structure_are_read_or_refused(
     tmp_path: Path, make: Callable[[random.Random], bytes], ending: str, cases: int

@@ -204,6 +204,7 @@ def wide_log(path, columns, name):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [lambda j: f"p{j}_bar" if j % 2 else f"angle{j}_deg", lambda j: "x"], ids=["own", "one"]
 )

@@ -51,6 +51,7 @@ def peek(controller, reading, reference, switches):
     return out.pressure_difference
 
 
+@pytest.mark.slow
 @given(EVENTS, st.integers(0, 7))
 @settings(max_examples=60)
 def test_no_switch_at_any_time_makes_a_bump(events, switches):

@@ -147,6 +147,7 @@ def table(out):
     return np.column_stack([getattr(out, name) for name in names])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [["-std=c11", "-O0"], ["-std=c99", "-O2", "-ffp-contract=off"]], ids=" ".join)
 def test_another_build_gives_the_bits_of_the_extension(flags, tmp_path):
     values, raised = compiled(flags, tmp_path)
@@ -156,6 +157,7 @@ def test_another_build_gives_the_bits_of_the_extension(flags, tmp_path):
     assert np.ptp(expected.compensation) > 1e3
 
 
+@pytest.mark.slow
 def test_the_guards_survive_fast_math(tmp_path):
     values, raised = compiled(["-std=c11", "-Ofast"], tmp_path, dirty=True)
     expected = extension(dirty=True)
@@ -169,6 +171,7 @@ def test_the_guards_survive_fast_math(tmp_path):
     np.testing.assert_allclose(values, table(expected), rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_float_build_is_clean_and_close(tmp_path):
     flags = ["-std=c11", "-O2", "-DDEHYST_FLOAT"]
     values, raised = compiled(flags, tmp_path)
@@ -180,6 +183,7 @@ def test_the_float_build_is_clean_and_close(tmp_path):
     assert not (raised & FLAGS["fault-ever"]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", [[], ["-DDEHYST_FLOAT"]], ids=["double", "float"])
 def test_the_core_is_clean_c99_too(precision, tmp_path):
     for source in SOURCES:

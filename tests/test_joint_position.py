@@ -49,6 +49,7 @@ def test_the_error_has_its_three_poles_at_minus_lambda(pole):
     assert not (column(outputs, "flags") & ~FLAGS["valve-limit"]).any()
 
 
+@pytest.mark.slow
 def test_without_integrator_a_load_leaves_the_error_of_the_law():
     load, joint = 9.0, IDEAL  # e = load/(3 L^2 M), and with integrator none
     q, _ = ideal(joint, lambda t: JointReference(), ON, joint.inertia, load, steps=8000)
@@ -122,6 +123,7 @@ def test_anti_windup_does_nothing_while_nothing_saturates():
     assert q.tobytes() == other.tobytes()
 
 
+@pytest.mark.slow
 def test_anti_windup_shortens_the_way_back_from_a_load_that_was_too_much():
     reference = np.zeros((7000, 7))
     reference[:, 4] = 3e5

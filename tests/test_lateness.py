@@ -56,6 +56,7 @@ def identify(x, y, t, purpose="simulate"):
     return dehyst.identify(dehyst.Recording(input=x, output=y, time=t), purpose=purpose)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("smooth", [True, False])
 def test_a_dead_time_is_told_and_taken_into_the_model(smooth):
     t, x = strokes(smooth)
@@ -70,6 +71,7 @@ def test_a_dead_time_is_told_and_taken_into_the_model(smooth):
     assert fit.certificate.round_trip_error < 1e-12
 
 
+@pytest.mark.slow
 def test_a_compensator_is_told_of_the_dead_time_and_does_not_carry_it():
     t, x = strokes(True)
     fit = identify(x, noisy(shifted(LOOP.simulate(x), 8), 0.002), t, "compensate")
@@ -78,6 +80,7 @@ def test_a_compensator_is_told_of_the_dead_time_and_does_not_carry_it():
     assert "--for simulate" in next(finding.message for finding in fit.warnings if finding.code == "output-late")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("noise", [0.002, 0.01])
 @pytest.mark.parametrize(
@@ -95,6 +98,7 @@ def test_nothing_is_told_where_nothing_is_late(kind, noise, smooth):
     assert codes(identify(x, noisy(kind(x, LOOP.simulate(x)), noise), t)) == set()
 
 
+@pytest.mark.slow
 def test_an_output_that_comes_before_its_input_is_told():
     t, x = strokes(False)
     fit = identify(x, noisy(shifted(LOOP.simulate(x), -8), 0.002), t)
@@ -102,6 +106,7 @@ def test_an_output_that_comes_before_its_input_is_told():
     assert fit.model.dead_time == 0.0
 
 
+@pytest.mark.slow
 def test_without_time_stamps_it_is_told_in_samples():
     x = strokes(False)[1]
     fit = identify(x, noisy(shifted(LOOP.simulate(x), 8), 0.002), None)
@@ -133,6 +138,7 @@ def test_a_training_that_is_moved_pairs_later_outputs_with_inputs(samples):
     assert one.late(0) is one
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "pneumatic_arm_segment").is_dir(), reason="no measured logs")
 @pytest.mark.parametrize(("log", "run", "x", "y"), [
     ("pneumatic_arm_segment", "oct28_exp9", "pressure_interp_psi", "tilt_rad"),

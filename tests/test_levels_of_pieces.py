@@ -54,6 +54,7 @@ def weights_of(model: dehyst.HysteresisModel, radii: Array = RADII) -> Array:
     return np.array([found.get(r, 0.0) for r in radii.round(9).tolist()])
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_weights_are_those_of_the_uncut_log_wherever_they_are_determined(data: st.DataObject) -> None:
@@ -164,6 +165,7 @@ def test_memory_moves_wide_plays_no_further_than_the_input_could_have() -> None:
             assert np.all(state[wide] <= low + bank.thresholds[wide] + 1e-12)
 
 
+@pytest.mark.slow
 def test_families_and_their_comparison_take_pieces_of_small_loops() -> None:
     _, cut = broken([sines([1.0, 0.6, 0.8, 0.9], m) for m in np.linspace(-1.0, 1.0, 16).tolist()], noise=0.02)
     assert dehyst.identify(cut).test.rmse < 0.03

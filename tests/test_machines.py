@@ -22,6 +22,7 @@ print(json.dumps({
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", machines.MACHINES)
 def test_a_machine_has_the_kernels_threads_and_level_that_it_says(name, tmp_path):
     machine = machines.MACHINES[name]

@@ -185,6 +185,7 @@ def test_what_is_wrong_is_refused_with_its_cure(run, bench, monkeypatch, words, 
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_fit_is_saved_reported_drawn_and_put_on_the_bench_again(run, bench, tmp_path, truth):
     saved, page, picture = (tmp_path / name for name in ("m.json", "m.html", "m.svg"))
     words = ("muscle", "sarosi", "--log", bench / "plain.csv", "--save", saved, "--report", page, "--figure", picture)
@@ -203,6 +204,7 @@ def test_a_fit_is_saved_reported_drawn_and_put_on_the_bench_again(run, bench, tm
     assert run(*words)[0] == 2 and picture.read_text() == "mine" * 20
 
 
+@pytest.mark.slow
 def test_a_log_with_time_is_a_motion_unless_it_is_said_to_be_points(run, tmp_path):
     truth = muscle("chou-hannaford", "DMSP-40")
     time = np.arange(0.0, 40.0, 0.05)

@@ -96,6 +96,7 @@ def test_a_polynomial_fit_is_linear_least_squares(measured):
     assert found.rmse < 3.0
 
 
+@pytest.mark.slow
 def test_every_model_is_bent_to_the_measured_map_and_rubber_is_what_the_geometry_lacks(measured):
     errors = {name: fit_muscle(measured, name).rmse_percent for name in names()}
     assert all(np.isfinite(error) for error in errors.values())
@@ -125,6 +126,7 @@ def test_a_model_s_own_forces_with_noise_are_met_to_the_noise(name):
     assert 0.8 * sigma < found.held_out < 1.4 * sigma
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "which", "friction"),
     [("chou-hannaford", "DMSP-40", "band"), ("tondu-zagal", "rayon", "drag"), ("kerscher", "", "damping_pressure")],
@@ -142,6 +144,7 @@ def test_friction_is_found_in_a_motion_and_kept_where_there_is_none(name, which,
     assert any(entry.code == "muscle-not-in-log" and friction in entry.message for entry in still.findings)
 
 
+@pytest.mark.slow
 def test_standard_errors_are_the_scatter_of_repeated_logs():
     truth = muscle("sarosi", "DMSP-20-map")
     fits = [fit_muscle(grid(truth, 5.0, seed), truth) for seed in range(24)]

@@ -133,6 +133,7 @@ def test_friction_opposes_the_motion_once_everything_slips(name, which):
         assert friction[199] > 0 > friction[399]
 
 
+@pytest.mark.slow
 @every_set
 @few
 @given(seed=seeds)

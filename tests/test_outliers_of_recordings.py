@@ -139,6 +139,7 @@ def test_other_models_leave_them_out_as_well(family: str) -> None:
     assert spoiled.test.rmse_percent == pytest.approx(clean.test.rmse_percent, rel=0.1)
 
 
+@pytest.mark.slow
 def test_families_and_their_comparison_leave_them_out_as_well() -> None:
     y = Y.copy()
     y[1000:1005] = 85.0

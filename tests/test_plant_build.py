@@ -20,6 +20,7 @@ def run(*command):
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_the_plant_is_clean_c11_and_calls_only_the_mathematics_library(level, tmp_path):
     compiler = shutil.which("gcc") or shutil.which("clang")

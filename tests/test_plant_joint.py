@@ -293,6 +293,7 @@ def test_a_fault_in_a_mechanism_comes_out_as_a_python_error(answer, error, messa
     assert np.isfinite(made.step(0.0, 0.1, 0.0, 0.0, PERIOD))
 
 
+@pytest.mark.slow
 def test_an_attached_mechanism_lives_as_long_as_the_joint_and_no_longer():
     own = [MaxwellSlip(mechanisms.maxwell_slip(80.0)) for _ in range(2)]
     made = with_foreign(*own)

@@ -34,6 +34,7 @@ def samples(count):
     return [*rng.uniform(-2, 2, count - len(bits)), *bits]
 
 
+@pytest.mark.slow
 @WITH_C
 @pytest.mark.parametrize("block", BLOCKS, ids=["inverse", "forward"])
 def test_the_interpreter_of_the_c_text_has_the_bits_of_the_compiled_core(block, tmp_path):
@@ -107,6 +108,7 @@ def test_the_count_of_patterns_sees_an_output_out_of_range(tmp_path):
     assert all(count.faults for count in counts)
 
 
+@pytest.mark.slow
 def test_every_deviation_from_misra_has_a_reason():
     assert all(entry["reason"] for entry in misra.listed().values())
     try:
@@ -128,6 +130,7 @@ def test_deviations_are_counted_by_the_version_that_made_the_list_and_by_no_othe
         misra.run(True)
 
 
+@pytest.mark.slow
 def test_eva_derives_the_bound_of_a_small_block_and_no_tighter_one():
     block = parameters.dead_zone(4)
     tight = replace(block, name="tight", reach=(-0.1, 0.1))
@@ -144,6 +147,7 @@ def test_eva_derives_the_bound_of_a_small_block_and_no_tighter_one():
         eva.analysed("block.c", Wrong(**vars(tight)), eva.BLOCK, 1)
 
 
+@pytest.mark.slow
 def test_eva_derives_how_far_an_element_block_moves_and_that_it_moves():
     files, evaluated = (*eva.ELEMENTS, "element_block.c"), ("SOLVES=0", "REACH=DEHYST_FAR")
     try:
@@ -154,6 +158,7 @@ def test_eva_derives_how_far_an_element_block_moves_and_that_it_moves():
         eva.analysed("element_block.c", BLOCKS[0], files, 1, (*evaluated, "LAST=0.5"))
 
 
+@pytest.mark.slow
 def test_the_guard_is_proved_for_every_pattern_and_a_wrong_claim_is_not():
     pytest.importorskip("bitwuzla", reason="bitwuzla is not installed")
     pytest.importorskip("pycparser", reason="pycparser is not installed")

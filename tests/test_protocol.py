@@ -135,6 +135,7 @@ def test_time_in_the_place_of_the_switch_is_refused():
     assert np.array_equal(made.run(X, np.ones(X.size))[0], dehyst.block(PLAYS, range=(-2.0, 2.0)).run(X, True)[0])
 
 
+@pytest.mark.slow
 def test_settings_that_are_the_usual_ones_change_nothing():
     x, y = X, PLAYS.simulate(X) + 0.01 * np.cos(np.arange(240))
     rec = dehyst.Recording(input=x, output=y, time=T)

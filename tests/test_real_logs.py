@@ -63,6 +63,7 @@ def identify(monkeypatch, capsys):
     return command
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ACCEPTANCE, ids=names)
 def test_accuracy_on_a_measured_log(identify, case):
     log, arguments, bound = case
@@ -126,6 +127,7 @@ NET = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", NET, ids=lambda case: f"{case[0][0]}-{case[1]['run']}")
 def test_no_run_becomes_worse_than_a_curve_without_hysteresis(case):
     (folder, x, y), window, bound = case
@@ -158,6 +160,7 @@ def test_every_model_of_a_measured_loop_survives_its_file(tmp_path):
         assert model.card.provenance["logs"][0]["file"] == "data.csv.gz"
 
 
+@pytest.mark.slow
 def test_the_spread_of_the_tendon_joint_is_as_the_readme_says(identify):
     low, high = map(float, re.search(r"tendon joint reach ([\d.]+) to ([\d.]+) %", README).groups())
     runs = [f"config_{k:03d}" for k in range(0, 271, 30)]

@@ -33,6 +33,7 @@ def test_the_input_is_closer_than_through_any_forward_family_and_the_decision_sh
     assert shown == pytest.approx(measured, rel=0.02, abs=0.02)
 
 
+@pytest.mark.slow
 def test_read_forward_it_is_the_best_model_of_the_piezo():
     for run in table.RUNS[:3]:
         row = table.measure(*run)

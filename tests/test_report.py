@@ -86,6 +86,7 @@ def page(fit, tmp_path_factory):
     return write_report(fit, tmp_path_factory.mktemp("report") / "report.html")
 
 
+@pytest.mark.slow
 def test_the_page_is_well_formed_and_every_id_is_unique(page):
     reader = read(page)
     assert reader.faults == []
@@ -130,6 +131,7 @@ def test_every_figure_is_on_the_page_with_an_alternative_text(fit, page):
     assert all(panel.title in reader.text for panel in panels)
 
 
+@pytest.mark.slow
 def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands(fit, tmp_path):
     text = read(write_report(fit, tmp_path / "r.html", model_file="elbow model.json")).text
     assert fit.verdict in text
@@ -142,6 +144,7 @@ def test_the_page_says_the_verdict_the_scores_the_warnings_and_the_next_commands
     assert "ab" * 32 in text  # the checksum of the log
 
 
+@pytest.mark.slow
 def test_commands_name_the_columns_of_the_log_not_the_labels(tmp_path):
     log = maxwell_slip_log(provenance={"input": "pressure_bar", "output": "angle [deg]"})
     text = read(write_report(fit_by_hand(log), tmp_path / "r.html")).text
@@ -155,6 +158,7 @@ def test_axes_carry_names_and_units(page):
     assert {"residual [deg]", "weight w [deg/bar]", "threshold r [bar]", "time [s]"} <= set(texts)
 
 
+@pytest.mark.slow
 def test_very_small_and_very_large_units_get_powers_of_ten_on_the_axis(tmp_path):
     log = maxwell_slip_log()
     tiny = replace(log, output=log.output * 1e-6, input=log.input * 1e6, output_unit="rad", input_unit="Pa")
@@ -163,11 +167,13 @@ def test_very_small_and_very_large_units_get_powers_of_ten_on_the_axis(tmp_path)
     assert not any(re.search(r"\de[+-−]?\d", text) for text in texts)
 
 
+@pytest.mark.slow
 def test_a_log_without_time_is_drawn_over_sample_numbers(tmp_path):
     text = write_report(fit_by_hand(maxwell_slip_log(time=None)), tmp_path / "r.html").read_text()
     assert ">sample number<" in text and "time [s]" not in text
 
 
+@pytest.mark.slow
 def test_a_clock_that_counts_from_1970_is_set_to_zero(tmp_path):
     log = maxwell_slip_log()
     text = write_report(fit_by_hand(replace(log, time=log.time + 1.7e9)), tmp_path / "r.html").read_text()
@@ -194,6 +200,7 @@ HOSTILE_NAMES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(4))
 def test_no_name_of_a_log_can_break_the_page_or_run_in_it(first, tmp_path):
     a, b, c, d = HOSTILE_NAMES[4 * first : 4 * first + 4]
@@ -217,6 +224,7 @@ def test_no_name_of_a_log_can_break_the_page_or_run_in_it(first, tmp_path):
         ElementTree.fromstring(svg.read_bytes())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", ["圧" * 300, "W" * 300, "🦾"])
 def test_long_and_foreign_names_and_units_leave_room_for_the_picture(name, tmp_path):
@@ -224,6 +232,7 @@ def test_long_and_foreign_names_and_units_leave_room_for_the_picture(name, tmp_p
     assert write_report(fit_by_hand(log), tmp_path / "r.html").exists()
 
 
+@pytest.mark.slow
 def test_figures_are_written_as_valid_svg_and_png(fit, tmp_path):
     write_report(fit, tmp_path / "r.html", figures=tmp_path / "new" / "figures")
     names = sorted(path.name for path in (tmp_path / "new" / "figures").iterdir())
@@ -253,6 +262,7 @@ def test_a_figure_is_the_same_twice(fit, tmp_path):
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
 
 
+@pytest.mark.slow
 def test_a_failed_write_leaves_the_old_page_and_no_litter(fit, tmp_path, monkeypatch):
     target = tmp_path / "r.html"
     target.write_text("old")
@@ -267,6 +277,7 @@ def test_a_failed_write_leaves_the_old_page_and_no_litter(fit, tmp_path, monkeyp
     assert [path.name for path in tmp_path.iterdir()] == ["r.html"]
 
 
+@pytest.mark.slow
 def test_a_folder_that_does_not_exist_is_named(fit, tmp_path):
     with pytest.raises(OutputError, match="nowhere"):
         write_report(fit, tmp_path / "nowhere" / "r.html")
@@ -279,6 +290,7 @@ def test_the_page_is_readable_by_others(page):
     assert stat.S_IMODE(page.stat().st_mode) & stat.S_IRUSR
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loops", [6.0, 700.0])
 def test_a_long_log_gives_a_small_page(loops, tmp_path):
     fit = fit_by_hand(maxwell_slip_log(100_000, loops=loops))
@@ -287,6 +299,7 @@ def test_a_long_log_gives_a_small_page(loops, tmp_path):
     assert read(page).faults == []
 
 
+@pytest.mark.slow
 def test_a_million_rows_of_noise_work(tmp_path):
     rng = np.random.default_rng(1)
     log = maxwell_slip_log(4000)
@@ -297,6 +310,7 @@ def test_a_million_rows_of_noise_work(tmp_path):
     assert page.stat().st_size < 3_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("family", "train"), [("pi", 1.0), ("modified-pi", 0.5), ("stop", 0.5)])
 def test_every_family_and_split_is_drawn(family, train, tmp_path):
     page = write_report(fit_by_hand(falling(maxwell_slip_log(600)), family=family, train=train), tmp_path / "r.html")
@@ -307,6 +321,7 @@ def test_every_family_and_split_is_drawn(family, train, tmp_path):
     assert ("stop weight s" in reader.text) == (family == "stop")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["direct-inverse", "preisach", "lugre"])
 def test_no_figure_of_a_family_is_left_without_a_number(family, tmp_path):
     rng = np.random.default_rng(0)
@@ -330,6 +345,7 @@ def test_a_curve_without_memory_is_reported_without_operators(tmp_path):
     assert sections == ["loop", "arranged", "model", "residual", "structure"]
 
 
+@pytest.mark.slow
 def test_several_logs_are_drawn_beside_each_other(tmp_path):
     logs = [maxwell_slip_log(500, seed=k, name=f"trial-{k}.csv") for k in range(8)]
     page = write_report(fit_by_hand(*logs), tmp_path / "r.html")
@@ -340,6 +356,7 @@ def test_several_logs_are_drawn_beside_each_other(tmp_path):
     assert "time, log after log [s]" in reader.text
 
 
+@pytest.mark.slow
 def test_gaps_interrupt_lines_and_are_marked(tmp_path):
     log = maxwell_slip_log(600)
     time_with_gap = np.where(np.arange(600) >= 200, log.time + 30.0, log.time)
@@ -347,6 +364,7 @@ def test_gaps_interrupt_lines_and_are_marked(tmp_path):
     assert "the place where samples are missing" in reader.text
 
 
+@pytest.mark.slow
 def test_a_log_that_fits_exactly_and_numbers_that_do_not_exist_are_printed(tmp_path):
     x = np.sin(np.linspace(0, 20, 300))
     log = replace(maxwell_slip_log(300), input=x, output=2 * x)
@@ -385,6 +403,7 @@ def test_letters_and_lines_stand_out_from_the_paper(side):
     )
 
 
+@pytest.mark.slow
 def test_the_light_for_the_whole_says_what_the_verdict_says(tmp_path):
     words = {
         Grade.GOOD: "good for compensation",
@@ -403,6 +422,7 @@ def test_the_light_for_the_whole_says_what_the_verdict_says(tmp_path):
     assert {Grade.GOOD, Grade.BAD} <= seen
 
 
+@pytest.mark.slow
 def test_a_page_that_forbids_compensation_shows_no_line_that_does_it(fit, tmp_path):
     forbidden = replace(
         fit,
@@ -419,6 +439,7 @@ def test_a_page_that_forbids_compensation_shows_no_line_that_does_it(fit, tmp_pa
     assert "dehyst compensate" in read(write_report(allowed, tmp_path / "r.html")).text
 
 
+@pytest.mark.slow
 def test_drawing_leaves_matplotlib_as_it_was(fit, tmp_path):
     import matplotlib
 
@@ -436,6 +457,7 @@ def test_importing_the_package_does_not_load_matplotlib():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
 
 
+@pytest.mark.slow
 def test_an_exploding_candidate_does_not_squash_the_others(fit, tmp_path):
     astray = Candidate("stop", "zero", None, 7.5e5, 2e5)
     wild = replace(fit, candidates=(*fit.candidates, astray))
@@ -474,6 +496,7 @@ def test_the_play_figure_uses_thresholds_of_the_model(fit):
         assert np.min(np.abs(fit.model.hysteresis.thresholds - r)) <= 0.005 * max(r, 1e-9) + 1e-12
 
 
+@pytest.mark.slow
 def test_a_home_that_cannot_be_written_is_not_the_user_s_concern(tmp_path):
     (tmp_path / "file").touch()
     done = subprocess.run(

@@ -121,6 +121,7 @@ def page(fit, tmp_path_factory):
     return write_report(fit, tmp_path_factory.mktemp("browser") / "report.html")
 
 
+@pytest.mark.slow
 def test_the_browser_reads_the_whole_page_without_complaint(fit, page, tmp_path):
     seen = browse(page, tmp_path / "profile", "--dump-dom")
     assert seen.returncode == 0
@@ -130,6 +131,7 @@ def test_the_browser_reads_the_whole_page_without_complaint(fit, page, tmp_path)
     assert "CONSOLE" not in seen.stderr, seen.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_nothing_runs_over_the_edge_and_letters_can_be_read(fit, page, tmp_path, size):
     found = measured(page, tmp_path, size=size)
@@ -142,6 +144,7 @@ def test_nothing_runs_over_the_edge_and_letters_can_be_read(fit, page, tmp_path,
     assert found["verdict"] == fit.verdict
 
 
+@pytest.mark.slow
 def test_long_names_do_not_run_over_the_edge_of_a_phone(tmp_path):
     name = "a_very_long_column_name_without_any_space_" * 6
     log = maxwell_slip_log(300, name=name, input_name=name, output_name="圧力" * 40, input_unit="kgf/cm2" * 9)
@@ -150,6 +153,7 @@ def test_long_names_do_not_run_over_the_edge_of_a_phone(tmp_path):
     assert found["scroll"] <= found["client"] and found["outside"] == []
 
 
+@pytest.mark.slow
 def test_a_dark_screen_gets_light_letters(page, tmp_path):
     dark = measured(page, tmp_path, "--blink-settings=preferredColorScheme=0", size=DESK)["ink"]
     light = measured(page, tmp_path, "--blink-settings=preferredColorScheme=1", size=DESK)["ink"]
@@ -157,6 +161,7 @@ def test_a_dark_screen_gets_light_letters(page, tmp_path):
     assert brightness[0] > 600 > 200 > brightness[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, (500, 1400)], ids=["desk", "narrow"])
 def test_a_screenshot_shows_letters_and_curves(page, tmp_path, size):
     shot = tmp_path / "shot.png"
@@ -173,6 +178,7 @@ def test_a_screenshot_shows_letters_and_curves(page, tmp_path, size):
         assert blue > 500
 
 
+@pytest.mark.slow
 def test_the_page_prints(page, tmp_path):
     pdf = tmp_path / "report.pdf"
     browse(page, tmp_path / "profile", "--no-pdf-header-footer", f"--print-to-pdf={pdf}")
@@ -182,6 +188,7 @@ def test_the_page_prints(page, tmp_path):
     assert 3 <= sheets <= 15
 
 
+@pytest.mark.slow
 def test_no_name_of_a_log_runs_as_a_script(tmp_path):
     name = HOSTILE.replace("alert", "document.title=")
     log = maxwell_slip_log(300, name=name, input_name=name, output_name=f"<img src=x onerror={name}>")

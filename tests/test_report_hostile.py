@@ -162,6 +162,7 @@ CASES = [(write, what) for write in WRITERS for what in NAMES]
 SLOW = ("a script", "quotes", "escapes", "10 000 letters", "half a pair")  # of a page that takes seconds to draw
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(("write", "what"), [case for case in CASES if case[0] is not drift_pages or case[1] in SLOW])
 def test_no_name_becomes_an_element_an_attribute_or_a_command_of_a_page(write, what, tmp_path):
@@ -191,6 +192,7 @@ def plain(writer: str, ending: str, folder: Path) -> set[tuple[str, ...]]:
     return PLAIN[writer, ending]
 
 
+@pytest.mark.slow
 def test_no_name_writes_the_page_of_the_experiment(tmp_path):
     names = [name for what, name in NAMES.items() if what not in ("10 000 letters", "nothing")]
     result = sample_reproduction(plants=("maxwell-slip",), seeds=(0,), joints=(1,), with_studies=False)

@@ -55,6 +55,7 @@ def sections(page):
     return [a["id"] for tag, a in read(page).elements if tag == "section" and "id" in a]
 
 
+@pytest.mark.slow
 def test_the_page_is_well_formed_and_every_id_is_unique(page):
     reader = read(page)
     assert reader.faults == []
@@ -137,6 +138,7 @@ def test_every_figure_of_the_tool_stands_in_the_tables_with_its_unit(result, pag
     assert "No RT and RV in trials slow and slow without integrator: needs two cycles or more." in text
 
 
+@pytest.mark.slow
 def test_the_headline_says_the_ratio_of_the_first_joint_in_the_slow_trial(one):
     result, page = one
     trials = result.plants["dahl"].figures[0]["joints"][1]["trials"]["slow"]
@@ -159,6 +161,7 @@ def test_a_compensator_that_makes_it_worse_is_said_to(result):
     assert said.endswith("larger (300 %).")
 
 
+@pytest.mark.slow
 def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     plant = plant_result("maxwell-slip", seeds=(0,), joints=(1,))
     runs = list(plant.runs)
@@ -194,6 +197,7 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     )  # on the first screen as well
 
 
+@pytest.mark.slow
 def test_a_model_that_was_not_accepted_is_said_plainly_and_no_ratio_is_claimed(result, page, tmp_path):
     text = read(page).text
     cells = acceptance(result).rows[1][1]
@@ -283,6 +287,7 @@ def test_break_even_lies_where_the_straight_line_passes_one():
     assert break_even(np.array([0.0, 1.0]), np.array([0.5, 0.4])) is None
 
 
+@pytest.mark.slow
 def test_a_page_without_studies_and_without_poses_leaves_those_parts_out(tmp_path):
     plant = plant_result("dahl", seeds=(0,), joints=(1,))
     still = tuple(replace(run, frames=np.zeros((0, 8, 3)), frame_time=np.zeros(0)) for run in plant.runs)
@@ -295,6 +300,7 @@ def test_a_page_without_studies_and_without_poses_leaves_those_parts_out(tmp_pat
     assert "overview" in sections(page)
 
 
+@pytest.mark.slow
 def test_a_run_without_compensator_shows_what_there_is(tmp_path):
     result = sample_reproduction(("dahl",), (0,), (1,), compensators=("off",))
     page = write_reproduction_report(result, tmp_path / "r.html")
@@ -312,6 +318,7 @@ def test_an_unknown_study_becomes_a_table_and_a_missing_column_is_named(tmp_path
         write_reproduction_report(replace(result, studies={"high gains": {"ratio_rms": [1.0]}}), tmp_path / "r.html")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(4))
 def test_no_name_can_break_the_page_or_run_in_it(first, tmp_path):
     a, b, c, d = HOSTILE_NAMES[4 * first : 4 * first + 4]
@@ -337,6 +344,7 @@ def test_no_name_can_break_the_page_or_run_in_it(first, tmp_path):
     assert all(ElementTree.fromstring(svg.read_bytes()) is not None for svg in (tmp_path / "figures").glob("*.svg"))
 
 
+@pytest.mark.slow
 def test_figures_are_written_as_svg_and_png(one, tmp_path):
     result, _ = one
     plant = result.plants["dahl"]
@@ -424,11 +432,13 @@ def test_joined_lines_stay_within_a_cell_and_keep_their_extremes(seed):
     assert np.max(np.abs(np.interp(u, ku, kv) - v)[steep]) < 2.0
 
 
+@pytest.mark.slow
 def test_four_plants_with_long_logs_make_a_page_of_bounded_size(tmp_path):
     page = write_reproduction_report(sample_reproduction(), tmp_path / "r.html")
     assert page.stat().st_size < 6e6
 
 
+@pytest.mark.slow
 def test_several_compensators_stand_side_by_side_in_pictures_and_then_in_a_table(tmp_path):
     result = sample_reproduction(("dahl",), (0,), (1,), compensators=("off", "paper", "creep"))
     result = replace(result, compensator="creep", compensators=("paper", "creep"), studies={})

@@ -33,6 +33,7 @@ def all_open(page):
     return copy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_nothing_runs_over_the_edge_and_letters_can_be_read(all_open, tmp_path, size):
     found = measured(all_open, tmp_path, size=size)
@@ -42,6 +43,7 @@ def test_nothing_runs_over_the_edge_and_letters_can_be_read(all_open, tmp_path, 
     assert found["plots"] > 40 and found["smallest"] >= 9.0  # CSS pixels of the smallest letters in a figure
 
 
+@pytest.mark.slow
 def test_the_browser_has_no_complaint(page, tmp_path):
     seen = browse(page, tmp_path / "profile", "--dump-dom")
     assert seen.returncode == 0 and "</html>" in seen.stdout
@@ -54,6 +56,7 @@ def picture(page, tmp_path, name, *arguments):
     return imread(shot)[..., :3]
 
 
+@pytest.mark.slow
 def test_the_arm_moves_unless_the_reader_asked_for_less_motion(page, tmp_path):
     early, late = (picture(page, tmp_path, f"t{t}", f"--virtual-time-budget={t}") for t in (1000, 6000))
     assert np.mean(np.abs(early - late).max(axis=2) > 0.2) > 0.001
@@ -67,6 +70,7 @@ def test_the_arm_moves_unless_the_reader_asked_for_less_motion(page, tmp_path):
     assert dark > 10_000  # the still picture is there instead
 
 
+@pytest.mark.slow
 def test_the_page_prints_what_is_open(page, all_open, tmp_path):
     sheets = []
     for file in (page, all_open):

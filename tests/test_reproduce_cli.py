@@ -73,6 +73,7 @@ def figures(finished):
     return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
 
 
+@pytest.mark.slow
 def test_the_json_has_the_promised_shape(figures):
     plant = figures["plants"]["none"]
     assert set(figures) >= {"plants", "real_time_factor", "settings"} and list(figures["plants"]) == ["none"]

@@ -137,6 +137,7 @@ def test_a_delay_has_its_size_and_its_sign():
         assert found(t, x, f, np.interp(t - late, t, f) - f, False).delay == pytest.approx(late / STEP, rel=0.1)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(list(LEFT)), st.floats(-3, 3), st.floats(-3, 3), st.booleans(), st.integers(0, 20))
 @settings(max_examples=40, deadline=None)
 def test_units_signs_and_offsets_change_nothing(cause, a, b, turned, seed):

@@ -153,6 +153,7 @@ def test_a_fault_in_the_arm_fails_safe(name, fault):
     assert failed[-1] == (fault != "reference_lost")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in CONTROLLERS if name != "paper"])
 def test_a_compensator_makes_every_controller_better_in_the_slow_trial(name):
     changes = {**QUICK, "hysteresis.mechanism": "preisach"}
@@ -199,6 +200,7 @@ def test_a_request_for_what_does_not_exist_is_refused():
         point.evaluate_point(QUICK, run_settings={"controller": "lqr"})
 
 
+@pytest.mark.slow
 def test_a_run_under_a_law_is_a_trial_like_every_other():
     kit = equipment()
     used, kit = reviewed.under_controller(robot(), equipment(), "pid")
@@ -222,6 +224,7 @@ def reproduced(controllers):
     return result, page, logs
 
 
+@pytest.mark.slow
 def test_another_controller_adds_figures_and_changes_none():
     (alone, plain, _), (both, page, logs) = reproduced(("paper",)), reproduced(("paper", "pid"))
     figures, more = alone.plants["dahl"].figures[0], dict(both.plants["dahl"].figures[0])

@@ -48,6 +48,7 @@ def test_every_family_of_the_registry_is_tried():
     assert {"pi", "modified-pi"} < set(model_names())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pi", "stop", "dahl"])
 def test_a_family_becomes_a_compensator_that_halves_the_error_at_least(joint, name):
     model = learned(joint.found["paper"], name)

@@ -46,6 +46,7 @@ def off(joint):
     return replace(joint, model=None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_minutes_of_faults_leave_scales_in_bounds_and_the_map_invertible_at_every_period(joint, seed):
     seen = endure(joint, 200.0, seed)
@@ -94,6 +95,7 @@ def test_a_stored_state_is_restored_into_an_equal_arm_and_no_other(joint):
         other.restore(images)
 
 
+@pytest.mark.slow
 def test_a_push_is_estimated_within_the_hysteresis_that_is_not_known_and_not_learned(joint, off):
     push = smooth_push(30.0, lasting=10.0)
     run, blind = follow(joint, "slow", ADAPT, push=push), follow(off, "slow", push=push)
@@ -104,6 +106,7 @@ def test_a_push_is_estimated_within_the_hysteresis_that_is_not_known_and_not_lea
     assert -run.log.contact[during, 0].mean() == pytest.approx(5.0, abs=1.0)
 
 
+@pytest.mark.slow
 def test_half_the_hysteresis_is_learned_from_the_homing(joint, off):
     half = {"hysteresis__scale": 0.5}
     ratio = [
@@ -114,6 +117,7 @@ def test_half_the_hysteresis_is_learned_from_the_homing(joint, off):
     assert ratio[1] < 0.9 * ratio[0]  # of a model that is rough in itself
 
 
+@pytest.mark.slow
 def test_feedback_of_contact_holds_what_drifts(joint):
     without, fed_back = hold(joint, lasting=60.0), hold(joint, DISTURBANCE, lasting=60.0)
     assert np.abs(fed_back.error).max() < 0.1
@@ -121,6 +125,7 @@ def test_feedback_of_contact_holds_what_drifts(joint):
     assert not without.integrator.any()
 
 
+@pytest.mark.slow
 def test_an_integrator_of_gain_one_outside_is_the_one_inside(joint, off):
     inside = follow(off, "slow").figures()
     (outside,) = gains(off, values=(1.0,))
@@ -128,6 +133,7 @@ def test_an_integrator_of_gain_one_outside_is_the_one_inside(joint, off):
     assert outside.max_deg == pytest.approx(inside[1], rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_compensator_takes_over_most_of_the_integrators_work(joint, off):
     (alone,), (beside,) = gains(off, values=(1.0,)), gains(joint, values=(1.0,))
     assert beside.work_Nm < 0.5 * alone.work_Nm

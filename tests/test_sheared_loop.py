@@ -325,6 +325,7 @@ def test_streaming_is_refused(files):
         run(*line, "--stream")
 
 
+@pytest.mark.slow
 def test_the_report_of_a_sheared_fit_shows_the_gain_of_the_compensator(tmp_path, fit):
     page = dehyst.write_report(fit, tmp_path / "r.html").read_text(encoding="utf-8")
     assert "loop sheared by k = 5 bar/rad" in page

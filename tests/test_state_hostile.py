@@ -71,6 +71,7 @@ def look(path):
     return taken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["parameters", "adaptation", "model"])
 def test_forged_controller_files_are_taken_whole_or_refused(kind, tmp_path):
     told = {"adaptation": Adaptation()} if kind != "parameters" else {}

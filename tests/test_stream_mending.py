@@ -83,6 +83,7 @@ def test_what_follows_the_end_of_the_actuator_is_left_out_and_said(samples: int,
     assert fit.test is not None and fit.test.rmse < 0.03
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_set_to_and_fro_is_no_break() -> None:
     x, y = loops(60_000, 300)
     time = 0.01 * np.arange(60_000)

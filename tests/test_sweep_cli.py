@@ -86,6 +86,7 @@ def test_a_png_is_a_png_and_another_ending_is_refused(request_, tmp_path):
         run_sweep_command(SweepRequest(request_.sweep, figure=Path("a.pdf"), workers=0))
 
 
+@pytest.mark.slow
 def test_figures_over_texts_and_without_any_value_can_be_drawn(tmp_path):
     curves = [
         Curve("a", "hysteresis.mechanism", "ratio", ["dahl", "none"] * 2, [1.0, None, 0.5, None], ["", "", "", ""]),
@@ -162,6 +163,7 @@ def test_bad_input_gives_a_message_and_no_traceback(tmp_path, monkeypatch, capsy
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.toml", "good.toml"]
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_a_bar_with_rate_and_time_left():
     pty = pytest.importorskip("pty")
     program = (

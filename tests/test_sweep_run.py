@@ -67,6 +67,7 @@ def test_the_table_has_a_row_a_point_with_all_parameters_and_what_the_evaluator_
     assert not result.journal.exists()
 
 
+@pytest.mark.slow
 def test_the_table_is_the_same_from_one_process_and_from_several(spec, tmp_path):
     tables = []
     for workers in (0, 3):
@@ -76,6 +77,7 @@ def test_the_table_is_the_same_from_one_process_and_from_several(spec, tmp_path)
     assert tables[0] == tables[1]
 
 
+@pytest.mark.slow
 def test_workers_have_one_thread_and_do_not_hear_ctrl_c(spec, tmp_path):
     before = os.environ.get("OMP_NUM_THREADS")
     run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.tells_its_surroundings, workers=2)
@@ -129,6 +131,7 @@ def members(group):
     return found
 
 
+@pytest.mark.slow
 def test_after_a_kill_the_sweep_goes_on_and_the_table_is_that_of_an_uninterrupted_run(spec, tmp_path):
     out, whole = tmp_path / "a.csv", tmp_path / "b.csv"
     journal = tmp_path / "a.csv.journal"
@@ -146,6 +149,7 @@ def test_after_a_kill_the_sweep_goes_on_and_the_table_is_that_of_an_uninterrupte
     assert out.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_at_once_and_keeps_what_was_finished(tmp_path, spec):
     process = start(tmp_path, tmp_path / "a.csv", "very_slow")
     wait_until(lambda: (tmp_path / "a.csv.journal").exists() and len(members(process.pid)) >= 3)
@@ -245,6 +249,7 @@ def test_what_is_no_journal_is_left_alone(spec, tmp_path):
         assert mine.read_text() == content
 
 
+@pytest.mark.slow
 def test_runs_that_fail_are_rows_and_can_be_tried_again(spec, tmp_path):
     out = tmp_path / "a.csv"
     for workers in (0, 2):
@@ -262,6 +267,7 @@ def test_runs_that_fail_are_rows_and_can_be_tried_again(spec, tmp_path):
     assert (again.resumed, again.failed) == (RUNS - 2, 2)
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_process_is_one_row_and_costs_no_other(spec, tmp_path):
     result = run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.dies_at_scale_2, workers=2)
     wrong = [row for row in rows(result.out) if row["error"]]
@@ -340,6 +346,7 @@ def test_an_impossible_number_of_workers_is_refused(spec, tmp_path, workers):
         run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.quick, workers=workers)
 
 
+@pytest.mark.slow
 def test_a_script_without_its_guard_is_told_so(tmp_path, spec):
     script = tmp_path / "bare.py"
     script.write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
@@ -370,6 +377,7 @@ def test_without_distributed_the_error_names_the_extra(spec, tmp_path, monkeypat
         run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.quick, dask="tcp://127.0.0.1:1")
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_gives_the_same_table(spec, tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="the extra dehyst[dask] is not installed")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)]))

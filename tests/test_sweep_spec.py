@@ -50,6 +50,7 @@ def test_a_key_may_be_quoted_or_nested_and_a_whole_number_is_the_same_value():
     assert all(type(value["hysteresis.scale"]) is float for value in quoted)
 
 
+@pytest.mark.slow
 def test_draws_stay_within_their_bounds_and_fill_them_evenly():
     drawn = values(
         SIZE + "draws = 2000\n[study.random]\n"
@@ -168,6 +169,7 @@ def test_a_file_that_is_no_sweep_is_refused(tmp_path, content):
             load_sweep(path)
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_no_mutilation_of_the_example_gives_anything_but_a_sweep_or_a_named_error(data):
     lines = EXAMPLE.read_text().splitlines()

@@ -49,6 +49,7 @@ def same_bits(a, b):
     return np.array_equal(np.asarray(a, float).view(np.uint64), np.asarray(b, float).view(np.uint64))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*BOARDS, "x86-64"])
 def test_a_block_in_double_has_the_bits_of_the_extension(programs, name):
     trials = random_blocks.trials(MODELS, SAMPLES, "double")
@@ -62,6 +63,7 @@ def test_a_block_in_double_has_the_bits_of_the_extension(programs, name):
     assert 50 < limited < MODELS * SAMPLES / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOARDS)
 def test_a_block_in_float_has_the_bits_of_this_computer_and_is_within_1e_5_of_the_model(programs, name):
     trials = random_blocks.trials(MODELS, SAMPLES, "float")
@@ -87,6 +89,7 @@ def test_parameters_that_are_damaged_are_refused_on_the_target(programs):
         machines.run(machine, program, bytes(job), program.parent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("function", "numbers", "expected"), [
     ("counted", [1, 2, 10, 300], [3, 5, 21, 601]),
     ("conditional", [1001, 1002], [5, 5]),
@@ -97,6 +100,7 @@ def test_instructions_are_counted_right_where_their_number_is_known(programs, fu
     assert count.count(machine, program, job, program.parent, function) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cortex-m4f", "cortex-m7"])
 def test_a_whole_joint_controller_has_the_bits_of_the_extension(name, tmp_path):
     machine = machines.MACHINES[name]

@@ -37,6 +37,7 @@ def test_the_first_family_and_start_in_the_order_of_preference_wins_a_tie(first,
     assert best_start({"zero": 0.2, "rest": 0.1 * first, "rising": 0.1 * second}) == "rest"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tiny", [0.0, 1e-15, -1e-15, 3e-14])
 def test_noise_of_the_size_of_rounding_changes_no_choice_and_no_order(tiny):
     x, y = log(0.002)

@@ -292,6 +292,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "option", "column"), [("simulate", "--input", "p_bar"), ("compensate", "--output", "q_deg")]
 )
