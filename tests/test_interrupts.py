@@ -118,6 +118,14 @@ def long_calls():
 CALLS = long_calls()
 
 
+@pytest.fixture(autouse=True)
+def heeded():
+    """Ctrl-C as at a terminal: where the suite was started with `&` or nohup it is ignored, and loops would not end."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def late(call, delay=0.1):
     """Seconds from SIGINT to KeyboardInterrupt; the call is made again until it is hit."""
     sent = []
