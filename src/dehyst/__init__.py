@@ -6,8 +6,6 @@ The public names and nothing else; each is imported when it is first used, so th
 
 import sys
 
-from dehyst.version import __version__ as __version__
-
 TYPE_CHECKING = False  # which type checkers take for true; `typing` would be loaded before Ctrl-C is heeded
 if TYPE_CHECKING:
     from typing import Any
@@ -80,6 +78,7 @@ if TYPE_CHECKING:
     from dehyst.robot.experiments.trials import Equipment as Equipment
     from dehyst.robot.experiments.trials import run_trial as run_trial
     from dehyst.robot.report import write_reproduction_report as write_reproduction_report
+    from dehyst.version import __version__ as __version__
 
 
 def _refuse_subinterpreter() -> None:
@@ -127,10 +126,11 @@ _ROOMS = {
     "dehyst.data.recording": "Recording",
     "dehyst.report": "write_comparison_report write_drift_report write_report",
     "dehyst.robot.report": "write_reproduction_report",
+    "dehyst.version": "__version__",
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
 
-__all__ = [*sorted(_HOME), "__version__"]
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> "Any":
