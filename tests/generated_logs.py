@@ -199,6 +199,8 @@ class Relation:
         How many recordings the log must have.
     mirrored
         Whether a rising past becomes a falling one.
+    moved
+        Whether the input's 0 becomes another one: a start at "origin", that 0, is then another start.
     causes
         Codes of the warnings that may say why the error grew instead.
     """
@@ -208,6 +210,7 @@ class Relation:
     exact: bool = True
     recordings: int = 1
     mirrored: bool = False
+    moved: bool = False
     causes: tuple[str, ...] = ()
     of_plays: bool = False
 
@@ -224,7 +227,7 @@ UNITS = (
 )
 RELATIONS = (
     *UNITS,
-    Relation("input on another zero", lambda log, rng: scaled(log, x_zero=rng.uniform(-1000, 1000))),
+    Relation("input on another zero", lambda log, rng: scaled(log, x_zero=rng.uniform(-1000, 1000)), moved=True),
     Relation("output on another zero", lambda log, rng: scaled(log, y_zero=rng.uniform(-1000, 1000))),
     Relation("output with the other sign", lambda log, rng: scaled(log, y=-1.0)),
     Relation("both with the other sign", lambda log, rng: scaled(log, x=-1.0, y=-1.0), mirrored=True),
@@ -269,6 +272,8 @@ def broken(relation: Relation, before: Found, after: Found) -> str:
         return ""
     family, start = before.choice
     expected = (family, _MIRROR.get(start, start) if relation.mirrored else start)
+    if relation.moved and "origin" in (start, after.choice[1]):
+        expected = (family, after.choice[1])  # the true error below tells whether it is as good
     if relation.exact and after.choice != expected:
         return f"{' from '.join(after.choice)} is chosen instead of {' from '.join(expected)}"
     ratio = max(after.error, NOTHING) / max(before.error, NOTHING)
