@@ -368,3 +368,11 @@ def test_the_binding_refuses_tables_that_do_not_fit():
                        (5, whole + 2), (6, np.ones((2, 2))), (10, 2.0), (12, whole)):  # fmt: skip
         with pytest.raises(ValueError):
             _native.ElementSum(*[*good[:place], bad, *good[place + 1 :]])
+
+
+@pytest.mark.parametrize("knot", [0.2, 0.3 - 0.1, 0.2 + 1e-15])
+def test_the_least_slope_does_not_hang_on_how_knots_are_rounded(knot):
+    """Knots of a ramp and of a play that meet: a step between them as wide as rounding is no stretch of its own."""
+    rises = Element("input", map=((-1.0, knot, 1.0), (0.0, 0.0, 1.0 - knot)))
+    falls = Element("play", 0.1, weight=-0.9, map=((-1.0, 0.3, 1.0), (0.0, 0.0, 0.7)))
+    assert least_slope([Element("input", weight=0.2), rises, falls]) == pytest.approx(0.2)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from dehyst.families.elements import Element
 
 LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
+SLIVER = 1e-12  # knots as near are one that was rounded: between them no slope counts
 MOST_GROWTH = 15.0 / 16.0  # of a radius with the input: what the machine allows
 LAGS = ("relax", "past", "product")
 
@@ -134,6 +135,7 @@ def _moving(elements: Sequence[Element], side: float) -> float:
     follow = [q for q in elements if q.kind in ("input", "play", "past")]
     places = [pieces(q)[0] + side * _radius(q) for q in follow]
     knots = np.unique(np.concatenate([np.zeros(1), *places]))
+    knots = knots[np.diff(knots, prepend=-np.inf) > SLIVER]
     x = np.concatenate([knots[:1] - 1.0, 0.5 * (knots[1:] + knots[:-1]), knots[-1:] + 1.0])
     still = np.zeros(x.size)
     groups = {0.0: still.copy()}  # what is added when the plays of a radius move too
