@@ -221,9 +221,10 @@ ROUNDING = 1.0 + 1e-4
 # True errors below this, percent of range, are a twentieth of the noise: no ratio of them says anything.
 NOTHING = 0.01
 FALSE = ("outlier",)
+PAPER = ("paper-bound",)  # the paper's bound is absolute
 UNITS = (
-    Relation("input in other units", lambda log, rng: scaled(log, x=10.0 ** rng.uniform(-6, 6))),
-    Relation("output in other units", lambda log, rng: scaled(log, y=10.0 ** rng.uniform(-6, 6))),
+    Relation("input in other units", lambda log, rng: scaled(log, x=10.0 ** rng.uniform(-6, 6)), causes=PAPER),
+    Relation("output in other units", lambda log, rng: scaled(log, y=10.0 ** rng.uniform(-6, 6)), causes=PAPER),
 )
 RELATIONS = (
     *UNITS,
