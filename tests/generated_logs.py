@@ -272,12 +272,12 @@ def broken(relation: Relation, before: Found, after: Found) -> str:
     if (after.codes - before.codes) & set(relation.causes):
         return ""
     family, start = before.choice
+    elsewhere = relation.moved and "origin" in (start, after.choice[1])  # a start that the other log does not have
+    exact = relation.exact and not elsewhere
     expected = (family, _MIRROR.get(start, start) if relation.mirrored else start)
-    if relation.moved and "origin" in (start, after.choice[1]):
-        expected = (family, after.choice[1])  # the true error below tells whether it is as good
-    if relation.exact and after.choice != expected:
+    if exact and after.choice != expected:
         return f"{' from '.join(after.choice)} is chosen instead of {' from '.join(expected)}"
     ratio = max(after.error, NOTHING) / max(before.error, NOTHING)
-    if ratio > (ROUNDING if relation.exact else ALLOWED):
+    if ratio > (ROUNDING if exact else ALLOWED):
         return f"true error {before.error:.3g} -> {after.error:.3g} % of range, and no warning names the cause"
     return ""
