@@ -653,8 +653,8 @@ def test_a_log_gets_its_columns_and_what_the_inverse_misses_from_the_model():
 
 
 def test_rows_that_only_one_side_names_say_nothing_of_the_share():
-    logs = [{"sha256": "1", "first_row": 0, "last_row": 9}]
-    model = carded({"logs": logs, "settings": {"train_fraction": 0.6}})
+    rows = [{"sha256": "1", "first_row": 0, "last_row": 9}]
+    model = carded({"logs": rows, "settings": {"train_fraction": 0.6}})
     record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, provenance={"sha256": "1"})
     assert logs._fitted_share(model, record) == 0.6
 
