@@ -1,0 +1,60 @@
+"""Modules under the paths they had before the two floors: the same objects, and a word of where they went."""
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+import dehyst
+from dehyst.old_paths import MOVED, spec_of
+
+SAME = [
+    ("dehyst.recording", "Recording", "dehyst.data.recording"),
+    ("dehyst.plant", "Arm", "dehyst.robot.arm"),
+    ("dehyst.plant.arm", "Arm", "dehyst.robot.arm.arm"),
+    ("dehyst.evaluation", "Limits", "dehyst.design"),
+    ("dehyst.evaluation", "TestCube", "dehyst.robot.iso9283"),
+    ("dehyst.evaluation.timing", "timed", "dehyst.robot.iso9283.timing"),
+    ("dehyst.muscles.base", "MuscleModel", "dehyst.robot.muscles.base"),
+    ("dehyst.experiments.sweep.spec", "Draw", "dehyst.robot.experiments.sweep.spec"),
+    ("dehyst.identification.drift", "drift", "dehyst.monitoring"),
+    ("dehyst.identification.evaluate", "evaluate", "dehyst.monitoring.evaluate"),
+]
+
+
+@pytest.fixture(autouse=True)
+def forgotten():
+    """Old names are imported anew by each test."""
+    before = set(sys.modules)
+    yield
+    for name in set(sys.modules) - before:
+        if any(name == old or name.startswith(f"{old}.") for old in MOVED):
+            del sys.modules[name]
+
+
+@pytest.mark.parametrize(("old", "name", "new"), SAME)
+def test_an_old_path_gives_the_same_object_and_names_the_new_one(old, name, new):
+    with pytest.warns(DeprecationWarning, match="change the import"):
+        found = getattr(importlib.import_module(old), name)
+    assert found is getattr(importlib.import_module(new), name)
+
+
+def test_every_path_that_moved_is_there_under_its_new_name():
+    for old, new in MOVED.items():
+        assert importlib.util.find_spec(new) is not None
+        with pytest.warns(DeprecationWarning, match=new.replace(".", r"\.")):
+            assert spec_of(old) is not None
+
+
+def test_a_module_that_never_was_is_refused_as_ever():
+    with pytest.raises(ModuleNotFoundError, match=r"dehyst\.plants"):
+        importlib.import_module("dehyst.plants")
+    with pytest.warns(DeprecationWarning), pytest.raises(ModuleNotFoundError):
+        importlib.import_module("dehyst.plant.nowhere")
+
+
+def test_public_names_warn_of_nothing():
+    program = "import dehyst\nfor name in dehyst.__all__: getattr(dehyst, name)"
+    subprocess.run([sys.executable, "-W", "error::DeprecationWarning", "-c", program], check=True)
+    assert len(dehyst.__all__) > 60
