@@ -4,7 +4,7 @@ The rigs are random relays, plays behind a bent curve, Bouc-Wen, slipping spring
 each from four pasts (tests/generated_logs.py). The true error is that of the model on a motion that was not logged,
 against the output without noise. Ends with status 1 if a relation does not hold.
 
-    python benchmarks/metamorphic.py                # 204 logs, two hours of processor time
+    python benchmarks/metamorphic.py                # 204 logs, half an hour of processor time
     python benchmarks/metamorphic.py --logs 12      # a look
     python benchmarks/metamorphic.py --out benchmarks/results/metamorphic.json
 
