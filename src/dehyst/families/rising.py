@@ -18,6 +18,7 @@ LEAST_SLOPE = 1e-6  # scaled: below it rounding would be more than 1e-10 of an i
 SLIVER = 1e-12  # knots as near are one that was rounded: between them no slope counts
 MOST_GROWTH = 15.0 / 16.0  # of a radius with the input: what the machine allows
 LAGS = ("relax", "past", "product")
+FOLLOW = ("input", "play", "past")
 
 
 def least_slope(elements: Sequence[Element], schedules: int = 0, period: float = 0.0) -> float:
@@ -64,14 +65,18 @@ def most_slope(elements: Sequence[Element]) -> float:
 def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: float) -> float:
     used = [q for q in elements if share[q.schedule] > 0.0]
     lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
-    rest = [q for q in used if q.kind not in LAGS]
+    moving = [q for q in used if q.kind not in LAGS]
     pairs = [(q, other) for q, other in pairwise(elements) if q.kind == "product" and share[q.schedule] > 0.0]
-    return min(
-        sum(_alone(q, period) for q in (*rest, *lags[fast:])) + _moving([*rest, *lags[:fast]], side)
-        - _products(pairs, lags[fast - 1].time if fast else -1.0, period)
-        for fast in range(len(lags) + 1)
-        for side in (1.0, -1.0)
-    )  # fmt: skip
+    alone = sum(_alone(q, period) for q in used)
+    plays = min(_moving(moving, side) for side in (1.0, -1.0))
+    least = alone + plays - _products(pairs, -1.0, period)
+    for lag in lags:  # one more catches up with an input that slow
+        alone -= _alone(lag, period)
+        if lag.kind in FOLLOW:
+            moving.append(lag)
+            plays = min(_moving(moving, side) for side in (1.0, -1.0))
+        least = min(least, alone + plays - _products(pairs, lag.time, period))
+    return least
 
 
 def _products(pairs: Sequence[tuple[Element, Element]], caught: float, period: float) -> float:
@@ -132,7 +137,7 @@ def _least_within(inner: Array, slopes: Array, radius: float) -> float:
 
 def _moving(elements: Sequence[Element], side: float) -> float:
     """What follows the input, and plays and stops, with an input that rises (side 1) or falls (-1)."""
-    follow = [q for q in elements if q.kind in ("input", "play", "past")]
+    follow = [q for q in elements if q.kind in FOLLOW]
     places = [pieces(q)[0] + side * _radius(q) for q in follow]
     knots = np.unique(np.concatenate([np.zeros(1), *places]))
     knots = knots[np.diff(knots, prepend=-np.inf) > SLIVER]
