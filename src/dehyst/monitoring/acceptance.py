@@ -10,10 +10,10 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import DehystError
-from dehyst.families.best import identify as identify_family_or_plays
+from dehyst.families import identify
 from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.fit import Fit
-from dehyst.identification.plays import identify
+from dehyst.identification.plays import identify as identify_plays
 from dehyst.identification.settings import AUTO
 from dehyst.identification.split import end_of
 from dehyst.models import ModelCard
@@ -80,7 +80,7 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
         times = settings.get("creep_times") or None
         return identify_direct(records, creep_times=times, train_fraction=share, **signals)
     if model.core == ELEMENTS:
-        return identify_family_or_plays(records, model.family, train_fraction=share)
+        return identify(records, model.family, train_fraction=share)
     family = model.card.provenance.get("identified_family")
     kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
     known = family if isinstance(family, str) and family in kinds else kinds[0]
@@ -89,7 +89,7 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
         eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
     limit = settings.get("max_inverse_gain")
     bound = {"eps": eps} if limit is None else {"max_inverse_gain": limit}  # which sets eps
-    return identify(records, known, n=n, train_fraction=share, shear=model.shear, **bound)
+    return identify_plays(records, known, n=n, train_fraction=share, shear=model.shear, **bound)
 
 
 def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
