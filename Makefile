@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 .PHONY: demo test test-slow test-all machines check docs bench bench-quick proofs proofs-quick clean exports
 
 demo: $(VENV)/installed
-	$(BIN)/dehyst reproduce --quick --plant all --compensator paper,best --out demo
+	$(BIN)/dehyst reproduce --quick --plant preisach,none --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'
@@ -77,7 +77,7 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(VENV)/bin/python $(SOURCES)
-	$(PIP) '.[plant,ros]'
+	$(PIP) '.[plant]'
 	@touch $@
 
 $(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
