@@ -2,6 +2,7 @@
 
     python docs/build.py            write what is not up to date
     python docs/build.py --check    write nothing; name what is not up to date, exit status 1
+    python docs/build.py --headlines    the first line of every module, room by room: the house in words
 
 Idempotent: a second run changes nothing. Reference pages and the list of decisions are written anew; outputs shown on
 a page are replaced where they are no longer true (the rules are in generate/blocks.py); figures carry no date and no
@@ -11,6 +12,7 @@ random id. Figures are not checked: another version of matplotlib draws other by
 from __future__ import annotations
 
 import argparse
+import ast
 import sys
 import tempfile
 from pathlib import Path
@@ -103,11 +105,27 @@ def true_text(text: str) -> str:
         return blocks.with_outputs(text, blocks.run_page(text, Path(folder)))
 
 
+def headlines() -> str:
+    """Return a line a module of src/dehyst: its path and the first line of its docstring."""
+    lines, source = [], ROOT / "src" / "dehyst"
+    for folder in sorted({path.parent for path in source.rglob("*.py")}):
+        lines += ["", folder.relative_to(source.parent).as_posix()]
+        for path in sorted(folder.glob("*.py")):
+            said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+            lines.append(f"  {path.name:24}{said.partition(chr(10))[0]}")
+    return "\n".join(lines[1:])
+
+
 def main() -> int:
     """Write, or check, everything that is generated."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing, name what is not up to date")
-    check = parser.parse_args().check
+    parser.add_argument("--headlines", action="store_true", help="print the first line of every module")
+    given = parser.parse_args()
+    if given.headlines:
+        print(headlines())
+        return 0
+    check = given.check
     stale = [path for path, text in generated_pages().items() if _put(path, text, check)]
     stale += [path for path in written_pages() if _refresh(path, check)]
     for path in stale:
