@@ -8,7 +8,7 @@ predicted from those before it alone::
 
 m is a median since one block may hold what no other does, the largest loop as a rule, and would decide alone. Errors of
 the fit itself are no part of it: they are smallest for the sums with the most weights, and say nothing about a motion
-that was not logged (docs/decisions/0047). Errors of a sum in the inverse direction are those of its solution. The best
+that was not logged (docs/decisions/0043). Errors of a sum in the inverse direction are those of its solution. The best
 two of all rows, with and without a map, are tried with every regularisation.
 """
 
