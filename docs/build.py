@@ -47,8 +47,8 @@ def decisions() -> str:
     lines = [
         "# Decisions",
         "",
-        "Choices that could have been made otherwise, each with the measurements behind it. What `identify` rests on today:",
-        "3, 33, 42, 43, 46 and 48. A number that is missing was merged into another record, which says so.",
+        "Choices that could have been made otherwise, each with the measurements behind it. What `identify` rests",
+        "on: 3, 33, 42, 43, 46 and 48. A number that is missing was merged into another record, which says so.",
         "",
     ]
     for path in sorted((DOCS / "decisions").glob("0*.md")):
@@ -66,8 +66,8 @@ REFERENCE = {
     "parameters.md": parameters.page,
     "python.md": python_names.page,
     "warnings.md": findings.page,
-    "../decisions/README.md": decisions,
 } | models.pages()
+PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {"decisions/README.md": decisions}
 
 
 # Page, and name of the part of it that is generated -> what makes it.
@@ -97,7 +97,7 @@ def with_part(text: str, name: str, part: str) -> str:
 
 def generated_pages() -> dict[Path, str]:
     """Return every page, or part of a page, that is made from the source, with its up-to-date text."""
-    pages = {(DOCS / "reference" / name).resolve(): make() for name, make in REFERENCE.items()}
+    pages = {DOCS / name: make() for name, make in PAGES.items()}
     for (name, part), make in PARTS.items():
         path = DOCS / name
         pages[path] = with_part(pages.get(path) or path.read_text(encoding="utf-8"), part, make())

@@ -40,8 +40,8 @@ def name_of(path: Path) -> str:
 
 def generated(name: str) -> str:
     """Up-to-date text of one page: each test makes its own, so that processes share the work."""
-    if name.startswith("reference/"):
-        return build.REFERENCE[name.removeprefix("reference/")]()
+    if name in build.PAGES:
+        return build.PAGES[name]()
     text = (DOCS / name).read_text(encoding="utf-8")
     for (page, part), make in build.PARTS.items():
         text = build.with_part(text, part, make()) if page == name else text
@@ -55,9 +55,7 @@ def test_pages_are_found():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [*dict.fromkeys(page for page, _ in build.PARTS), *(f"reference/{name}" for name in build.REFERENCE)]
-)
+@pytest.mark.parametrize("name", [*dict.fromkeys(page for page, _ in build.PARTS), *build.PAGES])
 def test_generated_text_is_fresh(name):
     assert (DOCS / name).read_text(encoding="utf-8") == generated(name), STALE
 
@@ -160,8 +158,9 @@ def test_index_links_every_page_and_every_decision():
     index = (DOCS / "index.md").read_text(encoding="utf-8")
     linked = {(DOCS / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", index)}
     models = DOCS / "reference" / "models"
-    listed = (models / "index.md").read_text(encoding="utf-8")  # links the page of each model
-    linked |= {(models / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", listed)}
+    for folder, page in ((models, "index.md"), (DOCS / "decisions", "README.md")):  # link a page each
+        listed = (folder / page).read_text(encoding="utf-8")
+        linked |= {(folder / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", listed)}
     missing = [name_of(page) for page in DOCS.rglob("*.md") if page.resolve() not in linked | {DOCS / "index.md"}]
     assert not missing, STALE
 
