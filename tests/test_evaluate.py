@@ -1,6 +1,8 @@
 """dehyst evaluate: saved models of any family on a log that they were not identified from."""
 
+import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -136,6 +138,18 @@ def test_the_command_prints_a_table_and_the_line_to_type_next(run, files):
     status, out, err = run("evaluate", *files)
     assert status == 0, err
     assert out.startswith(f"run {files[0]}") and f"dehyst compensate {files[0]}" in out.replace("\n", "")
+
+
+def test_what_several_models_share_is_said_once_under_their_names(run, files, tmp_path):
+    doubt = dataclasses.replace(CARD, provenance={"verdict": "two loops: usable with care (few-loops)."})
+    weights = ([0.9, 0.4, 0.3], [1.0, 0.5, 0.3])
+    doubted = [
+        dehyst.PrandtlIshlinskii([0.0, 0.3, 0.8], w, card=doubt).save(tmp_path / f"doubt{k}.json")
+        for k, w in enumerate(weights)
+    ]
+    said = run("evaluate", *doubted, files[0], files[2])[1].replace("\n", "")
+    assert said.count("warning verdict") == said.count("Watch the actuator") == 1
+    assert re.search(rf"({doubted[0]}, {doubted[1]}|{doubted[1]}, {doubted[0]}) *warning verdict", said)
 
 
 def test_json_holds_both_errors_with_their_bias(run, files):

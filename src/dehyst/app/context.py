@@ -179,17 +179,18 @@ def at_samples(option: str, column: str, signal: Signal, values: Array, record: 
     return np.interp(record.time, signal.time, values)
 
 
-def verdict_findings(model: Model, path: Path, forbid: str) -> list[Finding]:
-    """Return the verdict as a warning unless it was good; `forbid` is what not to do after the worst one."""
+def verdict_findings(model: Model, named: str, forbid: str = "") -> list[Finding]:
+    """Return the verdict as a warning unless it was good; `forbid` is what else not to do after the worst one."""
     said = model.card.provenance.get("verdict")
     verdict = doubtful(said)  # printable: the file may come from anywhere
     if not verdict:
         return []
     cure = forbid if grade_of(said) is Grade.BAD else "Watch the actuator"
+    read = f"{cure}, and read" if cure else "Read"
     return [
         Finding(
             "verdict",
-            f"when '{path}' was identified, the verdict was: {verdict} {cure}, and read the warnings of "
-            f"`dehyst identify` for the reason.",
+            f"when {named} was identified, the verdict was: {verdict} {read} the warnings of `dehyst identify` for the "
+            f"reason.",
         )
     ]

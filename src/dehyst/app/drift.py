@@ -74,7 +74,7 @@ def run_drift(request: DriftRequest) -> None:
             print_json(found.as_dict())
         else:
             _print(found, request)
-            print_findings([*verdict_findings(model, request.model, "Do not apply its inverse to a machine")])
+            print_findings([*verdict_findings(model, f"'{request.model}'", "Do not apply its inverse to a machine")])
 
 
 def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tuple[str, str]]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from pathlib import Path
 
 from rich.table import Table
 from rich.text import Text
@@ -15,6 +14,7 @@ from dehyst.app.requests import EvaluateRequest
 from dehyst.app.status import Status
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.errors import ColumnError, ParameterError
+from dehyst.findings import Finding
 from dehyst.models import Model, load
 from dehyst.monitoring.evaluate import Evaluation, Scored, evaluate
 from dehyst.shell import quoted
@@ -68,7 +68,7 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
     out.print()
     table = Table(box=None, pad_edge=False)
     for k, name in enumerate(("model", "family", "output %", "bias %", "input %", "bias %", "clipped %")):
-        table.add_column(Text(name), justify="right" if k > 1 else "left", overflow="fold")
+        table.add_column(Text(name), justify="right" if k > 1 else "left", no_wrap=k > 0, overflow="fold")
     for entry in found.entries:
         table.add_row(*map(Text, _row(entry)), style="bold" if entry.name == found.run else None)
     out.print(table)
@@ -89,14 +89,25 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
     for entry in reasons:
         out.print(Text.assemble((entry.name, "bold"), f": {entry.reason}"), soft_wrap=True)
     print_findings(found.findings)
-    for entry in found.entries:
-        known = verdict_findings(entry.model, Path(entry.name), "Do not compensate with it")
-        if (entry.findings or known) and len(found.entries) > 1:
+    for names, shared in _by_models(found).items():
+        if len(found.entries) > 1:
             out.print()
-            out.print(Text(entry.name, style="bold"))
-        print_findings([*entry.findings, *known])
+            out.print(Text(", ".join(names), style="bold"), soft_wrap=True)
+        print_findings(shared)
     out.print()
     out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
+
+
+def _by_models(found: Evaluation) -> dict[tuple[str, ...], list[Finding]]:
+    """Return findings under the names of the models that they hold for: what several share is said once."""
+    names: dict[Finding, list[str]] = {}
+    for entry in found.entries:
+        for finding in (*entry.findings, *verdict_findings(entry.model, "it")):
+            names.setdefault(finding, []).append(entry.name)
+    shared: dict[tuple[str, ...], list[Finding]] = {}
+    for finding, holders in names.items():
+        shared.setdefault(tuple(holders), []).append(finding)
+    return shared
 
 
 def _row(entry: Scored) -> tuple[str, ...]:

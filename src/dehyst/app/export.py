@@ -43,7 +43,7 @@ def run_export(request: ExportRequest) -> None:
     model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
-    said = verdict_findings(model, request.model, "Do not let it drive a machine") if drives else []
+    said = verdict_findings(model, f"'{request.model}'", "Do not let it drive a machine") if drives else []
     findings = [*pair, *said, *told, *outside(model, request), *cost(model, request)]
     model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):

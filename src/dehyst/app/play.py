@@ -60,7 +60,7 @@ def run_simulate(request: SimulateRequest) -> None:
 def run_compensate(request: SimulateRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request, "output")
-    said = verdict_findings(model, request.model, "Do not apply this input to a machine")
+    said = verdict_findings(model, f"'{request.model}'", "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     inverse = model.inverse()
