@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.identification.stream import identify_stream
 from dehyst.report.judgement import lights
 

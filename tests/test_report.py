@@ -17,8 +17,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import OutputError
-from dehyst.findings import Finding
-from dehyst.grades import Grade
+from dehyst.findings import Finding, Grade
 from dehyst.identification.fit import Candidate, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
 from dehyst.report import write_report

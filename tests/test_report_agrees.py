@@ -9,7 +9,7 @@ from tests import test_identification_findings as made
 from tests.test_real_logs import ARM, CAVATAPPI, DAMPER, DATA, PIEZO, TENDON, WRIST
 
 import dehyst
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.report.judgement import curve_fits_better, in_words, lights, overall
 
 LOGS = [

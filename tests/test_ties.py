@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from dehyst import Recording, compare, identify
+from dehyst.arrays import rank
 from dehyst.families.friction import best_start
 from dehyst.identification.selection import Choice, choose
 from dehyst.models import SignalCard
-from dehyst.ties import rank
 
 ROUNDING = (1 - 3e-13, 1.0, 1 + 3e-13)
 

@@ -16,7 +16,7 @@ from dehyst.io import format_csv, inspect_log, write_csv
 from dehyst.io.chunks import open_chunks
 from dehyst.io.formats import read_table
 from dehyst.io.write import write_table
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 HOSTILE = (
     "\x1b[31mred\x1b[0m",

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.errors import ParameterError
-from dehyst.ties import rank
 from oscillator.linear import identify_linear
 from oscillator.model import HystereticOscillator
 from oscillator.output_error import OutputErrorFit, SteadyState, fit_output_error, lead_time

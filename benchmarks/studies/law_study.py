@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from dehyst.arrays import rank
 from dehyst.control import SWITCHES, JointController, JointReference
 from dehyst.control.reviewed import VoMinhController
 from dehyst.errors import ParameterError, SimulationError
@@ -15,7 +16,6 @@ from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.experiments.nominal import OBSERVER_RATIO
 from dehyst.robot.experiments.reviewed import under_controller
 from dehyst.robot.experiments.trials import Equipment
-from dehyst.ties import rank
 from studies.side_by_side import Joint, errors
 
 FACTORS = (1.0, 2.0, 4.0, 6.0, 8.0)

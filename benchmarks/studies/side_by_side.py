@@ -13,6 +13,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.arrays import rank
 from dehyst.control import Compensator
 from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ParameterError
@@ -32,7 +33,6 @@ from dehyst.robot.experiments.recipes import recipe
 from dehyst.robot.experiments.results import Characteristic, JointIdentification
 from dehyst.robot.experiments.scores import joint_figures
 from dehyst.robot.experiments.trials import Equipment, run_trial
-from dehyst.ties import rank
 
 Array = npt.NDArray[np.float64]
 

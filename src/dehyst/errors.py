@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dehyst.visible import visible_lines
+from dehyst.shell import visible_lines
 
 
 class DehystError(Exception):

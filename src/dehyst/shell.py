@@ -1,10 +1,10 @@
-"""Words of a command line that mean the same in POSIX shells, in PowerShell and in cmd.exe."""
+"""Text for a terminal: names from files made printable, and words quoted for every shell."""
 
 from __future__ import annotations
 
 import os
 import re
-import shlex
+import unicodedata
 from collections.abc import Iterable
 
 # What no shell takes for anything but itself. A comma makes a list in PowerShell, # begins a comment, ~ is the home.
@@ -32,7 +32,11 @@ def quoted(word: object) -> str:
         return '"' + re.sub(r"\\+$", r"\g<0>\g<0>", text) + '"'
     if _PLAIN.fullmatch(text):
         return text
-    return shlex.quote(text) if _SPECIAL.search(text) else f'"{text}"'
+    if not _SPECIAL.search(text):
+        return f'"{text}"'
+    import shlex  # seldom needed, and `dehyst --help` has to be quick
+
+    return shlex.quote(text)
 
 
 def typed(words: Iterable[object]) -> str:
@@ -44,3 +48,44 @@ def typed(words: Iterable[object]) -> str:
     'dehyst inspect "my log.csv"'
     """
     return " ".join(map(quoted, words))
+
+
+# Letters of Arabic, Persian and Indian scripts need the two joiners; a soft hyphen hides nothing.
+HARMLESS = "\u00ad\u200c\u200d"
+HIDDEN = frozenset(["Cc", "Cf", "Cs", "Cn", "Zl", "Zp"])
+BREAKS = frozenset("\t\n\v\f\r\x85\u2028\u2029")
+
+
+def visible(text: object) -> str:
+    r"""Return text on one line, control characters and marks that turn the reading direction spelled out.
+
+    A terminal obeys escape sequences, and marks of direction reorder the words around a name. A line break or a tab,
+    with the white space around it, becomes one blank.
+
+    Examples
+    --------
+    >>> visible("p\n[bar]"), visible("\x1b[31mangle\u202e")
+    ('p [bar]', '\\x1b[31mangle\\u202e')
+    """
+    line = str(text)
+    if line.isprintable():
+        return line
+    line = re.sub(r"\s+", lambda gap: gap[0] if BREAKS.isdisjoint(gap[0]) else " ", line)
+    return "".join(_shown(letter) for letter in line)
+
+
+def visible_lines(text: object) -> str:
+    r"""Return text as `visible` does, its lines kept apart.
+
+    Examples
+    --------
+    >>> visible_lines("a\nb\x07")
+    'a\nb\\x07'
+    """
+    return "\n".join(map(visible, str(text).split("\n")))
+
+
+def _shown(letter: str) -> str:
+    if unicodedata.category(letter) not in HIDDEN or letter in HARMLESS:
+        return letter
+    return letter.encode("unicode_escape").decode("ascii")

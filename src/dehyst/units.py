@@ -70,55 +70,18 @@ _CLOCK_NAMES = frozenset(
 # another word of the name belongs to the dimension.
 _HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
 _HINTED |= {"grad", "radiant", "minute"}  # grad is a degree in German and a gradient in English
-_HINTS: dict[str, frozenset[str]] = {
-    "length": frozenset(
-        [
-            "displacement",
-            "position",
-            "pos",
-            "length",
-            "x",
-            "y",
-            "z",
-            "stroke",
-            "height",
-            "distance",
-            "contraction",
-            "extension",
-            "elongation",
-            "travel",
-            "deflection",
-            "depth",
-            "disp",
-            "weg",
-        ]
-    ),
-    "angle": frozenset(["angle", "winkel", "phi", "theta", "alpha", "beta", "gamma", "rotation", "drehung", "tilt"]),
-    "force": frozenset(["force", "f", "load", "tension", "kraft", "thrust", "grip", "fx", "fy", "fz"]),
-    "voltage": frozenset(["voltage", "volt", "u", "drive", "supply", "spannung", "piezo", "uin", "uout"]),
-    "current": frozenset(["current", "i", "strom"]),
-    "torque": frozenset(["torque", "moment", "tau", "drehmoment"]),
-    "time": frozenset(
-        [
-            "time",
-            "t",
-            "timestamp",
-            "stamp",
-            "elapsed",
-            "zeit",
-            "temps",
-            "tiempo",
-            "duration",
-            "clock",
-            "dt",
-            "date",
-            "epoch",
-            "period",
-            "seconds",
-            "ros",
-            "sim",
-        ]
-    ),
+_HINTS = {
+    dimension: frozenset(words.split())
+    for dimension, words in {
+        "length": "displacement position pos length x y z stroke height distance contraction extension elongation "
+        "travel deflection depth disp weg",
+        "angle": "angle winkel phi theta alpha beta gamma rotation drehung tilt",
+        "force": "force f load tension kraft thrust grip fx fy fz",
+        "voltage": "voltage volt u drive supply spannung piezo uin uout",
+        "current": "current i strom",
+        "torque": "torque moment tau drehmoment",
+        "time": "time t timestamp stamp elapsed zeit temps tiempo duration clock dt date epoch period seconds ros sim",
+    }.items()
 }
 
 

@@ -12,8 +12,7 @@ from dehyst.app.requests import DriftRequest, EvaluateRequest, SimulateRequest
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.errors import ColumnError, ParameterError, UnitError
-from dehyst.findings import Finding
-from dehyst.grades import Grade, doubtful, grade_of
+from dehyst.findings import Finding, Grade, doubtful, grade_of
 from dehyst.io import Signal, read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models.converted import in_units_of

@@ -19,7 +19,7 @@ from dehyst.app.terminal import ask_progress, print_findings, print_json, termin
 from dehyst.design import design_drift_motion
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
 from dehyst.files import write_atomically
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Grade, grade_of
 from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
 from dehyst.monitoring.parts import Subject

@@ -14,7 +14,7 @@ from dehyst.app.targets import MODEL, PAGE, refuse_clashes, refuse_other_model, 
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
 from dehyst.errors import ParameterError
 from dehyst.families.best import PURPOSES, identify
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Grade, grade_of
 from dehyst.identification import Fit, Score
 from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import identify_stream

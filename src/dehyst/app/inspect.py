@@ -15,7 +15,7 @@ from rich.text import Text
 from dehyst.app.terminal import print_findings, print_json, terminal
 from dehyst.io import LogSummary, inspect_log
 from dehyst.io.inspect import ColumnSummary
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 # Letters left for the last column of the table at least.
 REMARK = 24

@@ -17,7 +17,7 @@ from rich.segment import Segment
 from rich.text import Text
 
 from dehyst.findings import Finding
-from dehyst.visible import visible_lines
+from dehyst.shell import visible_lines
 
 
 class _Terminal(Console):

@@ -21,7 +21,7 @@ from dehyst.export.exchange import alone, repair
 from dehyst.export.folder import MANIFEST, VERIFIED, exported_files
 from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
-from dehyst.grades import doubtful
+from dehyst.findings import doubtful
 from dehyst.version import __version__
 
 SIGNED = "Verified by `dehyst verify`."

@@ -14,7 +14,7 @@ from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 FORMAT = "dehyst-controller"
 SCHEMA = 3  # 1: parameters alone; 2: with "adaptation"; 3: with "model"; each written only where it is needed

@@ -16,7 +16,7 @@ from dehyst.export.compilers import check_folder
 from dehyst.export.numbers import FLOAT_LIMIT
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Grade, grade_of
 from dehyst.version import __version__
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of

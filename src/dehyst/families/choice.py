@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dehyst.arrays import rank
 from dehyst.errors import DehystError, IdentificationError
 from dehyst.families.base import Scaling
 from dehyst.families.columns import GROUPS, RATE_LAGS, Columns, Pace, columns_of
@@ -39,7 +40,6 @@ from dehyst.families.table import Sum
 from dehyst.families.training import Training
 from dehyst.identification.families import HIGH_GAIN
 from dehyst.models.arrays import Array
-from dehyst.ties import rank
 
 EVERY = tuple(range(BLOCKS))
 LEFT = (*EVERY, BLOCKS - 2)  # blocks that a score predicts, and what is seen for it, after everything

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
@@ -26,7 +26,6 @@ from dehyst.identification.procedure import DIRECT, Prepared, prepared
 from dehyst.identification.scores import parts
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.threads import single_blas
-from dehyst.ties import rank
 
 BLOCKS = 10  # of the held-out part, for the noise of a difference
 SIGMAS = 2.0

@@ -17,7 +17,7 @@ from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
 from dehyst.families.registry import family, title_of
 from dehyst.families.training import Training, steps_of, training_of
-from dehyst.grades import ENDINGS, Grade
+from dehyst.findings import ENDINGS, Grade
 from dehyst.identification.cautions import POOR_PERCENT
 from dehyst.identification.data import DataSet, Piece, range_over
 from dehyst.identification.fit import Fit, Score

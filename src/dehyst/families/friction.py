@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 import dehyst._native as _native
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.curve import FLOOR, rising_polynomials, slopes, values
@@ -19,7 +19,6 @@ from dehyst.families.inversion import FARTHEST
 from dehyst.families.training import Training
 from dehyst.identification.least_squares import triangle
 from dehyst.models.arrays import parameter_array
-from dehyst.ties import rank
 
 M = TypeVar("M", bound="Mixable")
 

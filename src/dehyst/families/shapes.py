@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.families.base import STARTS, Scaling
 from dehyst.families.friction import Mixable, Mixer, best_start
 from dehyst.families.training import Training
-from dehyst.ties import rank
 
 F = TypeVar("F", bound=Mixable)
 Maker = Callable[[Sequence[Array], Scaling, str], F]  # shapes, scaling and start -> a model of these elements

@@ -8,11 +8,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from dehyst.arrays import Array, Mask
+from dehyst.arrays import Array, Mask, rank
 from dehyst.data.recording import Recording
 from dehyst.families.base import LoopModel, Scaling
 from dehyst.identification.data import DataSet
-from dehyst.ties import rank
 
 M = TypeVar("M", bound=LoopModel)
 

@@ -16,11 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 import dehyst._native as _native
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.errors import IdentificationError
 from dehyst.families.training import Training
 from dehyst.families.triangle import neighbours, on_diagonal
-from dehyst.ties import rank
 
 BLOCKS = 16
 SMOOTHING = (0.03, 0.1, 0.3, 1.0, 3.0)  # weight of a difference of masses against a sample's residual, scaled

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import dehyst._native as _native
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.build import build_model
@@ -38,7 +38,6 @@ from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.threads import in_parallel, single_blas
 from dehyst.models import HysteresisModel, ModelCard
 from dehyst.models.arrays import parameter_number
-from dehyst.ties import rank
 
 
 @dataclass(frozen=True, slots=True)

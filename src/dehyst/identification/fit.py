@@ -13,8 +13,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array, Mask
 from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
-from dehyst.findings import Finding
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Finding, Grade, grade_of
 from dehyst.identification.evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.identification.residual import Residual, residual_structure

@@ -9,8 +9,7 @@ from dehyst.arrays import Array
 from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ParameterError
-from dehyst.findings import Finding
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Finding, Grade, grade_of
 from dehyst.identification.cautions import POOR_PERCENT, of_range
 from dehyst.identification.data import DataSet, prepare, range_over
 from dehyst.identification.fit import Fit

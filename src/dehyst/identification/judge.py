@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dehyst.arrays import rank
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification import facts
@@ -10,7 +11,6 @@ from dehyst.identification.data import DataSet
 from dehyst.identification.families import STATIC
 from dehyst.identification.fit import Certificate, LoopFacts, Score
 from dehyst.identification.measures import Measured
-from dehyst.ties import rank
 
 GOOD_PERCENT = 3.0
 # Findings that keep a small error from being called good.

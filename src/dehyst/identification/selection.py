@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.identification.data import DataSet, extremes
 from dehyst.identification.families import FAMILIES, STATIC, Estimate, Regularisation, gain_of, is_high
 from dehyst.identification.fit import Candidate
@@ -25,7 +25,6 @@ from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.static_curve import fit_static, held_out_errors
 from dehyst.identification.threads import in_parallel
-from dehyst.ties import rank
 
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000

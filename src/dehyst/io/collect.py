@@ -14,8 +14,8 @@ from dehyst.findings import Finding
 from dehyst.io.clocks import TIME_WORDS, is_clock
 from dehyst.io.streams import labels_of, numbers_of
 from dehyst.io.table import Table, require_columns
+from dehyst.shell import visible
 from dehyst.units import canonical, parse_unit, words
-from dehyst.visible import visible
 
 MAX_COLUMNS = 4000
 MAX_WIDTH = 64  # a wider matrix is a picture or a point cloud, not signals

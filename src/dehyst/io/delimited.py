@@ -31,8 +31,8 @@ from dehyst.io.table import (
 )
 from dehyst.io.text import Text, expand, open_text
 from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
+from dehyst.shell import visible
 from dehyst.units import parse_unit
-from dehyst.visible import visible
 
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out

@@ -18,7 +18,7 @@ from dehyst.io.collect import MAX_WIDTH, Collector
 from dehyst.io.foreign import guard, refuse_bomb
 from dehyst.io.streams import HEAD_ROWS, Column, Piece, Source, numbers_of
 from dehyst.io.table import Table
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 
 def read_npz(data: bytes, name: str, sha256: str) -> Table:

@@ -14,7 +14,7 @@ from dehyst.io.collect import MAX_WIDTH, Collector
 from dehyst.io.foreign import guard, optional
 from dehyst.io.streams import Piece, Source
 from dehyst.io.table import Table
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 MAX_DEPTH = 5
 BULKY = ("Image", "PointCloud", "CameraInfo", "OccupancyGrid", "Log", "ParameterEvent", "Parameter")

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 # No sensor reads this much; beyond it squares overflow and every later number is lost.
 LARGEST = 1e100

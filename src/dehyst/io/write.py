@@ -18,7 +18,7 @@ from dehyst.files import write_atomically
 from dehyst.io.cells import FORMULA, number
 from dehyst.io.foreign import muted_stderr, optional
 from dehyst.io.formats import PathLike
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 
 def format_csv(columns: Mapping[str, npt.ArrayLike], path: PathLike = "the table") -> str:

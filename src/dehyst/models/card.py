@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from dehyst.visible import visible
+from dehyst.shell import visible
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.data.loops import turning_points
 from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import DehystError, ParameterError
-from dehyst.findings import Finding
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Finding, Grade, grade_of
 from dehyst.identification.data import range_over
 from dehyst.identification.direct.data import check_given
 from dehyst.identification.fit import InputError, Score
@@ -27,7 +26,6 @@ from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
 from dehyst.monitoring.comparable import in_units_of, unexplained
-from dehyst.ties import rank
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 

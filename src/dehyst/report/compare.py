@@ -11,7 +11,7 @@ import numpy as np
 from dehyst.families.comparison import POOR, Comparison
 from dehyst.families.fitting import FamilyFit
 from dehyst.files import write_atomically
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.identification.fit import Score
 from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, path_of, says

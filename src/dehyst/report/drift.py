@@ -11,7 +11,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.files import write_atomically
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.monitoring import Drift, LogDrift
 from dehyst.monitoring.parts import Subject
 from dehyst.monitoring.words import NAMES, other_way

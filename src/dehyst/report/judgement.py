@@ -9,7 +9,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data.ranges import robust_range
-from dehyst.grades import Grade, grade_of
+from dehyst.findings import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.fit import Fit, LoopFacts, Score, word_of
 from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE

@@ -11,7 +11,7 @@ import numpy as np
 from dehyst.data.recording import Recording
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.identification.fit import Fit
 from dehyst.report.figures import Figure, all_figures
 from dehyst.report.judgement import in_words, lights, overall
@@ -20,7 +20,7 @@ from dehyst.report.svg import write_figure
 from dehyst.report.tables import key_figures, tables
 from dehyst.report.text import short
 from dehyst.shell import quoted
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 
 def write_report(

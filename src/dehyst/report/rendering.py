@@ -12,14 +12,13 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from dehyst.findings import Finding
-from dehyst.grades import Grade
+from dehyst.findings import Finding, Grade
 from dehyst.report.figures.panel import Figure
 from dehyst.report.svg import panel_svg
 from dehyst.report.tables import Table
 from dehyst.report.theme import FONT_STACK, variables
+from dehyst.shell import visible_lines as clean
 from dehyst.version import __version__
-from dehyst.visible import visible_lines as clean
 
 
 def rendered(template: str, **values: Any) -> str:

@@ -19,7 +19,7 @@ from dehyst.files import write_atomically
 from dehyst.report.figures.panel import Figure, Panel
 from dehyst.report.text import short
 from dehyst.report.theme import INK, PAPER, TOKENS, settings, style
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 # Size of a panel: two fit beside each other on a desk, one fills a phone with letters still readable. [inch]
 WIDTH, HEIGHT = 4.7, 3.55

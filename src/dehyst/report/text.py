@@ -6,7 +6,7 @@ import math
 import unicodedata
 from typing import Any
 
-from dehyst.visible import visible_lines
+from dehyst.shell import visible_lines
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ELLIPSIS = "…"

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
@@ -44,7 +44,6 @@ from dehyst.identification.threads import single_blas
 from dehyst.identification.tracking import with_table
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models.follow import follow
-from dehyst.ties import rank
 
 ROUTE = "non-negative least squares of the terms"
 LOAD, MEAN_PRESSURE = "load", "mean_pressure"

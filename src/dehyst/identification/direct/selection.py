@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.identification.direct.columns import DEGREES, Layout, Shape, fitted_rows
 from dehyst.identification.direct.data import DirectData
 from dehyst.identification.direct.program import Block, blocks_of, held_out, merged
-from dehyst.ties import rank
 
 # Blocks that rate and time are tested on, and folds that terms are chosen by, of two blocks each.
 BLOCKS, FOLDS = 10, 5

@@ -6,12 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.identification.fit import Candidate, Fit
 from dehyst.report.figures.panel import Axes, Figure, Panel, says
 from dehyst.report.text import number, short
 from dehyst.report.theme import INK, MUTED, OTHER, STATIC, TRAIN
-from dehyst.ties import rank
 
 MAXIMUM_BARS = 7
 # Bars longer than this many times the error of the chosen one are cut.

@@ -15,7 +15,7 @@ from dehyst.report.tables import Table
 from dehyst.report.text import power_of_ten, short, width
 from dehyst.report.theme import INK, Token
 from dehyst.report.thin import Window, interrupted, occupancy, thin_path, thin_series
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 # matplotlib's classes carry no types; an Axes is what a panel draws into.
 Axes = Any

@@ -10,7 +10,7 @@ from dehyst.report.text import number, plain, short
 from dehyst.robot.experiments.results import ACCEPTABLE, Reproduction
 from dehyst.robot.report.numbers import NO_HYSTERESIS, listed
 from dehyst.robot.report.words import MECHANISMS
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 # Settings with a place of their own on the page; all others are listed as they are.
 OWN = ("parameters", "sources", "changes", "versions", "command", "compensator", "compensators")

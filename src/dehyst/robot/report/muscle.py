@@ -12,7 +12,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.files import write_atomically
-from dehyst.grades import Grade
+from dehyst.findings import Grade
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
 from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.svg import write_picture

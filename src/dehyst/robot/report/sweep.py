@@ -16,7 +16,7 @@ from matplotlib.figure import Figure as Canvas
 from dehyst.report.svg import paper, require_picture_name, write_drawn
 from dehyst.report.text import short
 from dehyst.report.theme import CYCLE, INK, MUTED, settings
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 TITLE = "dehyst sweep: "  # by which a picture is known that may be drawn anew
 WIDTH, HEIGHT = 3.3, 2.3  # of one panel [inch]

@@ -19,7 +19,7 @@ from dehyst.robot.report.numbers import (
     trial_name,
     trials_of,
 )
-from dehyst.visible import visible_lines as clean
+from dehyst.shell import visible_lines as clean
 
 # Symbol -> name, meaning.
 MEASURES = {
