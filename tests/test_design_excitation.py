@@ -12,7 +12,7 @@ from dehyst.design.drift_motion import CYCLES
 from dehyst.design.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
 from dehyst.design.separability import OCTAVES, columns, lags
 from dehyst.errors import ParameterError
-from dehyst.monitoring.cycles import cycles_of, groups_of
+from dehyst.monitoring.groups import cycles_of, groups_of
 from dehyst.monitoring.logs import MOST_GROUPS
 
 PLAN = design_excitation(-30.0, 50.0, rate=40.0, time_limit=500.0, unit="deg")

@@ -17,8 +17,9 @@ from dehyst.design.drift_motion import BLOCKS, CYCLES
 from dehyst.errors import ParameterError
 from dehyst.families.preisach import Preisach
 from dehyst.models import DirectInverse, ModelCard, SignalCard
-from dehyst.monitoring import cycles as cutting
-from dehyst.monitoring import design, statistics, testing
+from dehyst.monitoring import groups as grouping
+from dehyst.monitoring import parts as taken
+from dehyst.monitoring import testing
 from dehyst.monitoring.logs import MOST_GROUPS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
@@ -610,10 +611,10 @@ def test_cycles_are_counted_whatever_noise_unevenness_and_scale(count, noise, un
     sizes = 1.0 + uneven * random.uniform(-1.0, 1.0, count + 2)
     phase = np.arange((count + 2) * 40) / 40.0
     x = scale * (sizes[phase.astype(int)] * np.cos(2 * np.pi * phase) + noise * random.standard_normal(phase.size))
-    found = cutting.cycles_of(x, [slice(0, x.size)], float(x.min()), float(x.max()))
+    found = grouping.cycles_of(x, [slice(0, x.size)], float(x.min()), float(x.max()))
     assert count - 1 <= len(found) <= count + 1
     assert all(a.end == b.begin for a, b in itertools.pairwise(found))
-    groups = cutting.groups_of(found, 6)
+    groups = grouping.groups_of(found, 6)
     assert sum(map(len, groups)) == len(found) and len(groups) <= 6
 
 
@@ -623,10 +624,10 @@ def test_the_test_of_groups_is_students(monkeypatch):
 
     values = np.random.default_rng(0).normal(0.4, 1.0, 9)
     other = np.random.default_rng(1).normal(0.0, 1.0, 7)
-    found = statistics.contrast(values)
+    found = grouping.contrast(values)
     assert found.p_value(0.0) == pytest.approx(stats.ttest_1samp(values, 0.0).pvalue)
     assert found.interval(0.95) == pytest.approx(stats.ttest_1samp(values, 0.0).confidence_interval(0.95))
-    two = statistics.contrast(values, other)
+    two = grouping.contrast(values, other)
     assert two.estimate / two.error == pytest.approx(stats.ttest_ind(values, other, equal_var=False).statistic)
     assert two.freedom == 6 <= stats.ttest_ind(values, other, equal_var=False).df
 
@@ -636,7 +637,7 @@ def test_intervals_of_slopes_hold_the_truth_as_often_as_they_say():
     k = np.arange(60.0)
     for _ in range(100):
         noise = np.convolve(random.standard_normal(64), [1.0, 0.6, 0.3, 0.2, 0.1], "valid")
-        _, low, high = statistics.trend(k, 0.02 * k + noise, 0.95)
+        _, low, high = grouping.trend(k, 0.02 * k + noise, 0.95)
         held += low <= 0.02 <= high
     assert held >= 88
 
@@ -652,7 +653,7 @@ def estimates(draw, groups):
     rest, counted = (np.array(draw(st.lists(sizes, min_size=groups, max_size=groups))) for _ in range(2))
     motion = np.full(groups, 1.0)
     scales = np.array([draw(st.floats(1e-3, 30.0)) for _ in parts])
-    return design.Estimates(parts, 0.02 * values, rest, counted, None, counted, scales, motion)
+    return taken.Estimates(parts, 0.02 * values, rest, counted, None, counted, scales, motion)
 
 
 @pytest.mark.slow
@@ -665,7 +666,7 @@ def test_a_log_in_which_the_error_doubled_is_never_called_unchanged(data, groups
     before = float(np.sqrt(np.mean(then.counted**2)))
     error = now.counted * 2.0 * grown * before / float(np.sqrt(np.mean(now.counted**2)))
     now = dataclasses.replace(now, error=error, counted=error)
-    scale = design.Scale((0.0, 1.0), (0.0, 50.0), None)  # percent of range
+    scale = taken.Scale((0.0, 1.0), (0.0, 50.0), None)  # percent of range
     rule = testing.Rule(0.001, None, before)
     changes = testing.changes_of(now, then if referred else None, alike, scale, rule, "deg")
     size = float(np.sqrt(np.mean(error**2)))

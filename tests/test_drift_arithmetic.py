@@ -9,12 +9,11 @@ from scipy import stats
 
 import dehyst
 from dehyst.models import ModelCard, SignalCard
-from dehyst.monitoring import acceptance, comparable, design, limits, logs, scoring, testing, words
-from dehyst.monitoring.cycles import Cycle, cycles_of, groups_of
-from dehyst.monitoring.design import Estimates, Measured, Scale
-from dehyst.monitoring.parts import Prediction, Subject, memoryless
+from dehyst.monitoring import logs, procedure, result, testing
+from dehyst.monitoring import parts as taken
+from dehyst.monitoring.groups import Contrast, Cycle, contrast, cycles_of, groups_of, quantile, rms, trend
+from dehyst.monitoring.parts import Estimates, Measured, Prediction, Scale, Subject, memoryless
 from dehyst.monitoring.result import Blocks, Change, LogDrift
-from dehyst.monitoring.statistics import Contrast, contrast, quantile, rms, trend
 
 SCALE = Scale((0.0, 1.0), (2.0, 5.0), 4.0)
 
@@ -105,7 +104,7 @@ def measured():
     loop = response - 5.0 * x
     record = dehyst.Recording(input=x, output=response, time=0.1 * np.arange(x.size))
     prediction = Prediction(response, loop, x)
-    columns = design.columns_of(record, x, prediction, SCALE)
+    columns = taken.columns_of(record, x, prediction, SCALE)
     cycles = cycles_of(x, [slice(0, x.size)], -1.0, 1.0)
     later = np.arange(x.size) >= cycles[6].begin
     error = 0.2 + 0.03 * columns["gain"] - 0.1 * columns["hysteresis"] + np.where(later, 0.4 * columns["bend"], 0.0)
@@ -137,7 +136,7 @@ def test_creep_is_the_drive_less_its_lags(measured):
 def test_every_group_gives_its_parts_back_and_what_is_ignored_is_taken_out_of_the_error(measured):
     data, cycles = measured
     groups, parts = [(cycle,) for cycle in cycles], ("offset", "gain", "hysteresis", "bend")
-    found = design.estimate(data, groups, (parts,), ("offset", "bend"))
+    found = taken.estimate(data, groups, (parts,), ("offset", "bend"))
     bend = [0.0] * 6 + [0.4] * 6
     np.testing.assert_allclose(found.values, [[0.2, 0.03, -0.1, b] for b in bend], atol=1e-9)
     assert np.max(found.rest) < 1e-9
@@ -156,7 +155,7 @@ def test_every_group_gives_its_parts_back_and_what_is_ignored_is_taken_out_of_th
 def test_parts_fitted_in_turn_leave_the_rest_to_the_next(measured):
     data, cycles = measured
     steps = (("offset", "gain"), ("hysteresis",))
-    found = design.estimate(data, [cycles], steps)
+    found = taken.estimate(data, [cycles], steps)
     place = slice(cycles[0].begin, cycles[-1].end)
     matrix = np.column_stack([data.columns[p][place] for p in steps[0]])
     first = np.linalg.lstsq(matrix, data.error[place], rcond=None)[0]
@@ -170,9 +169,9 @@ def test_parts_fitted_in_turn_leave_the_rest_to_the_next(measured):
 def test_a_part_that_another_one_equals_is_dropped_and_one_that_is_apart_is_kept(measured):
     data, cycles = measured
     groups = groups_of(cycles, 12)
-    assert design.distinct_parts(data, groups, ("offset", "gain", "hysteresis")) == ("offset", "gain", "hysteresis")
+    assert taken.distinct_parts(data, groups, ("offset", "gain", "hysteresis")) == ("offset", "gain", "hysteresis")
     data.columns["viscous"] = data.columns["gain"] + 1e-3 * data.columns["bend"]
-    kept = design.distinct_parts(data, groups, ("offset", "gain", "hysteresis", "viscous"))
+    kept = taken.distinct_parts(data, groups, ("offset", "gain", "hysteresis", "viscous"))
     del data.columns["viscous"]
     assert kept == ("offset", "gain", "hysteresis")
 
@@ -324,20 +323,20 @@ def test_what_is_ignored_never_counts_and_needs_no_power():
     ],
 )  # fmt: skip
 def test_a_range_is_covered_from_80_percent_to_10_beyond(low, high, words):
-    why = comparable.uncovered(np.array([low, 0.5 * (low + high), high]), SignalCard("p", "bar", -1.0, 1.0))
+    why = logs.uncovered(np.array([low, 0.5 * (low + high), high]), SignalCard("p", "bar", -1.0, 1.0))
     assert (words in why) if words else not why
-    assert not comparable.uncovered(np.array([0.0, 9.0]), SignalCard("p", "bar", None, None))
+    assert not logs.uncovered(np.array([0.0, 9.0]), SignalCard("p", "bar", None, None))
 
 
 def test_four_groups_are_enough_and_half_of_the_variance_must_be_explained():
     cycle = Cycle(0, 1, 1.0)
-    assert not comparable.too_few([(cycle,)] * 4, [cycle] * 4)
-    assert "3 complete cycles whose" in comparable.too_few([(cycle,)] * 3, [cycle] * 3)
-    assert "1 complete cycle whose" in comparable.too_few([(cycle,)], [cycle])
+    assert not logs.too_few([(cycle,)] * 4, [cycle] * 4)
+    assert "3 complete cycles whose" in logs.too_few([(cycle,)] * 3, [cycle] * 3)
+    assert "1 complete cycle whose" in logs.too_few([(cycle,)], [cycle])
     response = np.array([1.0, -1.0, 1.0, -1.0])
-    assert not comparable.unexplained(np.full(4, np.sqrt(0.49)), response)
-    assert "explains 40 %" in comparable.unexplained(np.full(4, np.sqrt(0.6)), response)
-    assert "explains 0 %" in comparable.unexplained(np.ones(4), np.zeros(4))
+    assert not logs.unexplained(np.full(4, np.sqrt(0.49)), response)
+    assert "explains 40 %" in logs.unexplained(np.full(4, np.sqrt(0.6)), response)
+    assert "explains 0 %" in logs.unexplained(np.ones(4), np.zeros(4))
 
 
 # --- opening and limits -------------------------------------------------------------------------------------
@@ -365,7 +364,7 @@ def carded(provenance, low=-1.0, high=3.0):
     ],
 )  # fmt: skip
 def test_the_models_own_error_is_the_held_out_one_of_its_card(provenance, wanted):
-    assert limits.own_error(carded(provenance)) == wanted
+    assert logs.own_error(carded(provenance)) == wanted
 
 
 def log_of(x, t=None, begin=0, reference=(), name="log"):
@@ -387,9 +386,9 @@ def test_motions_are_alike_within_15_percent_of_size_and_a_factor_of_one_and_a_h
     x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
     known = log_of(x, 0.1 * np.arange(x.size), reference=True, name="new")
     findings = []
-    assert limits.moved_alike(log_of(size * x, step * np.arange(x.size)), known, findings) == alike
+    assert logs.moved_alike(log_of(size * x, step * np.arange(x.size)), known, findings) == alike
     assert [words in finding.message for finding in findings] == ([] if alike else [True])
-    assert not limits.moved_alike(log_of(size * x), logs.Log(known.record, ""), [])
+    assert not logs.moved_alike(log_of(size * x), logs.Log(known.record, ""), [])
 
 
 def test_scale_and_motion_are_those_of_the_card_and_the_period_that_of_the_cycles():
@@ -429,7 +428,7 @@ def test_the_share_that_a_model_was_fitted_to_is_found_by_checksum_and_rows(sett
 
 def test_percents_are_of_the_ranges():
     found = Estimates((), np.zeros((2, 0)), *(np.array([0.3, 0.4]),) * 2, np.array([0.1, 0.3]), *(np.ones(2),) * 3)
-    error, inverse = scoring.percents(found, SCALE)
+    error, inverse = testing.percents(found, SCALE)
     assert error == pytest.approx(100 * np.sqrt(0.125) / 10.0) and inverse == pytest.approx(100 * np.sqrt(0.05) / 2.0)
 
 
@@ -447,36 +446,36 @@ def test_the_worst_log_decides_and_the_verdict_of_nothing_says_what_may_have_sta
         return LogDrift(None, status, "", name, 9, 9, 4.86, 3.0, changes)
 
     states = [entry(status) for status in ("reference", "unchanged", "cannot tell", "drifted")]
-    assert [words.status_of(states[: k + 1]) for k in range(4)] == [
+    assert [result.status_of_all(states[: k + 1]) for k in range(4)] == [
         "not comparable", "unchanged", "cannot tell", "drifted",
     ]  # fmt: skip
     hidden = entry(
         "cannot tell", change("gain", resolved=False, percent=8.0), change("hysteresis", resolved=False, percent=9.0),
         change("bend", resolved=False, percent=2.0), change("error", resolved=False, percent=None),
     )  # fmt: skip
-    told = words.verdict_of("cannot tell", [hidden], 2.01, "against the model", False)
+    told = result.verdict_of("cannot tell", [hidden], 2.01, "against the model", False)
     assert "a change of hysteresis size by 2 % (9 % of range) or gain by 2 % (8 % of range) may have" in told
     assert "bend" not in told and "larger by 1 % (0.5 to 1.5), it may have doubled" in told
     assert "error 4.86 % of range rms, against 2.01 % when it was identified; inverse 3 %" in told
     both = entry("drifted", change("error", drifted=True), change("gain", drifted=True))
-    found = words.verdict_of("drifted", [both], 2.01, "against the model", True)
+    found = result.verdict_of("drifted", [both], 2.01, "against the model", True)
     assert found.startswith("drifted (against the model): gain +1 % (0.5 to 1.5); error") and "forward 3 %" in found
     alone = entry("drifted", change("error", drifted=True), change("gain"))
-    assert "error of the model +1 %" in words.verdict_of("drifted", [alone], None, "a", False)
+    assert "error of the model +1 %" in result.verdict_of("drifted", [alone], None, "a", False)
     with pytest.raises(KeyError):
-        words.no_refit("drifted")
-    assert all("old model stays" in words.no_refit(s) for s in ("unchanged", "cannot tell", "not comparable"))
+        result.no_refit("drifted")
+    assert all("old model stays" in result.no_refit(s) for s in ("unchanged", "cannot tell", "not comparable"))
 
 
 def test_the_drive_is_scaled_to_its_range_for_curve_and_creep():
     x, scale = np.linspace(-1.0, 5.0, 50), Scale((2.0, 3.0), (0.0, 4.0), None)
     record = dehyst.Recording(input=x, output=x)
-    columns = design.columns_of(record, x, Prediction(x, 0.0 * x), scale)
+    columns = taken.columns_of(record, x, Prediction(x, 0.0 * x), scale)
     np.testing.assert_allclose(columns["bend"], 4.0 * np.polynomial.legendre.legval((x - 2.0) / 3.0, [0, 0, 1]))
     assert "creep" not in columns and "viscous" not in columns and "own-creep" not in columns
     timed = dehyst.Recording(input=x, output=x, time=np.arange(50.0))
     own = Prediction(x, 0.0 * x, None, np.ones(50), np.ones(50))
-    columns = design.columns_of(timed, x, own, Scale((2.0, 3.0), (0.0, 4.0), 9.0))
+    columns = taken.columns_of(timed, x, own, Scale((2.0, 3.0), (0.0, 4.0), 9.0))
     assert {"viscous", "own-creep"} <= set(columns) and "creep" not in columns
 
 
@@ -485,12 +484,12 @@ def test_creep_begins_anew_after_a_gap_and_a_long_rest_counts_as_thirty_cycles()
     xi = np.sin(0.7 * t)
     record = dehyst.Recording(input=xi, output=xi, time=t, breaks=(40,))
     alone = [dehyst.Recording(input=xi[s], output=xi[s], time=t[s]) for s in (slice(0, 40), slice(40, 80))]
-    pieces = [design._lagging(each, each.input, 9.0) for each in alone]
-    np.testing.assert_allclose(design._lagging(record, xi, 9.0), np.concatenate(pieces))
+    pieces = [taken._lagging(each, each.input, 9.0) for each in alone]
+    np.testing.assert_allclose(taken._lagging(record, xi, 9.0), np.concatenate(pieces))
     late = [
         np.where(np.arange(80) < 40, t, t + rest) for rest in (269.0, 5000.0)
     ]  # 270 s between two samples, and more
-    short, long = (design._lagging(dehyst.Recording(input=xi, output=xi, time=each), xi, 9.0) for each in late)
+    short, long = (taken._lagging(dehyst.Recording(input=xi, output=xi, time=each), xi, 9.0) for each in late)
     np.testing.assert_allclose(short, long)
 
 
@@ -520,7 +519,7 @@ def test_cycles_are_scored_one_by_one_in_percent_of_the_ranges(measured):
     data, cycles = measured
     scale = Scale((0.0, 2.0), (2.0, 5.0), 4.0)
     steps = (("offset", "gain", "hysteresis", "bend"),)
-    blocks = scoring.blocks_of(data, cycles, steps, scale, 100, cycles[:3])
+    blocks = testing.blocks_of(data, cycles, steps, scale, 100, cycles[:3])
     np.testing.assert_array_equal(blocks.cycle, 101.0 + np.arange(12))
     place = slice(cycles[4].begin, cycles[4].end)
     assert blocks.error_percent[4] == pytest.approx(100 * np.sqrt(np.mean(data.error[place] ** 2)) / 10.0)
@@ -530,11 +529,11 @@ def test_cycles_are_scored_one_by_one_in_percent_of_the_ranges(measured):
     everything = slice(cycles[0].begin, cycles[-1].end)
     effect = 100.0 * 0.4 * np.std(data.columns["bend"][everything]) / 10.0
     np.testing.assert_allclose(blocks.changes["bend"][6:], effect, rtol=1e-6)
-    trends = scoring.trends_of([entry_with(blocks), entry_with(blocks)], 0.01)
+    trends = testing.trends_of([entry_with(blocks), entry_with(blocks)], 0.01)
     assert [trend.part for trend in trends] == ["error", "offset", "gain", "hysteresis", "bend"]
-    assert trends[0].unit == "%" and scoring.trends_of([entry_with(None)], 0.01) == ()
+    assert trends[0].unit == "%" and testing.trends_of([entry_with(None)], 0.01) == ()
     steep = Blocks(np.arange(20.0), 0.5 * np.arange(20.0), None, {"gain": -0.25 * np.arange(20.0)})
-    error, gain = scoring.trends_of([entry_with(steep)], 0.01)
+    error, gain = testing.trends_of([entry_with(steep)], 0.01)
     assert (error.slope, gain.slope) == pytest.approx((50.0, -25.0)) and error.clear and gain.clear
     assert (error.low, error.high) == pytest.approx((50.0, 50.0))
 
@@ -605,17 +604,17 @@ def test_what_limits_the_judgement_is_said_where_something_was_tested(measured, 
     findings = []
     subject = Subject.of(carded({}, *card))
     told = ("offset", "gain", "hysteresis", "bend", "s-bend")
-    limits.say_what_limits(subject, [log] if tested else [], told, before, 2.0, SCALE, findings)
+    logs.say_what_limits(subject, [log] if tested else [], told, before, 2.0, SCALE, findings)
     assert {finding.code for finding in findings} == codes
     if before is None and tested:
         assert "was 2 % of range" in findings[0].message
     apart = [finding.message for finding in findings if finding.code == "drift-not-told-apart"]
     assert all(message.startswith("creep cannot be told") and "no time stamps" not in message for message in apart)
     findings.clear()
-    limits.say_what_limits(subject, [log], (*told, "creep"), "known", 2.0, SCALE, findings)
+    logs.say_what_limits(subject, [log], (*told, "creep"), "known", 2.0, SCALE, findings)
     assert "drift-not-told-apart" not in {finding.code for finding in findings}
     untimed = Scale(SCALE.drive, SCALE.response, None)
-    limits.say_what_limits(subject, [log], told, "known", 2.0, untimed, findings)
+    logs.say_what_limits(subject, [log], told, "known", 2.0, untimed, findings)
     assert "(there are no time stamps)" in findings[-1].message
 
 
@@ -625,9 +624,9 @@ def test_samples_beyond_the_range_of_a_direct_inverse_are_counted(measured):
     inside[cycles[1].begin : cycles[1].begin + 7] = False
     log = logs.Log(data.record, "", cycles, (), dataclasses.replace(data, inside=inside))
     findings = []
-    limits.say_what_is_beyond(Subject.of(carded({})), log, cycles[:2], findings)
+    logs.say_what_is_beyond(Subject.of(carded({})), log, cycles[:2], findings)
     assert findings[0].message.startswith(f"7 of {cycles[1].end - cycles[0].begin} samples")
-    limits.say_what_is_beyond(Subject.of(carded({})), log, cycles[2:], findings)
+    logs.say_what_is_beyond(Subject.of(carded({})), log, cycles[2:], findings)
     assert len(findings) == 1
     kept = log.measured.places(cycles[:2])
     assert kept.size == cycles[1].end - cycles[0].begin - 7 and not np.isin(cycles[1].begin, kept)
@@ -663,20 +662,20 @@ def test_a_card_whose_range_is_a_point_or_half_unknown_covers_nothing_to_speak_o
     x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
     for low, high in ((1.0, 1.0), (None, 1.0), (1.0, None)):
         card = SignalCard("x", "bar", low, high)
-        assert comparable.uncovered(x, card) == ""
+        assert logs.uncovered(x, card) == ""
         assert logs.scale_of(Subject.of(carded({}, low, high)), [log_of(x)], None).drive == (0.0, 1.0)
     findings = []
     subject = Subject.of(carded({}, None, 3.0))
-    limits.say_what_limits(subject, [log_of(x)], design.PARTS, None, None, SCALE, findings)
+    logs.say_what_limits(subject, [log_of(x)], taken.PARTS, None, None, SCALE, findings)
     assert "drift-no-range" in [finding.code for finding in findings]
-    apart = comparable.uncovered(np.array([7.0, 8.0]), SignalCard("p", "bar", 0.0, 1.0))
+    apart = logs.uncovered(np.array([7.0, 8.0]), SignalCard("p", "bar", 0.0, 1.0))
     assert "0 % of it" in apart and "100 % of it" not in apart
 
 
 def test_a_unit_that_nobody_knows_is_the_same_unit():
     record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, input_unit="ticks", output_unit="ticks")
     card = SignalCard("x", "ticks", 0.0, 1.0)
-    found, findings, why = comparable.in_units_of(record, (card, card))
+    found, findings, why = logs.in_units_of(record, (card, card))
     assert (found is record, findings, why) == (True, [], "")
 
 
@@ -692,10 +691,10 @@ def test_loops_of_a_tenth_of_the_range_are_not_tried_where_a_fifth_are_enough():
 def test_columns_of_nothing_are_left_out_and_small_ones_are_not(measured):
     data, cycles = measured
     still = Prediction(data.prediction.response, data.prediction.loop, data.drive, viscous=np.zeros(data.drive.size))
-    assert "viscous" not in design.columns_of(data.record, data.drive, still, SCALE)
+    assert "viscous" not in taken.columns_of(data.record, data.drive, still, SCALE)
     small = dataclasses.replace(data, columns={k: 1e-3 * v for k, v in data.columns.items()})
     parts = ("offset", "gain", "hysteresis")
-    assert design.distinct_parts(small, groups_of(cycles, 12), parts) == parts
+    assert taken.distinct_parts(small, groups_of(cycles, 12), parts) == parts
 
 
 def test_pairs_need_motions_within_five_percent_whatever_their_size():
@@ -741,31 +740,31 @@ def test_trends_have_the_interval_of_the_blocks_at_the_rate_shared_by_all():
     assert trend(np.ones(40), np.arange(40.0), 0.95) is None
     assert trend(0.05 * places, values, 0.95) == pytest.approx((20.0 * slope, 20.0 * low, 20.0 * high))
     blocks = Blocks(places, values, None, {"gain": -values})
-    error, _ = scoring.trends_of([entry_with(blocks)], 0.02)
+    error, _ = testing.trends_of([entry_with(blocks)], 0.02)
     assert error.high == pytest.approx(100.0 * trend(places, values, 0.99)[2])
 
 
 def test_a_reference_without_time_stamps_has_no_speed_that_could_be_another():
     x = zigzag([0.0, *[1.0, -1.0] * 8, 0.0], 20)
     timed, free = log_of(x, 0.1 * np.arange(x.size)), log_of(x, reference=True)
-    assert limits.moved_alike(timed, free, []) and limits.moved_alike(log_of(x), dataclasses.replace(free), [])
+    assert logs.moved_alike(timed, free, []) and logs.moved_alike(log_of(x), dataclasses.replace(free), [])
 
 
 def test_what_the_inverse_misses_is_in_percent_of_the_range_of_the_drive():
     found = dataclasses.replace(groups(NOW), inverse=np.full(5, 0.3))
-    assert scoring.percents(found, Scale((0.0, 3.0), (2.0, 5.0), None))[1] == pytest.approx(5.0)
+    assert testing.percents(found, Scale((0.0, 3.0), (2.0, 5.0), None))[1] == pytest.approx(5.0)
 
 
 def test_parts_that_the_model_lacks_are_kept_where_loops_tell_them_apart(measured):
     data, cycles = measured
     parts = ("offset", "gain", "bend")
-    assert design.distinct_parts(data, groups_of(cycles, 3), parts) == parts
+    assert taken.distinct_parts(data, groups_of(cycles, 3), parts) == parts
 
 
 def test_a_gain_that_too_few_cycles_confirm_is_told_with_what_to_log():
     pairs = np.array([[1.0, 0.5], [9.0, 3.0], [0.4, 0.4], [0.5, 0.6]])
-    decision = acceptance._decide(None, pairs, Scale((0.0, 1.0), (0.0, 1.0), None))
-    assert not decision.accepted and decision.p_value > acceptance.LEVEL
+    decision = procedure._decide(None, pairs, Scale((0.0, 1.0), (0.0, 1.0), None))
+    assert not decision.accepted and decision.p_value > procedure.LEVEL
     assert "dehyst design --for drift" in decision.reason
-    worse = acceptance._decide(None, pairs[:, ::-1], Scale((0.0, 1.0), (0.0, 1.0), None))
+    worse = procedure._decide(None, pairs[:, ::-1], Scale((0.0, 1.0), (0.0, 1.0), None))
     assert not worse.accepted and "design" not in worse.reason

@@ -22,8 +22,8 @@ from dehyst.files import write_atomically
 from dehyst.findings import Grade, grade_of
 from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
-from dehyst.monitoring.parts import Subject
-from dehyst.monitoring.words import NAMES, other_way
+from dehyst.monitoring.parts import NAMES, Subject
+from dehyst.monitoring.result import other_way
 from dehyst.shell import quoted
 
 STATUS = {

@@ -25,7 +25,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
-from dehyst.monitoring.comparable import in_units_of, unexplained
+from dehyst.monitoring.logs import in_units_of, unexplained
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 

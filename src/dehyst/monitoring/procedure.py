@@ -4,38 +4,177 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
-from dehyst.errors import ParameterError
+from dehyst.errors import DehystError, ParameterError
+from dehyst.families import identify
 from dehyst.findings import Finding
 from dehyst.identification.direct.data import check_given
+from dehyst.identification.direct.procedure import identify_direct
+from dehyst.identification.fit import Fit
 from dehyst.identification.mending import mended
-from dehyst.models import Model
+from dehyst.identification.plays import identify as identify_plays
+from dehyst.identification.settings import AUTO
+from dehyst.identification.split import end_of
+from dehyst.models import Model, ModelCard
 from dehyst.models.arrays import parameter_number
-from dehyst.monitoring import comparable, design, testing, words
-from dehyst.monitoring.acceptance import accept
-from dehyst.monitoring.cycles import groups_of
-from dehyst.monitoring.design import Estimates, Scale
-from dehyst.monitoring.limits import moved_alike, own_error, say_what_is_beyond, say_what_limits
+from dehyst.models.storage import model_to_dict
+from dehyst.monitoring.groups import contrast, groups_of, rms, samples_of
 from dehyst.monitoring.logs import (
     MOST_GROUPS,
     Log,
     motion_of,
+    moved_alike,
     now_of,
     opened,
+    own_error,
     reference_log,
+    say_what_is_beyond,
+    say_what_limits,
     scale_of,
+    unexplained,
     with_model,
 )
-from dehyst.monitoring.parts import Subject
-from dehyst.monitoring.result import DRIFTED, NOT_COMPARABLE, Acceptance, Change, Drift, LogDrift
-from dehyst.monitoring.scoring import blocks_of, percents, trends_of
-from dehyst.monitoring.statistics import rms
+from dehyst.monitoring.parts import (
+    DIRECT,
+    ELEMENTS,
+    ERROR,
+    PARTS,
+    REST,
+    Estimates,
+    Parted,
+    Scale,
+    Subject,
+    distinct_parts,
+    estimate,
+    predict,
+    steps_of,
+)
+from dehyst.monitoring.result import (
+    DRIFTED,
+    NOT_COMPARABLE,
+    Acceptance,
+    Change,
+    Drift,
+    LogDrift,
+    no_refit,
+    status_of_all,
+    verdict_of,
+)
+from dehyst.monitoring.testing import Rule, blocks_of, changes_of, percents, status_of, trends_of
+
+# Share of each log that the new model is fitted to.
+FITTED = 0.5
+# Probability of accepting a model that is no better, and the gain without which a change is not worth it.
+LEVEL, WORTH = 0.01, 0.1
+MOST_PAIRS, FEWEST_PAIRS = 16, 4
+OPERATORS, EPS = 100, 0.001
+CUMULATIVE = ("pi", "pi-cumulative")
+# What of a card's provenance tells how good the model is, on cycles that were held out.
+JUDGED = ("test", "inverse", "verdict")
+
+
+def accept(subject: Subject, logs: Sequence[Log], scale: Scale) -> Acceptance:
+    """Identify the family of a model anew on the first half of each log and compare both on the other half.
+
+    What is accepted is identified once more, from the whole of each log; what it is worth was told by the half.
+
+    Both models run over the logs in the same way, from a past of their whole range. Their errors are squared, averaged
+    over groups of held-out cycles and compared group by group.
+    """
+    if not logs:
+        return Acceptance(False, "no log is comparable, so nothing was identified; the old model stays")
+    try:
+        fit = _identified(subject.model, logs, FITTED)
+        pairs = _pairs(Subject.of(fit.model), logs)
+    except DehystError as fault:
+        return Acceptance(False, f"no new model could be identified; the old one stays ({fault})")
+    if len(pairs) < FEWEST_PAIRS:
+        return Acceptance(
+            False,
+            f"only {len(pairs)} cycles are held out, {FEWEST_PAIRS} are needed to compare two models; the old one "
+            f"stays. Log more cycles.",
+            fit.model,
+            groups=len(pairs),
+        )
+    decision = _decide(fit.model, np.array(pairs), scale)
+    if not decision.accepted:
+        return decision
+    try:
+        whole = _identified(subject.model, logs, 1.0).model
+    except DehystError as fault:
+        return replace(decision, accepted=False, reason=f"{decision.reason}, but not by all of the log ({fault})")
+    return replace(decision, model=_signed(whole, fit.model, subject.model, decision.reason))
+
+
+def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
+    """Fit the first part of each log with the settings of a model; hostile ones are refused by the identification."""
+    records = [log.record for log in logs]
+    listed = model.card.provenance.get("settings")
+    settings: dict[str, Any] = listed if isinstance(listed, dict) else {}
+    if model.core == DIRECT:
+        known_signals = [name for name in model.needs if name in ("load", "mean_pressure")]
+        signals: dict[str, Any] = {name: [log.given[name] for log in logs] for name in known_signals}
+        times = settings.get("creep_times") or None
+        return identify_direct(records, creep_times=times, train_fraction=share, **signals)
+    if model.core == ELEMENTS:
+        return identify(records, model.family, train_fraction=share)
+    family = model.card.provenance.get("identified_family")
+    kinds = {"pi": CUMULATIVE, "sheared-pi": CUMULATIVE}.get(model.family, (model.family,))
+    known = family if isinstance(family, str) and family in kinds else kinds[0]
+    n, eps = settings.get("n", OPERATORS), settings.get("eps", EPS)
+    if settings.get("eps_by") or (known == "pi" and settings.get("family", known) != "pi"):
+        eps = AUTO  # chosen again; the bound of a family that `auto` chose is relative, and that of "pi" is not
+    limit = settings.get("max_inverse_gain")
+    bound = {"eps": eps} if limit is None else {"max_inverse_gain": limit}  # which sets eps
+    return identify_plays(records, known, n=n, train_fraction=share, shear=model.shear, **bound)
+
+
+def _pairs(renewed: Subject, logs: Sequence[Log]) -> list[tuple[float, float]]:
+    """Mean squared errors of the old and the new model in each group of held-out cycles."""
+    found = []
+    share = max(1, MOST_PAIRS // len(logs))
+    for log in logs:
+        split = end_of(len(log.record), FITTED)
+        held = [cycle for cycle in log.cycles if cycle.begin >= split]
+        if log.measured is None or not held:
+            continue
+        missed = log.measured.response - predict(renewed, log.record, log.given).response
+        for group in groups_of(held, share):
+            place = samples_of(group)
+            found.append((float(np.mean(log.measured.error[place] ** 2)), float(np.mean(missed[place] ** 2))))
+    return found
+
+
+def _decide(new_model: Parted, pairs: Array, scale: Scale) -> Acceptance:
+    tested = contrast((pairs[:, 0] - pairs[:, 1]) / max(float(np.max(pairs)), 1e-300))  # of any size
+    old, new = (100.0 * float(np.sqrt(np.mean(pairs[:, k]))) / scale.span for k in (0, 1))
+    p_value = tested.p_value(0.0, sided=1)
+    better = p_value < LEVEL and new < (1.0 - WORTH) * old
+    numbers = (
+        f"on {len(pairs)} groups of held-out cycles the new model errs by {new:.3g} % of range rms and the old one by "
+        f"{old:.3g} % (p = {p_value:.2g})"
+    )
+    rule = f"accepted are gains of more than {100 * WORTH:g} % with p < {LEVEL:g}"
+    if new < (1.0 - WORTH) * old:
+        rule += ". So few cycles, or so different ones, do not confirm it: log more (dehyst design --for drift)"
+    reason = f"{numbers}: the new model is accepted" if better else f"{numbers}: the old model stays; {rule}"
+    return Acceptance(better, reason, new_model, old, new, p_value, len(pairs))
+
+
+def _signed(new: Parted, judged: Parted, old: Parted, reason: str) -> Parted:
+    """The new model, with what its family was judged by, what it replaces and why in its provenance."""
+    provenance = dict(new.card.provenance)
+    provenance |= {key: judged.card.provenance[key] for key in JUDGED if key in provenance}
+    provenance["replaces"] = {"sha256": model_to_dict(old)["sha256"], "reason": reason}
+    card: ModelCard = replace(new.card, provenance=provenance)
+    return new.with_card(card)
+
 
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
 Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None
@@ -128,10 +267,10 @@ def drift(
         )
     if least is not None and not 0.0 <= parameter_number(least, "least") <= 100.0:
         raise ParameterError(f"least = {least:g} must lie between 0 and 100, percent of range.", least=least)
-    unknown = [part for part in ignore if part not in (*design.PARTS, design.REST)]
+    unknown = [part for part in ignore if part not in (*PARTS, REST)]
     if unknown or isinstance(ignore, str):
         raise ParameterError(
-            f"ignore = {ignore!r} names no part; parts are {', '.join((*design.PARTS, design.REST))}. "
+            f"ignore = {ignore!r} names no part; parts are {', '.join((*PARTS, REST))}. "
             f"Write ignore=['offset'], or --ignore offset."
         )
     findings: list[Finding] = []
@@ -187,23 +326,23 @@ def _judge(
     told = tuple(part for step in steps for part in step)
     before = None
     if known is not None and known.measured is not None:
-        before = design.estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps, ignore)
+        before = estimate(known.measured, groups_of(known.reference, MOST_GROUPS), steps, ignore)
     tested = [log for log in logs if not log.why_not and log.cycles]
     own = own_error(subject.model) if before is None else 100.0 * rms(before.error) / scale.span
     # A rest that may grow makes the error grow.
-    ignored = (*ignore, design.ERROR) if design.REST in ignore else ignore
-    rule = testing.Rule(rate / max(1, len(tested) * (len(told) + 2)), least, own, ignored)
+    ignored = (*ignore, ERROR) if REST in ignore else ignore
+    rule = Rule(rate / max(1, len(tested) * (len(told) + 2)), least, own, ignored)
     entries, first = [], 0
     for log in logs:
         entries.append(_entry(subject, log, known, before, steps, scale, rule, first, findings))
         first += len(log.cycles) + len(log.reference)
     say_what_limits(subject, tested, told, before, own, scale, findings)
-    status = words.status_of(entries)
+    status = status_of_all(entries)
     named = None if known is None or before is None else known.record.name
     against = "against the model" if named is None else f"against {named}"
     result = Drift(
         status=status,
-        verdict=words.verdict_of(status, entries, own, against, subject.backward),
+        verdict=verdict_of(status, entries, own, against, subject.backward),
         model=subject.model,
         logs=tuple(entries),
         identified_percent=own,
@@ -216,7 +355,7 @@ def _judge(
     if not refit:
         return result
     if status != DRIFTED:
-        return replace(result, acceptance=Acceptance(False, words.no_refit(status)))
+        return replace(result, acceptance=Acceptance(False, no_refit(status)))
     since = next(k for k, entry in enumerate(entries) if entry.status == DRIFTED)
     chosen = [log for log in logs[since:] if not log.why_not and log.cycles]
     decision = accept(subject, chosen, scale)
@@ -229,12 +368,12 @@ def _steps(logs: Sequence[Log], known: Log | None) -> Steps:
     everything = [(log.measured, now_of(log.cycles)) for log in logs if log.cycles]
     if known is not None:
         everything.append((known.measured, known.reference))
-    steps = design.steps_of(design.PARTS, known is not None)
+    steps = steps_of(PARTS, known is not None)
     for measured, cycles in everything:
         if measured is not None and cycles:
             groups = groups_of(cycles, MOST_GROUPS)
             offered = [[part for part in step if part in measured.columns] for step in steps]
-            steps = tuple(design.distinct_parts(measured, groups, step) for step in offered)
+            steps = tuple(distinct_parts(measured, groups, step) for step in offered)
     return steps
 
 
@@ -243,9 +382,9 @@ def _explained(log: Log, steps: Steps) -> Log:
     if log.measured is None or not log.cycles:
         return log
     groups = groups_of(now_of(log.cycles), MOST_GROUPS)
-    found = design.estimate(log.measured, groups, steps)
+    found = estimate(log.measured, groups, steps)
     places = np.concatenate([np.arange(cycle.begin, cycle.end) for group in groups for cycle in group])
-    return replace(log, why_not=comparable.unexplained(found.rest, log.measured.response[places]))
+    return replace(log, why_not=unexplained(found.rest, log.measured.response[places]))
 
 
 def _entry(
@@ -255,7 +394,7 @@ def _entry(
     before: Estimates | None,
     steps: Steps,
     scale: Scale,
-    rule: testing.Rule,
+    rule: Rule,
     first: int,
     findings: list[Finding],
 ) -> LogDrift:
@@ -267,17 +406,17 @@ def _entry(
     shown = (tested or everything)[-SHOWN_CYCLES:]
     where = shown[0].begin, shown[-1].end
     if not tested:
-        now = design.estimate(log.measured, groups_of(log.reference, MOST_GROUPS), steps)
+        now = estimate(log.measured, groups_of(log.reference, MOST_GROUPS), steps)
         return LogDrift(
             log.record, REFERENCE, "", log.record.name, len(everything), 0, *percents(now, scale), (), blocks,
             log.measured.prediction.response, where,
         )  # fmt: skip
     say_what_is_beyond(subject, log, tested, findings)
-    now = design.estimate(log.measured, groups_of(tested, MOST_GROUPS), steps, rule.ignored)
+    now = estimate(log.measured, groups_of(tested, MOST_GROUPS), steps, rule.ignored)
     alike = known is not None and moved_alike(log, known, findings)
     unit = subject.response.unit or ""
-    changes: list[Change] = testing.changes_of(now, before, alike, scale, rule, unit)
-    status = testing.status_of(changes, 100.0 * rms(now.counted) / scale.span, rule)
+    changes: list[Change] = changes_of(now, before, alike, scale, rule, unit)
+    status = status_of(changes, 100.0 * rms(now.counted) / scale.span, rule)
     return LogDrift(
         log.record, status, "", log.record.name, len(everything), len(tested), *percents(now, scale), tuple(changes),
         blocks, log.measured.prediction.response, where,

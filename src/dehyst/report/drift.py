@@ -13,8 +13,8 @@ from dehyst.arrays import Array
 from dehyst.files import write_atomically
 from dehyst.findings import Grade
 from dehyst.monitoring import Drift, LogDrift
-from dehyst.monitoring.parts import Subject
-from dehyst.monitoring.words import NAMES, other_way
+from dehyst.monitoring.parts import NAMES, Subject
+from dehyst.monitoring.result import other_way
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
 from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.tables import Table
