@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
 from dehyst.robot.iso9283 import TestCube, TestPath, circle, line, rectangle, test_path
-from dehyst.robot.iso9283.cube import PLANES
 from dehyst.robot.iso9283.curves import Blend, Circle
+from dehyst.robot.iso9283.paths import PLANES
 
 L, CENTER = 0.4, np.array([0.6, 0.1, 0.9])
 CUBE = TestCube(L, CENTER)

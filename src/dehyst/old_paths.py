@@ -14,8 +14,11 @@ MOVED = {
     **{f"dehyst.{name}": f"dehyst.data.{name}" for name in ("recording", "loops", "gaps", "outliers", "ranges")},
     **{
         f"dehyst.evaluation.{name}": f"dehyst.robot.iso9283.{name}"
-        for name in ("cube", "curves", "metrics", "paths", "sections", "slowing", "summary", "timing")
+        for name in ("curves", "metrics", "paths", "sections", "timing")
     },
+    "dehyst.evaluation.cube": "dehyst.robot.iso9283.paths",
+    "dehyst.evaluation.slowing": "dehyst.robot.iso9283.timing",
+    "dehyst.evaluation.summary": "dehyst.robot.iso9283.metrics",
     "dehyst.evaluation": "dehyst.design",
     "dehyst.identification.drift": "dehyst.monitoring",
     "dehyst.identification.evaluate": "dehyst.monitoring.evaluate",

@@ -3,42 +3,41 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
-from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from numpy.polynomial import Chebyshev
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 
 
-class Curve(Protocol):
+class Curve(ABC):
     """A curve r(s) over its arc length s, with a continuous tangent.
 
-    Curvature kappa = \\|r''\\|; its peak and the peak of its derivative bound acceleration and jerk along the curve.
+    The peaks of its curvature kappa = \\|r''\\| and of the derivative of kappa bound acceleration and jerk along it.
+
+    Attributes
+    ----------
+    length
+        Arc length. [m]
+    curvature
+        Largest curvature. [1/m]
+    curvature_rate
+        Largest change of the curvature along the curve. [1/m^2]
     """
 
-    @property
-    def length(self) -> float:
-        """Arc length. [m]"""
+    length: float
+    curvature: float = 0.0
+    curvature_rate: float = 0.0
 
-    @property
-    def curvature(self) -> float:
-        """Largest curvature. [1/m]"""
-
-    @property
-    def curvature_rate(self) -> float:
-        """Largest change of the curvature along the curve. [1/m^2]"""
-
+    @abstractmethod
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Return r(s), r'(s) and r''(s), (N, 3) each, for s (N,)."""
 
 
-@dataclass(frozen=True, eq=False)
-class Straight:
+class Straight(Curve):
     """Straight line from `start` to `end`, (3,) each. [m]
 
     Examples
@@ -47,15 +46,8 @@ class Straight:
     5.0
     """
 
-    start: Array
-    end: Array
-    curvature: float = 0.0
-    curvature_rate: float = 0.0
-
-    @property
-    def length(self) -> float:
-        """Arc length. [m]"""
-        return math.dist(self.start, self.end)
+    def __init__(self, start: Array, end: Array) -> None:
+        self.start, self.end, self.length = start, end, math.dist(start, end)
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Return r(s), r'(s) and r''(s), (N, 3) each, for s (N,)."""
@@ -64,8 +56,7 @@ class Straight:
         return self.start + s[:, None] * direction, tangent, np.zeros((s.size, 3))
 
 
-@dataclass(frozen=True, eq=False)
-class Circle:
+class Circle(Curve):
     """Full circle r(s) = center + radius (u cos(s/radius) + v sin(s/radius)); u, v orthogonal unit vectors (3,).
 
     Examples
@@ -76,31 +67,16 @@ class Circle:
     ([[0.0, 2.0, 0.0]], [[-1.0, 0.0, 0.0]], [[-0.0, -0.5, -0.0]])
     """
 
-    center: Array
-    u: Array
-    v: Array
-    radius: float
-    curvature_rate: float = 0.0
-
-    @property
-    def length(self) -> float:
-        """Arc length. [m]"""
-        return 2.0 * math.pi * self.radius
-
-    @property
-    def curvature(self) -> float:
-        """Largest curvature. [1/m]"""
-        return 1.0 / self.radius
+    def __init__(self, center: Array, u: Array, v: Array, radius: float) -> None:
+        self.center, self.u, self.v, self.radius = center, u, v, radius
+        self.length, self.curvature = 2.0 * math.pi * radius, 1.0 / radius
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Return r(s), r'(s) and r''(s), (N, 3) each, for s (N,)."""
         angle = s[:, None] / self.radius
         outward = self.u * np.cos(angle) + self.v * np.sin(angle)
-        return (
-            self.center + self.radius * outward,
-            self.v * np.cos(angle) - self.u * np.sin(angle),
-            -outward / self.radius,
-        )
+        tangent = self.v * np.cos(angle) - self.u * np.sin(angle)
+        return self.center + self.radius * outward, tangent, -outward / self.radius
 
 
 @cache
@@ -116,8 +92,7 @@ def _blend_shape() -> tuple[Chebyshev, Chebyshev]:
     return x.integ(lbnd=0.0), y.integ(lbnd=0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Blend:
+class Blend(Curve):
     """Quarter turn between two legs whose curvature begins and ends at zero.
 
     The heading along a blend of length l is theta(s) = pi/4 (1 - cos(pi s/l)): the curvature pi^2/(4 l) sin(pi s/l) is
@@ -143,25 +118,11 @@ class Blend:
     True
     """
 
-    corner: Array
-    into: Array
-    out: Array
-    rounding: float
-
-    @property
-    def length(self) -> float:
-        """Arc length. [m]"""
-        return self.rounding / float(_blend_shape()[0](1.0))
-
-    @property
-    def curvature(self) -> float:
-        """Largest curvature, half way. [1/m]"""
-        return math.pi**2 / (4.0 * self.length)
-
-    @property
-    def curvature_rate(self) -> float:
-        """Largest change of the curvature along the curve, at both ends. [1/m^2]"""
-        return self.curvature * math.pi / self.length
+    def __init__(self, corner: Array, into: Array, out: Array, rounding: float) -> None:
+        self.corner, self.into, self.out, self.rounding = corner, into, out, rounding
+        self.length = rounding / float(_blend_shape()[0](1.0))
+        self.curvature = math.pi**2 / (4.0 * self.length)  # half way
+        self.curvature_rate = self.curvature * math.pi / self.length  # at both ends
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Return r(s), r'(s) and r''(s), (N, 3) each, for s (N,)."""
@@ -175,7 +136,7 @@ class Blend:
         return self.corner + self.into * along + self.out * across, tangent, kappa * normal
 
 
-class Chain:
+class Chain(Curve):
     """Curves one after the other, over the arc length of all.
 
     Parameters
@@ -199,7 +160,7 @@ class Chain:
         self.curvature = max(curve.curvature for curve in self.curves)
         self.curvature_rate = max(curve.curvature_rate for curve in self.curves)
 
-    def index(self, s: Array) -> npt.NDArray[np.int64]:
+    def index(self, s: Array) -> Rows:
         """Return which curve the arc lengths s (N,) lie on, (N,); at a joint the later one."""
         return np.searchsorted(self.ends[:-1], s, side="right").astype(np.int64)
 
@@ -207,7 +168,7 @@ class Chain:
         """Return r(s), r'(s) and r''(s), (N, 3) each, for s (N,); beyond an end the end."""
         s = np.clip(s, 0.0, self.length)
         index = self.index(s)
-        position, tangent, bend = np.empty((s.size, 3)), np.empty((s.size, 3)), np.empty((s.size, 3))
+        position, tangent, bend = np.empty((3, s.size, 3))
         for number, curve in enumerate(self.curves):
             here = index == number
             if here.any():

@@ -1,17 +1,29 @@
-"""Path figures of ISO 9283:1998, corners among them, and tracking errors. SI units; what cannot be given is NaN."""
+"""Path figures of ISO 9283:1998 (AT, RT, CR, CO, AV, RV, FV) and tracking errors of a run along a test path.
+
+Each function takes and gives SI units, and NaN for what cannot be given; `iso9283` gives all of them in mm and percent.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Mask, Rows
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.robot.iso9283.paths import Figure
 from dehyst.robot.iso9283.sections import Sections, check_run, crossings
+from dehyst.robot.iso9283.sections import sections as crossed_sections
+from dehyst.robot.iso9283.timing import Timed
+
+WORST = ("AT_mm", "RT_mm", "CR_mm", "CO_mm", "AV_percent", "RV_percent", "FV_mm_s")
+_NOT_REACHED = "no section of the figure was reached"
+_ONE_CYCLE = "needs two cycles or more"
+_NO_CORNERS = "the figure has no corners, or none was rounded"
+_WHY = {"RT_mm": _ONE_CYCLE, "RV_percent": _ONE_CYCLE, "CR_mm": _NO_CORNERS, "CO_mm": _NO_CORNERS}
 
 
 class VelocityFigures(NamedTuple):
@@ -31,13 +43,9 @@ class ErrorSummary(NamedTuple):
 
 
 def path_accuracy(sections: Sections) -> float:
-    """Return the path accuracy AT = max_i |mean_j x_ij - x_ci|. [m]
+    """Return the path accuracy AT = max_i |mean_j x_ij - x_ci| (ISO 9283:1998, 8.2). [m]
 
     A section counts with the cycles that reached it, NaN if none was reached.
-
-    References
-    ----------
-    ISO 9283:1998, 8.2.
 
     Examples
     --------
@@ -49,19 +57,16 @@ def path_accuracy(sections: Sections) -> float:
     """
     kept, reached = _reached(sections, 1)
     if not kept.any():
-        return float("nan")
+        return math.nan
     mean = np.nansum(sections.attained[:, kept], axis=0) / reached[kept, None]
     return float(np.linalg.norm(mean - sections.command[kept], axis=1).max())
 
 
 def path_repeatability(sections: Sections) -> float:
-    """Return the path repeatability RT = max_i (mean_j l_ij + 3 S_i), l_ij = |x_ij - mean_j x_ij|. [m]
+    """Return the path repeatability RT = max_i (mean_j l_ij + 3 S_i) (ISO 9283:1998, 8.3). [m]
 
-    S_i is the standard deviation of l_ij over the cycles (n - 1). NaN if no section was reached by two cycles.
-
-    References
-    ----------
-    ISO 9283:1998, 8.3.
+    l_ij = |x_ij - mean_j x_ij|, and S_i is their standard deviation over the cycles (n - 1). NaN if no section was
+    reached by two cycles.
 
     Examples
     --------
@@ -73,7 +78,7 @@ def path_repeatability(sections: Sections) -> float:
     """
     kept, reached = _reached(sections, 2)
     if not kept.any():
-        return float("nan")
+        return math.nan
     x, n = sections.attained[:, kept], reached[kept]
     distance = np.linalg.norm(x - np.nansum(x, axis=0) / n[:, None], axis=2)
     mean = np.nansum(distance, axis=0) / n
@@ -81,7 +86,7 @@ def path_repeatability(sections: Sections) -> float:
     return float((mean + 3.0 * deviation).max())
 
 
-def _reached(sections: Sections, least: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.int64]]:
+def _reached(sections: Sections, least: int) -> tuple[Mask, Rows]:
     """Return which sections at least so many cycles reached, (m,), and how many did, (m,)."""
     reached = np.isfinite(sections.speed).sum(axis=0)
     return reached >= least, reached
@@ -90,7 +95,7 @@ def _reached(sections: Sections, least: int) -> tuple[npt.NDArray[np.bool_], npt
 def path_velocity(
     sections: Sections, command_speed: float, steady: Sequence[tuple[float, float]] | None = None
 ) -> VelocityFigures:
-    """Return the path velocity figures, of the sections where the command runs at its command speed.
+    """Return the path velocity figures, of the sections where the command runs at its command speed (ISO 9283, 8.6).
 
     With v_j = mean_i v_ij: AV = 100 (mean_j v_j - v_c)/v_c, RV = 100 (3 S_v)/v_c with S_v the standard deviation of the
     v_j (n - 1), FV = max_j (max_i v_ij - min_i v_ij).
@@ -109,10 +114,6 @@ def path_velocity(
     VelocityFigures
         NaN where there is nothing to measure; RV needs two cycles.
 
-    References
-    ----------
-    ISO 9283:1998, 8.6.
-
     Examples
     --------
     >>> speed = np.array([[0.9, 1.1], [1.0, 1.2]])  # mean speeds 1.0 and 1.1, S_v = 0.1/sqrt(2)
@@ -128,11 +129,11 @@ def path_velocity(
     speed = sections.speed[:, inside]
     speed = speed[np.isfinite(speed).any(axis=1)] if speed.size else speed[:0]
     if not speed.size:
-        return VelocityFigures(*3 * [float("nan")])
+        return VelocityFigures(math.nan, math.nan, math.nan)
     mean = np.nanmean(speed, axis=1)
     return VelocityFigures(
         100.0 * float(mean.mean() - command_speed) / command_speed,
-        300.0 * float(mean.std(ddof=1)) / command_speed if mean.size > 1 else float("nan"),
+        300.0 * float(mean.std(ddof=1)) / command_speed if mean.size > 1 else math.nan,
         float((np.nanmax(speed, axis=1) - np.nanmin(speed, axis=1)).max()),
     )
 
@@ -180,7 +181,7 @@ class CorneringFigures(NamedTuple):
 def cornering_deviation(
     figure: Figure, time: npt.ArrayLike, position: npt.ArrayLike, cycle: npt.ArrayLike
 ) -> CorneringFigures:
-    """Return the cornering deviations against the ideal sharp corners.
+    """Return the cornering deviations against the ideal sharp corners (ISO 9283:1998, 8.5).
 
     For a corner c between a leg along u_1 and a leg along u_2, and the part of the run from a section on the one to a
     section on the other (their middles; half way to the corner on the first and the last leg):
@@ -189,8 +190,8 @@ def cornering_deviation(
     - overshoot CO = max_t of the distance from the second leg's line where the run is past it, (x - c) u_1 > 0; zero if
       it never is.
 
-    Mean over the cycles that reached both sections, then the worst corner. NaN for a figure without corners, or if
-    none was rounded.
+    Mean over the cycles that reached both sections (the standard speaks of three cycles; all are used), then the worst
+    corner. NaN for a figure without corners, or if none was rounded.
 
     Parameters
     ----------
@@ -203,23 +204,19 @@ def cornering_deviation(
     cycle
         (T,) number of the cycle.
 
-    References
-    ----------
-    ISO 9283:1998, 8.5. That clause speaks of three cycles; all are used here.
-
     Examples
     --------
-    >>> from dehyst.robot.iso9283.cube import TestCube, rectangle
+    >>> from dehyst.robot.iso9283.paths import TestCube, rectangle
     >>> figure = rectangle(TestCube(0.4, [0.0, 0.0, 0.0]), 0.03)
     >>> x = figure.position(np.linspace(0.0, figure.length, 2001))
     >>> found = cornering_deviation(figure, np.arange(2001.0), x, np.zeros(2001))
     >>> round(found.rounding_error, 4), found.overshoot < 1e-12
     (0.0096, True)
     """
-    t, x, n = check_run(time, position, cycle)
-    del t
+    _, x, n = check_run(time, position, cycle)
+    none = CorneringFigures(math.nan, math.nan)
     if not len(figure.corners):
-        return CorneringFigures(float("nan"), float("nan"))
+        return none
     bounds = _windows(figure)
     tangent = figure.tangent(bounds)
     numbers = np.unique(n)
@@ -235,9 +232,8 @@ def cornering_deviation(
             overshoot[row, k] = _overshoot(near, tangent[k], tangent[k + 1])
     rounded = np.isfinite(rounding).any(axis=0)
     if not rounded.any():
-        return CorneringFigures(float("nan"), float("nan"))
-    worst = [float(np.nanmean(values[:, rounded], axis=0).max()) for values in (rounding, overshoot)]
-    return CorneringFigures(*worst)
+        return none
+    return CorneringFigures(*(float(np.nanmean(values[:, rounded], axis=0).max()) for values in (rounding, overshoot)))
 
 
 def _windows(figure: Figure) -> Array:
@@ -261,3 +257,117 @@ def _overshoot(points: Array, into: Array, out: Array) -> float:
     if not len(past):
         return 0.0
     return float(np.linalg.norm(past - (past @ out)[:, None] * out, axis=1).max())
+
+
+def iso9283(
+    timing: Timed,
+    time: npt.ArrayLike,
+    position: npt.ArrayLike,
+    cycle: npt.ArrayLike | None = None,
+    figure: npt.ArrayLike | None = None,
+) -> dict[str, Any]:
+    """Evaluate a run along a timed test path by ISO 9283:1998, 8.2 to 8.6.
+
+    Parameters
+    ----------
+    timing
+        The command.
+    time
+        (T,) from the start of the first cycle, increasing. [s]
+    position
+        (T, 3) attained points. [m]
+    cycle, figure
+        (T,) number of the cycle and index of the figure (-1 on a transfer); None to take them from the timing.
+
+    Returns
+    -------
+    dict
+        ``AT_mm``, ``RT_mm``, ``CR_mm``, ``CO_mm``, ``AV_percent``, ``RV_percent``, ``FV_mm_s``: of the worst figure
+        (AV: the one farthest from zero). ``tracking_rms_mm``, ``tracking_max_mm``, ``tracking_p95_mm``: time-matched,
+        over the whole run, transfers and rests included. ``cycles``; ``sections_missed``, the share of crossings that
+        did not happen. ``figures``: the same for each figure by its name, with its ``command_speed_mm_s`` and
+        ``share_at_command_speed``. What cannot be given is None, and ``reasons`` says why.
+
+    Examples
+    --------
+    >>> from dehyst.robot.iso9283.paths import TestCube, test_path
+    >>> from dehyst.robot.iso9283.timing import timed
+    >>> motion = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
+    >>> t = np.arange(0.0, 2.0 * motion.duration, 0.01)
+    >>> late = motion.position(t - 0.1)  # on the path, but a tenth of a second late
+    >>> found = iso9283(motion, t, late)
+    >>> found["AT_mm"] < 0.1, round(found["tracking_max_mm"], 6)
+    (True, 25.0)
+    """
+    try:
+        t, x, _ = check_run(time, position, np.zeros(np.shape(time), dtype=np.int64))
+        cycles = timing.cycle(t) if cycle is None else np.asarray(cycle, dtype=np.int64)
+        index = timing.figure(t) if figure is None else np.asarray(figure, dtype=np.int64)
+    except (TypeError, ValueError) as fault:
+        if isinstance(fault, RecordingError):
+            raise
+        raise RecordingError(f"time, position, cycle and figure must be arrays of numbers ({fault}).") from None
+    check_run(t, x, cycles)
+    if index.shape != t.shape:
+        raise RecordingError(f"figure has shape {index.shape}, time {t.shape}; pass one index a sample.")
+    error = tracking_error(timing.position(t), x)
+    each = {
+        path_figure.name: _one_figure(timing, number, t, x, cycles, error, index == number)
+        for number, path_figure in enumerate(timing.path.figures)
+    }
+    found: dict[str, Any] = {key: _worst([values[key] for values in each.values()]) for key in WORST}
+    found |= _tracking(error)
+    found["cycles"] = int(np.unique(cycles[index >= 0]).size)
+    found["sections_missed"] = float(np.mean([values["sections_missed"] for values in each.values()]))
+    found["reasons"] = {
+        key: "; ".join(sorted({values["reasons"][key] for values in each.values() if key in values["reasons"]}))
+        for key in WORST
+        if found[key] is None
+    }
+    found["figures"] = each
+    return found
+
+
+def _one_figure(
+    timing: Timed, number: int, t: Array, x: Array, cycle: Rows, error: Array, here: Mask
+) -> dict[str, Any]:
+    """Figures of one figure of the path; None for what cannot be given, with the reasons."""
+    figure, speed = timing.path.figures[number], timing.command_speed(number)
+    values: dict[str, Any] = dict.fromkeys(WORST) | dict.fromkeys(_tracking(np.zeros(1)))
+    values |= {
+        "command_speed_mm_s": 1e3 * speed,
+        "share_at_command_speed": timing.share_at_command_speed(number),
+        "sections_missed": 1.0,
+        "reasons": dict.fromkeys(WORST, _NOT_REACHED),
+    }
+    if here.sum() < 2:
+        return values
+    run = (t[here], x[here], cycle[here])
+    crossed = crossed_sections(figure, *run)
+    velocity = path_velocity(crossed, speed, timing.steady_ranges(number))
+    corner = cornering_deviation(figure, *run)
+    measured = (
+        1e3 * path_accuracy(crossed),
+        1e3 * path_repeatability(crossed),
+        1e3 * corner.rounding_error,
+        1e3 * corner.overshoot,
+        velocity.accuracy_percent,
+        velocity.repeatability_percent,
+        1e3 * velocity.fluctuation,
+    )
+    values |= {key: None if math.isnan(value) else value for key, value in zip(WORST, measured, strict=True)}
+    values |= _tracking(error[here])
+    values["sections_missed"] = crossed.missed / crossed.speed.size
+    why = {} if crossed.missed == crossed.speed.size else _WHY
+    values["reasons"] = {key: why.get(key, _NOT_REACHED) for key in WORST if values[key] is None}
+    return values
+
+
+def _tracking(error: Array) -> dict[str, float]:
+    summary = error_summary(error)
+    return {f"tracking_{name}_mm": 1e3 * value for name, value in summary._asdict().items()}
+
+
+def _worst(values: list[float | None]) -> float | None:
+    """Return the value farthest from zero, None if there is none."""
+    return max((value for value in values if value is not None), key=abs, default=None)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.robot.iso9283.paths import Figure
 
-Indices = npt.NDArray[np.int64]
 SECTIONS = 50  # a stroke; the standard leaves the number open
 WINDOW_S = 0.02  # over which the path speed is measured, so that an encoder's steps do not look like speed
 
@@ -43,7 +42,7 @@ class Sections:
         return int(np.isnan(self.speed).sum())
 
 
-def check_run(time: npt.ArrayLike, position: npt.ArrayLike, cycle: npt.ArrayLike) -> tuple[Array, Array, Indices]:
+def check_run(time: npt.ArrayLike, position: npt.ArrayLike, cycle: npt.ArrayLike) -> tuple[Array, Array, Rows]:
     """Return time (T,), position (T, 3) and cycle (T,) as arrays, or raise RecordingError on what is wrong."""
     t, x = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     n = np.asarray(cycle)
@@ -150,7 +149,9 @@ def crossings(figure: Figure, s: Array, x: Array) -> Array:
     found = sample + weight
     points = x[sample] + weight[:, None] * (x[sample + 1] - x[sample])
     miss = np.linalg.norm(points - command[section], axis=1)
-    near = miss <= 2.0 * _distance(command, points) + figure.length / s.size
+    # a plane is crossed elsewhere too: how far the points are from the nearest of the commanded ones
+    off = np.sqrt(((points[:, None] - command[None]) ** 2).sum(axis=2).min(axis=1))
+    near = miss <= 2.0 * off + figure.length / s.size
     section, found, miss = section[near], found[near], miss[near]
     bounds = np.searchsorted(section, np.arange(s.size + 1))
     stroke = figure.chain.index(s)
@@ -160,28 +161,18 @@ def crossings(figure: Figure, s: Array, x: Array) -> Array:
     return index
 
 
-def _distance(command: Array, points: Array) -> Array:
-    """Return how far points (N, 3) are from the nearest of the commanded ones: a plane is crossed elsewhere too."""
-    return np.asarray(np.sqrt(((points[:, None] - command[None]) ** 2).sum(axis=2).min(axis=1)))
-
-
-def _order(index: Array, chosen: Indices, bounds: Indices, found: Array, miss: Array) -> None:
+def _order(index: Array, chosen: Rows, bounds: Rows, found: Array, miss: Array) -> None:
     """Choose one crossing a section of a stroke so that they follow one another, from the middle outwards."""
     reached = [i for i in chosen if bounds[i + 1] > bounds[i]]
     if not reached:
         return
     middle = min(range(len(reached)), key=lambda k: abs(reached[k] - chosen.mean()))
-    i = reached[middle]
-    span = slice(bounds[i], bounds[i + 1])
-    index[i] = now = found[span][np.argmin(miss[span])]
-    for i in reached[middle + 1 :]:
-        later = found[bounds[i] : bounds[i + 1]]
-        later = later[later >= now]
-        if later.size:
-            index[i] = now = later[0]
-    now = index[reached[middle]]
-    for i in reversed(reached[:middle]):
-        earlier = found[bounds[i] : bounds[i + 1]]
-        earlier = earlier[earlier <= now]
-        if earlier.size:
-            index[i] = now = earlier[-1]
+    first = slice(bounds[reached[middle]], bounds[reached[middle] + 1])
+    index[reached[middle]] = found[first][np.argmin(miss[first])]
+    for way, following in ((1.0, reached[middle + 1 :]), (-1.0, reached[:middle][::-1])):
+        now = index[reached[middle]]
+        for i in following:
+            ahead = found[bounds[i] : bounds[i + 1]]
+            ahead = ahead[way * ahead >= way * now]
+            if ahead.size:
+                index[i] = now = ahead[0 if way > 0 else -1]

@@ -1,20 +1,19 @@
-"""When a test path is where: jerk-limited from rest to rest, at a command speed, with rests."""
+"""Timing of a test path: jerk-limited from rest to rest at a command speed, and slowed down to given limits."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.errors import ParameterError
 from dehyst.robot.iso9283.curves import Curve
 from dehyst.robot.iso9283.paths import TestPath
-
-Indices = npt.NDArray[np.int64]
 
 
 def rest_to_rest(distance: float, speed: float, acceleration: float, jerk: float) -> tuple[Array, Array]:
@@ -47,19 +46,21 @@ def rest_to_rest(distance: float, speed: float, acceleration: float, jerk: float
     [0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]
     """
     d, v, a, j = distance, speed, acceleration, jerk
-    ramp = v / a + a / j if v * j >= a * a else 2.0 * math.sqrt(v / j)
-    if v * ramp > d:  # the speed limit is not reached
+
+    def ramp(v: float) -> tuple[float, float]:
+        """T_j and T_a up to a speed."""
+        t_jerk = a / j if v * j >= a * a else math.sqrt(v / j)
+        return t_jerk, v / a + t_jerk if v * j >= a * a else 2.0 * t_jerk
+
+    if v * ramp(v)[1] > d:  # the speed limit is not reached
         if d * j * j >= 2.0 * a**3:
             v = 0.5 * a * (math.sqrt((a / j) ** 2 + 4.0 * d / a) - a / j)
         else:
             v = float(np.cbrt(0.25 * d * d * j))  # v = j T_j^2, D = 2 j T_j^3
-    t_jerk = a / j if v * j >= a * a else math.sqrt(v / j)
-    ramp = v / a + t_jerk if v * j >= a * a else 2.0 * t_jerk
-    constant, cruise = max(ramp - 2.0 * t_jerk, 0.0), max(d / v - ramp, 0.0)
-    return (
-        np.array([t_jerk, constant, t_jerk, cruise, t_jerk, constant, t_jerk]),
-        np.array([j, 0.0, -j, 0.0, -j, 0.0, j]),
-    )
+    t_jerk, t_ramp = ramp(v)
+    constant, cruise = max(t_ramp - 2.0 * t_jerk, 0.0), max(d / v - t_ramp, 0.0)
+    duration = np.array([t_jerk, constant, t_jerk, cruise, t_jerk, constant, t_jerk])
+    return duration, np.array([j, 0.0, -j, 0.0, -j, 0.0, j])
 
 
 def leg_limits(curve: Curve, speed: float, acceleration: float, jerk: float) -> tuple[float, float, float]:
@@ -141,7 +142,7 @@ class Timed:
     speed: Array
     acceleration: Array
     jerk: Array
-    leg: Indices
+    leg: Rows
     cycle_time: float
 
     @property
@@ -155,7 +156,7 @@ class Timed:
             raise ParameterError(f"a time factor of {factor} is no motion; pass a positive one, such as 10.")
         return replace(self, factor=self.factor * factor)
 
-    def _phase(self, t: npt.ArrayLike) -> tuple[Indices, Array]:
+    def _phase(self, t: npt.ArrayLike) -> tuple[Rows, Array]:
         """Return the phase of each time and the time in it, at factor 1."""
         tau = np.mod(np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor, self.cycle_time)
         phase = np.searchsorted(self.start, tau, side="right").astype(np.int64) - 1
@@ -172,7 +173,7 @@ class Timed:
             j / f**3,
         )
 
-    def on_leg(self, t: npt.ArrayLike) -> Indices:
+    def on_leg(self, t: npt.ArrayLike) -> Rows:
         """Return the index of the leg at times t (T,); the rest after a leg belongs to it."""
         return self.leg[self._phase(t)[0]]
 
@@ -187,12 +188,11 @@ class Timed:
         v, a = motion.speed[:, None], motion.acceleration[:, None]
         return position, tangent * v, tangent * a + bend * v**2
 
-    def figure(self, t: npt.ArrayLike) -> Indices:
+    def figure(self, t: npt.ArrayLike) -> Rows:
         """Return the index of the figure at times t (T,), -1 on a transfer; the rest after a figure belongs to it."""
-        of_leg = np.array([leg.figure for leg in self.path.legs], dtype=np.int64)
-        return of_leg[self.on_leg(t)]
+        return self.path.figure_of_leg[self.on_leg(t)]
 
-    def cycle(self, t: npt.ArrayLike) -> Indices:
+    def cycle(self, t: npt.ArrayLike) -> Rows:
         """Return the number of the cycle at times t (T,), from 0."""
         elapsed = np.maximum(np.atleast_1d(np.asarray(t, dtype=np.float64)), 0.0) / self.factor
         return np.floor_divide(elapsed, self.cycle_time).astype(np.int64)
@@ -244,7 +244,7 @@ def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: 
 
     Examples
     --------
-    >>> from dehyst.robot.iso9283.cube import TestCube, test_path
+    >>> from dehyst.robot.iso9283.paths import TestCube, test_path
     >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
     >>> slow = fast.slower(10.0)
     >>> bool(np.allclose(slow.position([50.0]), fast.position([5.0])))
@@ -256,22 +256,13 @@ def timed(path: TestPath, speed: float, acceleration: float, jerk: float, rest: 
     if not (math.isfinite(rest) and rest >= 0):
         raise ParameterError(f"rest = {rest} s; pass zero or more.")
     limits = [leg_limits(leg.curve, speed, acceleration, jerk) for leg in path.legs]
-    starts = path.chain.starts
-    phases = [_leg_phases(k, leg.curve.length, *limits[k], rest, float(starts[k])) for k, leg in enumerate(path.legs)]
+    starts = path.chain.starts.tolist()
+    phases = [_leg_phases(k, leg.curve.length, *limits[k], rest, starts[k]) for k, leg in enumerate(path.legs)]
     table = np.concatenate([rows for rows, _ in phases])
     ends = np.cumsum(table[:, 0])
-    return Timed(
-        path=path,
-        factor=factor,
-        steady=tuple(steady for _, steady in phases),
-        start=np.concatenate(([0.0], ends[:-1])),
-        s=table[:, 1],
-        speed=table[:, 2],
-        acceleration=table[:, 3],
-        jerk=table[:, 4],
-        leg=table[:, 5].astype(np.int64),
-        cycle_time=float(ends[-1]),
-    )
+    start, steady = np.concatenate(([0.0], ends[:-1])), tuple(steady for _, steady in phases)
+    _, s, v, a, j, leg = table.T
+    return Timed(path, factor, steady, start, s, v, a, j, leg.astype(np.int64), float(ends[-1]))
 
 
 def _leg_phases(
@@ -290,3 +281,89 @@ def _leg_phases(
     peak = rows[3][2]
     start, stop = rows[3][1] - origin, rows[4][1] - origin
     return np.array([row for row in rows if row[0] > 0.0]), Steady(leg, float(peak), float(start), float(stop))
+
+
+def slow_down_to(
+    motion: Timed,
+    utilisation: Callable[[Timed], float],
+    tolerance: float = 0.01,
+    largest: float = 100.0,
+) -> Timed:
+    """Slow a motion down just enough for its limits.
+
+    Finds the smallest factor f >= 1 at which the utilisation is at most 1, to within `tolerance` of f: a bracket is
+    divided where the model u = c + d/f^2 through its ends (static load and inertia) says, every third time in the
+    middle. The factor returned has been evaluated and keeps the limits.
+
+    Parameters
+    ----------
+    motion
+        The motion as fast as wanted.
+    utilisation
+        Largest use of a limit by a motion: required pressure over the largest pressure, valve flow over the largest
+        flow. It must fall as the motion gets slower.
+    tolerance
+        Relative width of the bracket at which to stop.
+    largest
+        Largest factor to try.
+
+    Returns
+    -------
+    Timed
+        `motion` itself, or a slower one.
+
+    Raises
+    ------
+    ParameterError
+        If the limits are broken even at the largest factor: then it is the load, not the speed. If the utilisation is
+        not a finite number.
+
+    Examples
+    --------
+    >>> from dehyst.robot.iso9283.paths import TestCube, test_path
+    >>> fast = timed(test_path(TestCube(0.4, [0.6, 0.0, 0.9]), 0.03), 0.25, 2.0, 40.0, rest=1.0)
+    >>> slower = slow_down_to(fast, lambda motion: 0.5 + 2.0 / motion.factor**2)
+    >>> 2.0 <= slower.factor <= 2.02
+    True
+    """
+
+    def use(factor: float) -> float:
+        value = float(utilisation(motion.slower(factor)))
+        if not math.isfinite(value):
+            raise ParameterError(f"the utilisation at {factor:g} times the duration is {value}; it must be a number.")
+        return value
+
+    low, use_low = 1.0, use(1.0)
+    if use_low <= 1.0:
+        return motion
+    high = min(1.2 * math.sqrt(use_low), largest)
+    use_high = use(high)
+    while use_high > 1.0:
+        if high >= largest:
+            raise ParameterError(
+                f"the path breaks the limits by a factor of {use_high:.3g} even at {largest:g} times the duration, so "
+                f"it is the load and the posture, not the speed. Move the test cube, make it smaller, or lower the "
+                f"payload.",
+                utilisation=use_high,
+            )
+        low, use_low, high = high, use_high, min(2.0 * high, largest)
+        use_high = use(high)
+    nudge, tries = 1.0 + 0.4 * tolerance, 0
+    while high > low * (1.0 + tolerance):
+        tries += 1
+        factor = _inertial_guess(low, use_low, high, use_high) * nudge
+        if tries % 3 == 0 or not low < factor < high:  # whatever the model is worth, the bracket shrinks
+            factor = math.sqrt(low * high)
+        value = use(factor)
+        if value <= 1.0:
+            high, use_high, nudge = factor, value, 1.0 - 0.4 * tolerance
+        else:
+            low, use_low, nudge = factor, value, 1.0 + 0.4 * tolerance
+    return motion.slower(high)
+
+
+def _inertial_guess(low: float, use_low: float, high: float, use_high: float) -> float:
+    """Return f with u(f) = 1 for u = c + d/f^2 through both ends of the bracket."""
+    x_low, x_high = low**-2.0, high**-2.0
+    x = x_high + (1.0 - use_high) * (x_low - x_high) / (use_low - use_high)  # use_low > 1 >= use_high
+    return math.sqrt(1.0 / x)
