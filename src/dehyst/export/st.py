@@ -16,7 +16,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.export.c import scales, with_warning
 from dehyst.export.checks import Check
-from dehyst.export.iec.lexer import LONGEST_NAME, RESERVED
+from dehyst.export.names import type_name
 from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import INPUT_LIMIT, function_block
 from dehyst.export.plc.direct import direct_function_block
@@ -163,34 +163,3 @@ def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[
         signals["excerpt of your log"] = subject.excerpt
     name, real = block_name(subject), REAL[subject.real]
     return check_forms(folder, name, real, ports_of(subject), signals, tolerances(subject))
-
-
-_LONGEST_ENDING = len("_Example")
-
-
-def type_name(name: str, taken: set[str]) -> str:
-    """Return the name of the function block's type: the C identifier in the writing of PLC programmers.
-
-    Parameters
-    ----------
-    name
-        C identifier: small letters, digits, single underscores.
-    taken
-        Names of variables inside the units, in small letters; case does not count in Structured Text.
-
-    Returns
-    -------
-    name
-        Short enough that the names of example and test program fit the 32 characters of older tools, and no word that
-        IEC 61131-3 or a vendor keeps for itself.
-
-    Examples
-    --------
-    >>> type_name("elbow_inverse", set()), type_name("limit", set())
-    ('ElbowInverse', 'LimitBlock')
-    """
-    word = "".join(part[0].upper() + part[1:] for part in name.split("_") if part)
-    word = word[: LONGEST_NAME - _LONGEST_ENDING]
-    if word.upper() in RESERVED or word.lower() in taken:
-        word = word[: LONGEST_NAME - _LONGEST_ENDING - len("Block")] + "Block"
-    return word

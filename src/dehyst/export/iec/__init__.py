@@ -1,11 +1,185 @@
-"""Own checker of the Structured Text that dehyst writes: parse, check types, run with IEEE arithmetic.
+"""Checker of the Structured Text that dehyst exports: parse it, check its types, run it with IEEE arithmetic.
 
 It knows the subset of IEC 61131-3 that the exported function blocks use and refuses everything else. It is no PLC: what
 it shows is that the text is well formed, that types agree, that no index leaves its array and no integer its range, and
 that the arithmetic of the text, taken literally, gives the bits of the C core.
+
+It is stricter than any compiler of a PLC: both operands of a sign have one type; constants of a real type stand alone
+on the right of ``:=`` or as initial values (inside an expression compilers disagree about their type); AND and OR
+evaluate both sides, as the standard allows, so that an index cannot hide behind a condition.
 """
 
-from dehyst.export.iec.machine import Instance, Library, RunError, load
-from dehyst.export.iec.tree import TextError
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from dehyst.errors import DehystError
+from dehyst.export.iec.parser import (
+    ELEMENTARY,
+    INTEGERS,
+    REALS,
+    TextError,
+    Unit,
+    Value,
+    Variable,
+    parse,
+    single,
+    value_of,
+)
 
 __all__ = ["Instance", "Library", "RunError", "TextError", "load"]
+
+MOST_ROUNDS = 1_000_000  # of all loops in a call
+
+
+class RunError(DehystError):
+    """The text did something that a PLC stops at: an index outside its array, an integer outside its range, no end."""
+
+
+def load(text: str) -> Library:
+    """Parse and check a text.
+
+    Parameters
+    ----------
+    text
+        Function blocks, each before its first use, and programs.
+
+    Raises
+    ------
+    TextError
+        With the line, if the text is not in the subset or breaks a rule.
+
+    Examples
+    --------
+    >>> library = load('''
+    ... FUNCTION_BLOCK Adder
+    ...   VAR_INPUT amount : DINT; END_VAR
+    ...   VAR_OUTPUT total : DINT; END_VAR
+    ...   total := total + amount;
+    ... END_FUNCTION_BLOCK''')
+    >>> adder = library.new("Adder")
+    >>> [adder.call(amount=2)["total"] for _ in range(3)]
+    [2, 4, 6]
+    """
+    units = {unit.name.lower(): unit for unit in parse(text)}
+    budget = _Budget()
+    names: dict[str, Any] = {
+        "single": single, "divide": _divide, "whole": _whole, "whole_divide": _whole_divide, "place": _place,
+        "budget": budget,
+    }  # fmt: skip
+    for name, unit in units.items():
+        space = dict(names)
+        exec(compile(unit.source, f"<{unit.name}>", "exec"), space)
+        names[f"run_{name}"] = space["run"]
+    return Library(units, {name: names[f"run_{name}"] for name in units}, budget)
+
+
+@dataclass(frozen=True)
+class Library:
+    """Checked units and their functions by their names in small letters."""
+
+    units: Mapping[str, Unit]
+    code: Mapping[str, Callable[[Any], Any]]
+    budget: _Budget
+
+    def new(self, name: str) -> Instance:
+        """Make an instance with the declared initial values."""
+        return Instance(self.units[name.lower()], self._variables(name), self.code[name.lower()], self.budget)
+
+    def _variables(self, name: str) -> SimpleNamespace:
+        return SimpleNamespace(**{f"v_{v.name.lower()}": self._initial(v) for v in self.units[name.lower()].variables})
+
+    def _initial(self, variable: Variable) -> Any:
+        type_ = variable.type
+        if type_.name not in ELEMENTARY:
+            return self._variables(type_.name)
+        zero: Value = False if type_.name == "BOOL" else 0.0 if type_.name in REALS else 0
+        values = [value_of(literal, type_.name) for literal in variable.initial]
+        if type_.bounds is None:
+            return values[0] if values else zero
+        return values or [zero] * (type_.bounds[1] - type_.bounds[0] + 1)
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One instance and its variables."""
+
+    unit: Unit
+    variables: SimpleNamespace
+    code: Callable[[Any], Any]
+    budget: _Budget
+
+    def call(self, **inputs: Value) -> dict[str, Value]:
+        """Set inputs by name, run once and return all outputs by name as declared.
+
+        Raises
+        ------
+        RunError
+            If an index leaves its array, an integer its range, or a loop does not end.
+        """
+        declared = {v.name: v for v in self.unit.variables if v.section == "VAR_INPUT"}
+        for name, value in inputs.items():
+            type_ = declared[name].type.name
+            setattr(self.variables, f"v_{name.lower()}", single(value) if type_ == "REAL" else value)
+        self.budget.left = MOST_ROUNDS
+        self.code(self.variables)
+        return {v.name: self.value(v.name) for v in self.unit.variables if v.section == "VAR_OUTPUT"}
+
+    def value(self, name: str) -> Any:
+        """Return the present value of any variable."""
+        return getattr(self.variables, f"v_{name.lower()}")
+
+
+# Arithmetic of the types. LREAL is IEEE double, REAL single; integers have a range and leave it with an error.
+
+
+def _divide(a: float, b: float) -> float:
+    """Divide as IEEE says, by zero too."""
+    if b != 0.0:
+        return a / b
+    if a == 0.0 or math.isnan(a) or math.isnan(b):
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def _whole(value: int, type_: str, line: int) -> int:
+    low, high = INTEGERS[type_]
+    if not low <= value <= high:
+        raise RunError(f"line {line}: {value} is beyond {type_}", line=line)
+    return value
+
+
+def _whole_divide(a: int, b: int, line: int) -> int:
+    """Divide integers towards zero."""
+    if b == 0:
+        raise RunError(f"line {line}: integer division by zero", line=line)
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+def _place(index: int, low: int, high: int, line: int) -> int:
+    if not low <= index <= high:
+        raise RunError(f"line {line}: index {index} is outside {low}..{high}", line=line)
+    return index - low
+
+
+class _Budget:
+    """Rounds of loops that are left in a call, all loops and blocks together: a text that does not end is stopped."""
+
+    left = MOST_ROUNDS
+
+    def count(self, values: range, line: int) -> range:
+        """Return the values of a FOR, or stop if they are too many."""
+        self.left -= max(0, (values.stop - values.start) * values.step)
+        if self.left < 0:
+            raise RunError(f"line {line}: more than {MOST_ROUNDS} rounds of loops in a call, and no end", line=line)
+        return values
+
+    def rounds(self, line: int) -> Iterator[None]:
+        """Count the rounds of a WHILE and stop one that does not end."""
+        while True:
+            self.count(range(1), line)
+            yield None

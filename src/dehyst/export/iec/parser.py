@@ -1,42 +1,199 @@
-"""Words to tree: recursive descent over declarations, statements and expressions."""
+"""Structured Text to Python: words, then recursive descent that checks types and writes a function on the way."""
 
 from __future__ import annotations
 
-from dehyst.export.iec import tree
-from dehyst.export.iec.lexer import RESERVED, words
-from dehyst.export.iec.tree import TextError, Token, Type, Unit, Variable
+import ctypes
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
+from dehyst.errors import DehystError
+from dehyst.export.names import LONGEST_NAME, RESERVED
+
+INTEGERS = {"DINT": (-(2**31), 2**31 - 1), "UDINT": (0, 2**32 - 1)}
+REALS = ("REAL", "LREAL")
+ELEMENTARY = ("BOOL", *INTEGERS, *REALS)
+AFTER_LOOP = 2**31 - 1  # of a counter behind its loop, where the standard gives it no value
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR")
 _DEEPEST = 12  # nested statements or brackets; no text of ours comes near
 _LARGEST = 1_000_000  # elements of an array
-_LEVELS = (("OR",), ("AND",), ("=", "<>", "<", ">", "<=", ">="), ("+", "-"), ("*", "/"))  # weakest first
+_COMPARED = ("=", "<>", "<", ">", "<=", ">=")
+_LEVELS = (("OR",), ("AND",), _COMPARED, ("+", "-"), ("*", "/"))  # weakest first
+_PYTHON = {"=": "==", "<>": "!=", "AND": "&", "OR": "|"}
+
+Value = float | int | bool
+
+
+class TextError(DehystError):
+    """The text is not in the subset that the checker knows, or breaks one of its rules."""
+
+    def __init__(self, message: str, line: int) -> None:
+        super().__init__(f"line {line}: {message}", line=line)
+
+
+class Token(NamedTuple):
+    """One word, number or sign as written, with its line.
+
+    The mark is that of Siemens SCL: a quote around names of blocks, # before names of variables.
+    """
+
+    kind: str  # name, real, integer, bool, sign, pragma, end
+    text: str
+    line: int
+    mark: str = ""
+
+
+@dataclass(frozen=True)
+class Type:
+    """An elementary type, an array of one with both bounds included, or the name of a function block."""
+
+    name: str
+    bounds: tuple[int, int] | None = None
+
+    def __str__(self) -> str:
+        return f"ARRAY[{self.bounds[0]}..{self.bounds[1]}] OF {self.name}" if self.bounds else self.name
+
+
+_BOOL, _DINT = Type("BOOL"), Type("DINT")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One declared variable; `initial` are the constants of its initial value, one an element."""
+
+    name: str
+    type: Type
+    section: str  # VAR_INPUT, VAR_OUTPUT, VAR, CONSTANT
+    initial: tuple[Token, ...]
+    line: int
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A FUNCTION_BLOCK or a PROGRAM: its variables, and the Python of ``def run(s)``, one call on those of s."""
+
+    kind: str
+    name: str
+    variables: tuple[Variable, ...]
+    source: str
 
 
 def parse(text: str) -> list[Unit]:
-    """Return the function blocks and programs of a text, in order.
+    """Return the function blocks and programs of a text, in order, each checked.
 
     Raises
     ------
     TextError
-        With the line, if the text is not in the subset.
+        With the line, if the text is not in the subset or breaks a rule.
     """
-    parser = _Parser(words(text))
-    units = []
-    while parser.here().kind != "end":
-        units.append(parser.unit())
+    units: dict[str, Unit] = {}
+    tokens, at = _tokens(text), 0
+    while tokens[at].kind != "end":
+        parser = _Parser(tokens, at, {name: unit for name, unit in units.items() if unit.kind == "FUNCTION_BLOCK"})
+        unit = parser.unit()
+        if unit.name.lower() in units:
+            raise TextError(f"{unit.name} is defined twice", tokens[at].line)
+        units[unit.name.lower()] = unit
+        at = parser.at
     if not units:
         raise TextError("no FUNCTION_BLOCK and no PROGRAM in the text", 1)
-    return units
+    return list(units.values())
 
 
+def value_of(literal: Token, type_: str) -> Value:
+    """Return the nearest number of a type. One of REAL is read as double first: with at most nine digits both agree."""
+    if type_ == "BOOL":
+        return literal.text == "TRUE"
+    if type_ in INTEGERS:
+        return int(literal.text)
+    return single(float(literal.text)) if type_ == "REAL" else float(literal.text)
+
+
+def single(value: float) -> float:
+    """Round a double to single precision: after one operation on singles that is the single result.
+
+    A double has more than twice the digits of a single and two, so that rounding twice rounds as once.
+    """
+    return ctypes.c_float(value).value
+
+
+_WORDS = re.compile(
+    r"""(?P<skip>\s+|\(\*.*?\*\))
+      | (?P<real>\d+\.\d+(?:[eE][+-]?\d+)?)
+      | (?P<integer>\d+(?![A-Za-z_]))
+      | (?P<name>\#?[A-Za-z_][A-Za-z0-9_]*|"[A-Za-z_][A-Za-z0-9_]*")
+      | (?P<pragma>\{[^{}]*\})
+      | (?P<sign>:=|<=|>=|<>|\.\.|[-+*/()\[\],;:=<>.])""",
+    re.VERBOSE | re.DOTALL,
+)
+
+
+def _tokens(text: str) -> list[Token]:
+    """Split a text into words without its comments, one of kind ``end`` behind them."""
+    found: list[Token] = []
+    position, line = 0, 1
+    while position < len(text):
+        match = _WORDS.match(text, position)
+        if match is None or not match.group().isascii():
+            raise TextError(f"{text[position : position + 20]!r} is no word of the language", line)
+        kind, word = str(match.lastgroup), match.group()
+        plain = word.strip('#"') if kind == "name" else word
+        if kind == "name" and len(plain) > LONGEST_NAME:
+            raise TextError(f"{plain!r} has {len(plain)} characters, older tools take {LONGEST_NAME}", line)
+        if kind == "name" and ("__" in plain or plain.startswith("_") or plain.endswith("_")):
+            raise TextError(f"{plain!r}: underscores must stand alone between letters or digits", line)
+        if kind in ("integer", "real") and len(word) > LONGEST_NAME:
+            raise TextError(f"{word[:20]}... has {len(word)} characters", line)
+        if kind != "skip":
+            found.append(Token(kind, plain, line, word[0] if plain != word else ""))
+        line += word.count("\n")
+        position = match.end()
+    return [*found, Token("end", "end of the text", line)]
+
+
+@dataclass(frozen=True)
+class _Operand:
+    """A piece of an expression: its Python, its type, and the constant if it is one, which takes the type wanted."""
+
+    code: str
+    type: Type
+    line: int
+    literal: Token | None = None
+
+    def of(self, wanted: Type, *, alone: bool = False) -> str:
+        """Return its Python where a type is wanted; `alone` on the right of ``:=``, where a real constant may stand."""
+        if self.literal is not None:
+            if wanted.name in REALS and not alone:
+                raise TextError(
+                    f"{self.literal.text}: declare it as a constant, tools disagree about its type", self.line
+                )
+            _check_literal(self.literal, wanted.name)
+            return repr(value_of(self.literal, wanted.name))
+        if self.type != wanted:
+            raise TextError(f"{wanted} expected, {self.type} found", self.line)
+        return self.code
+
+
+@dataclass
 class _Parser:
-    def __init__(self, tokens: list[Token]) -> None:
-        self.tokens = tokens
-        self.at = 0
-        self.depth = 0
-        self.scl = False  # Siemens SCL
+    """Recursive descent over one unit, which writes the body of ``def run(s)`` on the way."""
 
-    # ---- words
+    tokens: list[Token]
+    at: int
+    blocks: Mapping[str, Unit]
+    variables: dict[str, Variable] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)
+    lines: list[str] = field(default_factory=list)
+    counting: list[str] = field(default_factory=list)  # counters of the loops around
+    unit_name: str = ""
+    scl: bool = False  # Siemens SCL
+    depth: int = 0  # of nested statements and brackets
+    indent: int = 1
+    loops: int = 0
+
+    # words
 
     def here(self) -> Token:
         return self.tokens[self.at]
@@ -54,10 +211,10 @@ class _Parser:
         self.at += found
         return found
 
-    def expect(self, text: str) -> Token:
-        if not self.sees(text):
-            raise TextError(f"{text} expected, {self.here().text!r} found", self.here().line)
-        return self.take()
+    def expect(self, *texts: str) -> None:
+        for text in texts:
+            if not self.accept(text):
+                raise TextError(f"{text} expected, {self.here().text!r} found", self.here().line)
 
     def name(self, mark: str = "") -> Token:
         """Take a name; in SCL, and only there, those of blocks and variables are marked."""
@@ -75,67 +232,79 @@ class _Parser:
             raise TextError(f"a whole number expected, {token.text!r} found", token.line)
         return sign * int(token.text)
 
+    def literal(self) -> Token:
+        sign = "-" if self.accept("-") else ""
+        token = self.take()
+        if token.kind in ("integer", "real"):
+            return Token(token.kind, sign + token.text, token.line)
+        if token.text.upper() in ("TRUE", "FALSE") and not sign:
+            return Token("bool", token.text.upper(), token.line)
+        raise TextError(f"a constant expected, {token.text!r} found", token.line)
+
     def deeper(self) -> None:
         self.depth += 1
         if self.depth > _DEEPEST:
             raise TextError(f"nested more than {_DEEPEST} deep", self.here().line)
 
-    # ---- declarations
+    # declarations
 
     def unit(self) -> Unit:
-        kind = self.take()
-        if kind.text.upper() not in ("FUNCTION_BLOCK", "PROGRAM"):
-            raise TextError(f"FUNCTION_BLOCK or PROGRAM expected, {kind.text!r} found", kind.line)
+        begin = self.take()
+        kind = begin.text.upper()
+        if kind not in ("FUNCTION_BLOCK", "PROGRAM"):
+            raise TextError(f"FUNCTION_BLOCK or PROGRAM expected, {begin.text!r} found", begin.line)
         self.scl = self.here().mark == '"'
-        name = self.name('"').text
+        self.unit_name = self.name('"').text
         if self.scl:
             self.at += self.here().kind == "pragma"
-            self.expect("VERSION")
-            self.expect(":")
+            self.expect("VERSION", ":")
             self.take()
-        variables: list[Variable] = []
         while self.sees(*_SECTIONS):
-            variables += self.section()
+            self.section()
         if self.scl:
             self.expect("BEGIN")
-        end = f"END_{kind.text.upper()}"
-        body = self.statements(end)
-        self.expect(end)
-        return Unit(kind.text.upper(), name, tuple(variables), body, kind.line)
+        self.statements(f"END_{kind}")
+        self.expect(f"END_{kind}")
+        for name, variable in self.variables.items():
+            if name not in self.used:
+                raise TextError(f"{variable.name} is declared and never used", variable.line)
+        return Unit(kind, self.unit_name, tuple(self.variables.values()), self.source())
 
-    def section(self) -> list[Variable]:
+    def source(self) -> str:
+        """Scalars are local to the function and written back; arrays and instances of blocks are shared."""
+        scalars = [v for v in self.variables.values() if v.type.bounds is None and v.type.name in ELEMENTARY]
+        first = [f"    v_{name} = s.v_{name}" for name in self.variables]
+        last = [f"    s.v_{v.name.lower()} = v_{v.name.lower()}" for v in scalars if v.section != "CONSTANT"]
+        return "\n".join(["def run(s):", *first, *self.lines, *last, "    return s", ""])
+
+    def section(self) -> None:
         section = self.take().text.upper()
         if section == "VAR" and self.accept("CONSTANT"):
             section = "CONSTANT"
-        found = []
         while not self.accept("END_VAR"):
             name = self.name()
             self.expect(":")
             type_ = self.type()
             initial = self.initial() if self.accept(":=") else ()
             self.expect(";")
-            found.append(Variable(name.text, type_, section, initial, name.line))
-        return found
+            self.declare(Variable(name.text, type_, section, initial, name.line))
 
     def type(self) -> Type:
         if not self.accept("ARRAY"):
-            token = self.take()
-            if token.text.upper() in tree.ELEMENTARY:
-                return Type(token.text.upper())
-            self.at -= 1
+            if self.here().text.upper() in ELEMENTARY:
+                return Type(self.take().text.upper())
             return Type(self.name('"').text)
         self.expect("[")
         low = self.integer()
         self.expect("..")
         high = self.integer()
-        self.expect("]")
-        self.expect("OF")
+        self.expect("]", "OF")
         element = self.take()
-        if element.text.upper() not in tree.ELEMENTARY or not low <= high < low + _LARGEST:
+        if element.text.upper() not in ELEMENTARY or not low <= high < low + _LARGEST:
             raise TextError(f"ARRAY[{low}..{high}] OF {element.text} is not known", element.line)
         return Type(element.text.upper(), (low, high))
 
-    def initial(self) -> tuple[tree.Literal, ...]:
+    def initial(self) -> tuple[Token, ...]:
         if not self.accept("["):
             return (self.literal(),)
         found = [self.literal()]
@@ -144,122 +313,230 @@ class _Parser:
         self.expect("]")
         return tuple(found)
 
-    def literal(self) -> tree.Literal:
-        sign = "-" if self.accept("-") else ""
-        token = self.take()
-        if token.kind in ("integer", "real"):
-            return tree.Literal(sign + token.text, token.kind, token.line)
-        if token.text.upper() in ("TRUE", "FALSE") and not sign:
-            return tree.Literal(token.text.upper(), "bool", token.line)
-        raise TextError(f"a constant expected, {token.text!r} found", token.line)
+    def declare(self, variable: Variable) -> None:
+        name, type_, line = variable.name.lower(), variable.type, variable.line
+        if name in self.variables or name in self.blocks or name == self.unit_name.lower():
+            raise TextError(f"{variable.name} is declared twice (case does not count)", line)
+        if type_.name not in ELEMENTARY and type_.name.lower() not in self.blocks:
+            raise TextError(f"{variable.name}: no type {type_.name}", line)
+        if variable.initial or variable.section == "CONSTANT":
+            count = 1 if type_.bounds is None else type_.bounds[1] - type_.bounds[0] + 1
+            if len(variable.initial) != count:
+                raise TextError(f"{variable.name}: {len(variable.initial)} initial values for {count}", line)
+            for value in variable.initial:
+                _check_literal(value, type_.name, f"{variable.name}: ")
+        self.variables[name] = variable
 
-    # ---- statements
+    def find(self, token: Token) -> Variable:
+        variable = self.variables.get(token.text.lower())
+        if variable is None:
+            raise TextError(f"{token.text} is not declared", token.line)
+        self.used.add(token.text.lower())
+        return variable
 
-    def statements(self, *ends: str) -> tuple[tree.Statement, ...]:
+    def member(self, block: str, name: str, section: str, line: int) -> Type:
+        for variable in self.blocks[block.lower()].variables:
+            if variable.name.lower() == name.lower() and variable.section == section:
+                return variable.type
+        raise TextError(f"{block} has no {section} {name}", line)
+
+    # statements
+
+    def write(self, text: str) -> None:
+        self.lines.append("    " * self.indent + text)
+
+    def statements(self, *ends: str) -> None:
         self.deeper()
-        found: list[tree.Statement] = []
+        if self.sees(*ends):
+            self.write("pass")
         while not self.sees(*ends):
             if self.here().kind == "end":
                 raise TextError(f"{' or '.join(ends)} is missing", self.here().line)
-            found.append(self.statement())
+            self.statement()
+            self.expect(";")
         self.depth -= 1
-        return tuple(found)
 
-    def statement(self) -> tree.Statement:
+    def inner(self, *ends: str) -> None:
+        self.indent += 1
+        self.statements(*ends)
+        self.indent -= 1
+
+    def loop(self, end: str) -> None:
+        self.loops += 1
+        self.inner(end)
+        self.loops -= 1
+        self.expect(end)
+
+    def statement(self) -> None:
         line = self.here().line
         if self.sees("IF"):
-            found: tree.Statement = self.condition()
+            self.condition()
         elif self.accept("FOR"):
-            found = self.count(line)
+            self.count(line)
         elif self.accept("WHILE"):
-            condition = self.expression()
+            self.write(f"for _ in budget.rounds({line}):")
+            self.write(f"    if not ({self.expression().of(_BOOL)}): break")
             self.expect("DO")
-            found = tree.While(condition, self.statements("END_WHILE"), line)
-            self.expect("END_WHILE")
+            self.loop("END_WHILE")
         elif self.accept("EXIT"):
-            found = tree.Exit(line)
+            if not self.loops:
+                raise TextError("EXIT outside a loop", line)
+            self.write("break")
         else:
-            found = self.simple(line)
-        self.expect(";")
-        return found
+            self.assignment_or_call()
 
-    def condition(self) -> tree.If:
-        line = self.here().line
-        branches = []
+    def condition(self) -> None:
+        word = "if"
         while self.accept("IF") or self.accept("ELSIF"):
-            test = self.expression()
+            self.write(f"{word} {self.expression().of(_BOOL)}:")
             self.expect("THEN")
-            branches.append((test, self.statements("ELSIF", "ELSE", "END_IF")))
-        otherwise = self.statements("END_IF") if self.accept("ELSE") else ()
+            self.inner("ELSIF", "ELSE", "END_IF")
+            word = "elif"
+        if self.accept("ELSE"):
+            self.write("else:")
+            self.inner("END_IF")
         self.expect("END_IF")
-        return tree.If(tuple(branches), otherwise, line)
 
-    def count(self, line: int) -> tree.For:
-        variable = tree.Name(self.name("#").text, line)
+    def count(self, line: int) -> None:
+        token = self.name("#")
+        variable, name = self.find(token), token.text.lower()
+        if variable.type != _DINT or variable.section != "VAR":
+            raise TextError(f"{token.text} counts a loop: it must be a DINT of VAR", line)
+        if name in self.counting:
+            raise TextError(f"{token.text} counts a loop around this one already", line)
         self.expect(":=")
-        first = self.expression()
+        first = self.expression().of(_DINT)
         self.expect("TO")
-        last = self.expression()
+        last = self.expression().of(_DINT)
         step = self.integer() if self.accept("BY") else 1
         if step not in (1, -1):
             raise TextError(f"FOR in steps of {step}: only 1 and -1 are known", line)
         self.expect("DO")
-        body = self.statements("END_FOR")
-        self.expect("END_FOR")
-        return tree.For(variable, first, last, step, body, line)
+        self.write(f"for v_{name} in budget.count(range({first}, {last} + {step}, {step}), {line}):")
+        self.counting.append(name)
+        self.loop("END_FOR")
+        self.counting.pop()
+        self.write(f"v_{name} = {AFTER_LOOP}")
 
-    def simple(self, line: int) -> tree.Statement:
-        target = self.variable()
-        if self.accept(":="):
-            return tree.Assignment(target, self.expression(), line)
+    def assignment_or_call(self) -> None:
+        token = self.here()
+        target, variable, member = self.variable()
+        if not self.accept(":="):
+            self.call(target)
+            return
+        if variable.section in ("VAR_INPUT", "CONSTANT") or member:
+            raise TextError(f"{token.text} cannot be assigned", token.line)
+        if token.text.lower() in self.counting:
+            raise TextError(f"{token.text} counts a loop and must not be assigned in it", token.line)
+        self.write(f"{target.code} = {self.expression().of(target.type, alone=True)}")
+
+    def call(self, target: _Operand) -> None:
         self.expect("(")
-        inputs: list[tuple[str, tree.Expression]] = []
+        block = target.type.name
+        if block.lower() not in self.blocks:
+            raise TextError(f"{target.code.removeprefix('v_')} is no function block", target.line)
+        inputs = 0
         while not self.accept(")"):
             if inputs:
                 self.expect(",")
-            name = self.name().text
+            token = self.name()
             self.expect(":=")
-            inputs.append((name, self.expression()))
-        return tree.Call(target, tuple(inputs), line)
+            wanted = self.member(block, token.text, "VAR_INPUT", token.line)
+            self.write(f"{target.code}.v_{token.text.lower()} = {self.expression().of(wanted, alone=True)}")
+            inputs += 1
+        self.write(f"run_{block.lower()}({target.code})")
 
-    # ---- expressions
+    # expressions
 
-    def expression(self, level: int = 0) -> tree.Expression:
+    def expression(self, level: int = 0) -> _Operand:
         if level == len(_LEVELS):
-            return self.unary()
+            self.deeper()
+            found = self.operand()
+            self.depth -= 1
+            return found
         left = self.expression(level + 1)
         while self.sees(*_LEVELS[level]):
             sign = self.take()
-            left = tree.Binary(sign.text.upper(), left, self.expression(level + 1), sign.line)
+            left = _both(left, sign.text.upper(), self.expression(level + 1), sign.line)
         return left
 
-    def unary(self) -> tree.Expression:
-        line = self.here().line
-        self.deeper()
-        found = self.operand(line)
-        self.depth -= 1
-        return found
-
-    def operand(self, line: int) -> tree.Expression:
-        if self.sees("NOT", "-"):
-            sign = self.take().text.upper()
-            if sign == "-" and self.here().kind in ("integer", "real"):
-                self.at -= 1
-                return self.literal()
-            return tree.Unary(sign, self.unary(), line)
+    def operand(self) -> _Operand:
+        here = self.here()
+        constant = here.kind in ("integer", "real") or self.sees("TRUE", "FALSE")
+        negative = self.sees("-") and self.tokens[self.at + 1].kind in ("integer", "real")
+        if constant or negative:
+            literal = self.literal()
+            return _Operand(repr(literal.text == "TRUE"), _BOOL, literal.line, literal)
+        if self.accept("NOT"):
+            return _Operand(f"(not {self.expression(len(_LEVELS)).of(_BOOL)})", _BOOL, here.line)
+        if self.accept("-"):
+            return _negated(self.expression(len(_LEVELS)), here.line)
         if self.accept("("):
             found = self.expression()
             self.expect(")")
             return found
-        if self.here().kind in ("integer", "real") or self.sees("TRUE", "FALSE"):
-            return self.literal()
-        return self.variable()
+        return self.variable()[0]
 
-    def variable(self) -> tree.Name:
+    def variable(self) -> tuple[_Operand, Variable, bool]:
+        """Return a variable, its element or an output of a block; its declaration; whether it is such an output."""
         token = self.name("#")
-        if self.accept("["):
-            index = self.expression()
+        variable = self.find(token)
+        code, type_ = f"v_{token.text.lower()}", variable.type
+        if self.accept("."):
+            if type_.name in ELEMENTARY:
+                raise TextError(f"{token.text} has no parts", token.line)
+            name = self.name().text
+            of = self.member(type_.name, name, "VAR_OUTPUT", token.line)
+            return _Operand(f"{code}.v_{name.lower()}", of, token.line), variable, True
+        if self.sees("[") == (type_.bounds is None):
+            raise TextError(f"{token.text} is {type_}", token.line)
+        if type_.bounds is not None:
+            self.expect("[")
+            index = self.expression().of(_DINT)
             self.expect("]")
-            return tree.Name(token.text, token.line, index=index)
-        member = self.name().text if self.accept(".") else None
-        return tree.Name(token.text, token.line, member=member)
+            low, high = type_.bounds
+            code, type_ = f"{code}[place({index}, {low}, {high}, {token.line})]", Type(type_.name)
+        return _Operand(code, type_, token.line), variable, False
+
+
+def _type(operand: _Operand) -> Type:
+    """The type that an operand gives to what stands beside it."""
+    if operand.literal is not None and operand.literal.kind != "bool":
+        raise TextError(f"{operand.literal.text}: nothing here gives it a type", operand.line)
+    return operand.type
+
+
+def _negated(operand: _Operand, line: int) -> _Operand:
+    type_ = _type(operand)
+    if type_.name in REALS:
+        return _Operand(f"(-{operand.code})", type_, line)
+    if type_ == _DINT:
+        return _Operand(f"whole(-{operand.code}, 'DINT', {line})", type_, line)
+    raise TextError(f"no - of {type_}", line)
+
+
+def _both(a: _Operand, sign: str, b: _Operand, line: int) -> _Operand:
+    type_ = _BOOL if sign in ("AND", "OR") else _type(b if a.literal is not None else a)
+    left, right = a.of(type_), b.of(type_)
+    plain = f"({left} {_PYTHON.get(sign, sign)} {right})"
+    if sign in ("AND", "OR"):
+        return _Operand(plain, _BOOL, line)
+    if type_.name not in (*REALS, *INTEGERS):
+        raise TextError(f"{type_} cannot be compared" if sign in _COMPARED else f"no {sign} of {type_}", line)
+    if sign in _COMPARED:
+        return _Operand(plain, _BOOL, line)
+    if type_.name in INTEGERS:
+        value = f"whole_divide({left}, {right}, {line})" if sign == "/" else plain
+        return _Operand(f"whole({value}, '{type_.name}', {line})", type_, line)
+    value = f"divide({left}, {right})" if sign == "/" else plain
+    return _Operand(value if type_.name == "LREAL" else f"single({value})", type_, line)
+
+
+def _check_literal(value: Token, type_: str, of: str = "") -> None:
+    """Refuse a constant, `of` a variable, that is not of this type, or beyond its range."""
+    kind = "real" if type_ in REALS else "integer" if type_ in INTEGERS else "bool" if type_ == "BOOL" else "none"
+    if value.kind != kind:
+        raise TextError(f"{of}{value.text} is no {type_}", value.line)
+    low, high = INTEGERS.get(type_, (0, 0))
+    if (kind == "integer" and not low <= int(value.text) <= high) or not math.isfinite(value_of(value, type_)):
+        raise TextError(f"{of}{value.text} is beyond {type_}", value.line)
