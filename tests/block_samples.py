@@ -3,7 +3,7 @@
 import numpy as np
 
 from dehyst.control import BLOCK_FLAGS, Block
-from dehyst.models.play_machine import started
+from dehyst.models.machine import started
 from oracles import random_walk
 from test_inverse import FAMILIES, make
 

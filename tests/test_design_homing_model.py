@@ -70,7 +70,7 @@ def test_a_lag_along_the_path_forgets_with_travel_and_not_with_span():
 
 
 def test_the_largest_weight_of_a_schedule_is_counted():
-    from dehyst.models.schedule import Schedule
+    from dehyst.models.direct import Schedule
 
     model = DirectInverse(
         radii=[0.3], stop_weights=[[1.0], [3.0]], polynomial=[[0.0, 1.0], [0.0, 1.0]],

@@ -15,7 +15,7 @@ from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding, Grade, doubtful, grade_of
 from dehyst.io import Signal, read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
-from dehyst.models.converted import in_units_of
+from dehyst.models.card import in_units_of
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read

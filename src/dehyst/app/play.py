@@ -31,7 +31,7 @@ from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import Model, load
-from dehyst.models.converted import in_units_of
+from dehyst.models.card import in_units_of
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a word.
 JUMP = 0.1

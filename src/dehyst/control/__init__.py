@@ -6,7 +6,7 @@ from dehyst.control.compensator import Compensator, InverseCompensator, RampedCo
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.control.storage import load_adaptation, load_controller, load_partner, save_controller
-from dehyst.models.play_machine import BlockParameters
+from dehyst.models.machine import BlockParameters
 
 __all__ = [
     "BLOCK_FLAGS",

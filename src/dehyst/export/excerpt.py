@@ -13,7 +13,7 @@ from dehyst.export.subject import MOST_EXCERPT
 from dehyst.findings import Finding
 from dehyst.io import read_signal
 from dehyst.models import SignalCard
-from dehyst.models.converted import in_units_of
+from dehyst.models.card import in_units_of
 
 LEAST_SHARE = 0.1  # of the range that an excerpt should use
 

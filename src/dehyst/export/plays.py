@@ -28,7 +28,7 @@ from dehyst.export.numbers import (
 )
 from dehyst.export.signal import Whole, test_input
 from dehyst.models import SignalCard
-from dehyst.models.reach import EPS_FLOAT, Operator
+from dehyst.models.machine import EPS_FLOAT, Operator
 
 NARROWEST = 1e-6  # share of the identified range
 

@@ -2,15 +2,11 @@
 
 from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, StackStepper, Stepper
 from dehyst.models.card import ModelCard, SignalCard
-from dehyst.models.direct import GROUPS, DirectDemand, DirectInverse, DirectRun
+from dehyst.models.direct import GROUPS, DirectDemand, DirectInverse, DirectRun, Schedule
 from dehyst.models.model import Band, Model
-from dehyst.models.modified import ModifiedPrandtlIshlinskii
-from dehyst.models.monotone import MonotoneMap
-from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
-from dehyst.models.schedule import Schedule
+from dehyst.models.monotone import ModifiedPrandtlIshlinskii, MonotoneMap, StaticCurve
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii, StopOperatorModel
 from dehyst.models.sheared import ShearedPrandtlIshlinskii, subtracted_shear
-from dehyst.models.static import StaticCurve
-from dehyst.models.stop import StopOperatorModel
 from dehyst.models.storage import load, load_model, model_from_dict, model_to_dict
 
 __all__ = [

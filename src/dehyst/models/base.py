@@ -14,9 +14,8 @@ from dehyst._native import StackStepper, Stepper
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import signal_array
-from dehyst.models.machine import Direction, Machine
+from dehyst.models.machine import Direction, Machine, play_machine
 from dehyst.models.model import Band, Model
-from dehyst.models.play_machine import play_machine
 from dehyst.models.unknown import Past, Plays, check_past, half_width, held, start_states
 
 if TYPE_CHECKING:

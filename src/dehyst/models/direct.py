@@ -18,16 +18,67 @@ from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, parameter_number, signal_array, strictly_increasing
 from dehyst.models.base import RejectedSamplesWarning
 from dehyst.models.card import NO_CARD, ModelCard, SignalCard
-from dehyst.models.direct_machine import direct_machine
-from dehyst.models.follow import BEYOND, follow
+from dehyst.models.follow import BEYOND, direct_machine, follow
 from dehyst.models.machine import Direction, Machine
 from dehyst.models.model import Band, Inverted, Model, Steps, WeightTable
-from dehyst.models.schedule import Schedule
+from dehyst.units import MASS_FACTORS
 
 NONE = np.zeros(0)
 BOUNDLESS = 1e14  # range of a signal that has none: any in Pa or counts is within, and three times it the core takes
 SHORT = 0.25  # of the largest radius: stops and paths up to there are one group, longer ones another
 GROUPS = ("short", "long", "creep", "viscous")
+OUTPUT = "output"
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A variable between two ends of whose range weights are blended: xi = (sigma - low)/(high - low) within 0..1.
+
+    Parameters
+    ----------
+    name
+        "output" for y itself, else the name of a signal from outside, for instance "mean_pressure" or "load".
+    low, high
+        Ends of its range, low < high; beyond them it is held. [unit]
+    unit
+        Of the variable, "" if unknown.
+
+    Raises
+    ------
+    ParameterError
+        If the range is empty.
+
+    Examples
+    --------
+    >>> Schedule("mean_pressure", 2.0, 4.0, "bar").outside
+    True
+    """
+
+    name: str
+    low: float
+    high: float
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        for end in ("low", "high"):
+            object.__setattr__(self, end, parameter_number(getattr(self, end), f"{end} of schedule '{self.name}'"))
+        if not self.low < self.high:
+            raise ParameterError(
+                f"schedule '{self.name}' has the range {self.low:g} to {self.high:g}: nothing can be blended over it. "
+                f"Pass low < high, or leave the schedule out."
+            )
+
+    def __str__(self) -> str:
+        """Name and, from outside, range; a mass is said to be one."""
+        if not self.outside:
+            return self.name
+        mass = " (a mass; no joint controller takes it)" if self.unit in MASS_FACTORS else ""
+        return f"{self.name} {self.low:z.4g} to {self.high:z.4g} {self.unit}".rstrip() + mass
+
+    @property
+    def outside(self) -> bool:
+        """Whether its values are given from outside."""
+        return self.name != OUTPUT
 
 
 def _none() -> Array:

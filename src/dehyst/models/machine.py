@@ -1,14 +1,24 @@
-"""What a model hands over to the core: its block for a machine, with signals, limits and the numbers it is made of."""
+"""Blocks of the core: what a model hands over to a machine, and the block of a sum of plays with its limits."""
 
 from __future__ import annotations
 
+import hashlib
+import struct
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
+import dehyst._native as _native
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
 from dehyst.models.card import SignalCard
+
+if TYPE_CHECKING:
+    from dehyst.models.base import HysteresisModel
 
 Direction: TypeAlias = Literal["inverse", "forward"]
 
@@ -73,3 +83,231 @@ def declared_range(card: SignalCard, bounds: tuple[float, float] | None) -> tupl
             high=high,
         )
     return low, high
+
+
+_NO_MAP = np.zeros(0)
+EPS = float(np.finfo(np.float64).eps)
+EPS_FLOAT = float(np.finfo(np.float32).eps)
+
+
+@dataclass(frozen=True)
+class Operator:
+    """Parameters of a model y = after(H[before(x)]) as its stepper shows them."""
+
+    thresholds: Array
+    weights: Array
+    center: float
+    offset: float
+    before_u: Array
+    before_v: Array
+    after_u: Array
+    after_v: Array
+    start: Array
+
+    def before(self, low: float, high: float) -> tuple[float, float]:
+        """Range of the argument of H while the input stays within low..high."""
+        return _mapped(self.before_u, self.before_v, low, high)
+
+    def after(self, low: float, high: float) -> tuple[float, float]:
+        """Range of the output while H stays within low..high."""
+        return _mapped(self.after_u, self.after_v, low, high)
+
+    def in_front_of_after(self, low: float, high: float) -> tuple[float, float]:
+        """Range of H for which the output stays within low..high."""
+        order = slice(None) if self.after_v.size == 0 or self.after_v[-1] > self.after_v[0] else slice(None, None, -1)
+        return _mapped(self.after_v[order], self.after_u[order], low, high)
+
+    def reached(self, low: float, high: float) -> tuple[float, float]:
+        """Smallest and largest H while the input stays within low..high, over all histories; also before the first.
+
+        Let all S_i = w_1 + ... + w_i have one sign, say S_i >= 0. Then H rises with its input from any state, so that
+        the largest value is taken at the upper end x = b of the range. There
+
+            z_i = max(b - r_i, min(z_i at the start, m + r_i))
+
+        whatever happened between, m the smallest input so far: H is piecewise linear in m, and its largest value
+        lies at one of the bends, m = z_i - r_i or m = b - 2 r_i, or at an end. So it is found by a few steps. With
+        S_i of both signs (such a model has no inverse) bounds that need not be reached are returned.
+        """
+        a, b = (x - self.center for x in self.before(low, high))
+        slopes = np.cumsum(self.weights)
+        if np.any(slopes > 0) and np.any(slopes < 0):
+            return self._bounds(a, b, slopes)
+        r, z, one_sign = self.thresholds, self.start, np.all(self.weights >= 0) or np.all(self.weights <= 0)
+        bends = np.zeros(0) if one_sign else np.concatenate([z - r, b - 2 * r])
+        down = _between(a, b, bends)[::-1]
+        up = _between(a, b, np.zeros(0) if one_sign else np.concatenate([z + r, a + 2 * r]))
+        step = _native.Stepper(r, self.weights, 0.0, self.offset, _NO_MAP, _NO_MAP, _NO_MAP, _NO_MAP, z)
+        values = [step.output]
+        for end, turns in ((b, down), (a, up)):
+            step.reset()
+            values.append(step(end))
+            for turn in turns.tolist():
+                values += [step(turn), step(end)]
+        return min(values), max(values)
+
+    def _bounds(self, a: float, b: float, slopes: Array) -> tuple[float, float]:
+        """Bounds of H from those of its states and of their differences, |z_i - z_{i+1}| <= r_{i+1} - r_i."""
+        r, z = self.thresholds, self.start
+        bottom, top = np.minimum(z, a + r), np.maximum(z, b - r)
+        w = self.weights
+        by_states = (np.minimum(w * bottom, w * top).sum(), np.maximum(w * bottom, w * top).sum())
+        cells = float(np.abs(slopes[:-1]) @ np.diff(r))
+        last = sorted((float(slopes[-1] * bottom[-1]), float(slopes[-1] * top[-1])))
+        low, high = max(by_states[0], last[0] - cells), min(by_states[1], last[1] + cells)
+        return self.offset + float(low), self.offset + float(high)
+
+    def widened(self, low: float, high: float, bottom: float, top: float, eps: float = EPS) -> tuple[float, float]:
+        """Range of the output for H within bottom .. top and inputs within low..high, and what rounding may add."""
+        more = self.rounding(low, high, eps)
+        wide = self.after(bottom - more, top + more)
+        last = max(abs(y) for y in wide) * 8 * eps if self.after_u.size else 0.0
+        return wide[0] - last, wide[1] + last
+
+    def rounding(self, low: float, high: float, eps: float = EPS) -> float:
+        """Bound of the rounding of H by a step while the input stays within low..high, eps that of the precision."""
+        r, slopes = self.thresholds, np.cumsum(self.weights)
+        states = max(abs(x - self.center) for x in self.before(low, high)) + float(r[-1] + np.max(np.abs(self.start)))
+        size = abs(self.offset) + float(np.abs(slopes[:-1]) @ np.diff(r)) + abs(float(slopes[-1])) * states
+        size += float(np.max(np.abs(slopes))) * states  # the edge cell is a difference of states
+        return 4 * (r.size + 4) * eps * size
+
+
+def _between(a: float, b: float, bends: Array) -> Array:
+    return np.unique(np.clip(np.append(bends, [a, b]), a, b))
+
+
+def _mapped(u: Array, v: Array, low: float, high: float) -> tuple[float, float]:
+    if u.size == 0:
+        return low, high
+    ends = _native.map_values(np.ascontiguousarray(u), np.ascontiguousarray(v), np.array([low, high]))
+    return float(ends.min()), float(ends.max())
+
+
+@dataclass(frozen=True, eq=False)
+class BlockParameters:
+    """Parameters of a block with the bits that are used: what an exporter prints.
+
+    Attributes
+    ----------
+    threshold, slope, loading
+        r, S_i = w_1 + ... + w_i and phi_i = sum_{j<i} S_j (r_{j+1} - r_j) of the operator H, (n,). [argument of H],
+        [output of H / argument], [output of H]
+    center, offset
+        Subtracted from the argument of H, added to its output. [argument of H], [output of H]
+    before_u, before_v, after_u, after_v
+        Breakpoints and values of the maps in front of H and behind it; of size 0 if there is none.
+    start
+        Play states after a reset, (n,). [argument of H]
+    input_low, input_high, output_low, output_high
+        Limits. [input], [output]
+    reach_low, reach_high
+        Limits of the output in front of the last map, where the input is held back; those of a forward block, which
+        never does that, are the largest numbers that are taken. [output of H]
+    line_slope, line_offset
+        Of the straight line that answers while the block is off. [output/input], [output]
+    fade
+        Share of a switching that one sample makes.
+    fingerprint
+        First 32 bits of the SHA-256 of the model: states of another one are refused.
+    """
+
+    threshold: Array
+    slope: Array
+    loading: Array
+    center: float
+    offset: float
+    before_u: Array
+    before_v: Array
+    after_u: Array
+    after_v: Array
+    start: Array
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+    reach_low: float
+    reach_high: float
+    line_slope: float
+    line_offset: float
+    fade: float
+    fingerprint: int
+
+
+def play_machine(model: HysteresisModel, direction: Direction, range: tuple[float, float] | None, ramp: int) -> Machine:
+    """Return the block of the core."""
+    low, high = declared_range(model.card.input, range)
+    operator = started(model, low, high) if direction == "inverse" else model
+    native = _native.Block(_image(model, operator, low, high, ramp))
+    p, card = _parameters(native), operator.card
+    return Machine(
+        native, p, replace(card.input, low=p.input_low, high=p.input_high),
+        replace(card.output, low=p.output_low, high=p.output_high),
+    )  # fmt: skip
+
+
+def _of(model: HysteresisModel) -> Operator:
+    return Operator(*model.stepper("dense").parameters)
+
+
+def started(model: HysteresisModel, low: float, high: float) -> HysteresisModel:
+    """Return the inverse of the model, started where an actuator is that was brought into its range."""
+    inverse = model.inverse()
+    first = inverse.stepper("dense").output
+    if low <= first <= high:
+        return inverse
+    return model.with_state(model.final_state([min(max(first, low), high)])).inverse()
+
+
+def _fingerprint(operator: Operator) -> int:
+    digest = hashlib.sha256()
+    for entry in fields(operator):
+        if entry.name != "start":  # of the model alone: a block may begin elsewhere
+            values = np.atleast_1d(np.asarray(getattr(operator, entry.name), dtype="<f8"))
+            digest.update(struct.pack("<Q", values.size) + values.tobytes())
+    return int.from_bytes(digest.digest()[:4], "big")
+
+
+def _image(
+    model: HysteresisModel, stepped: HysteresisModel, low: float, high: float, ramp: int
+) -> npt.NDArray[np.uint32]:
+    plant, operator = _of(model), _of(stepped)
+    bottom, top = plant.reached(low, high)
+    reached = plant.after(bottom, top)
+    slope, offset = _secant(model, low, high)
+    if stepped is model:
+        # Reached in exact arithmetic; what rounding adds must not be cut off. A forward block never holds its input
+        # back: the actuator did get it, and on a branch that is nearly flat the point to stop at would be anywhere.
+        limits = [low, high, *plant.widened(low, high, bottom, top), -_native.INPUT_LIMIT, _native.INPUT_LIMIT]
+    else:
+        limits = [*reached, low, high, *operator.in_front_of_after(low, high)]
+    o = operator
+    try:
+        if stepped is not model:
+            slope, offset = 1 / slope, -offset / slope
+        of_model = (o.thresholds, o.weights, o.center, o.offset, o.before_u, o.before_v, o.after_u, o.after_v, o.start)
+        image = _native.block_image(*of_model, [*limits, slope, offset, 1 / ramp], _fingerprint(operator))
+        _native.Block(image)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        raise ParameterError(
+            f"no block can be made of this model for inputs from {low:g} to {high:g}: some of its numbers is beyond "
+            f"{_native.INPUT_LIMIT:g}, or its start state is one that no input leaves. Scale its signals to a unit of "
+            f"their size, and take the state from model.final_state(x)."
+        ) from None
+    return image
+
+
+def _secant(model: HysteresisModel, low: float, high: float) -> tuple[float, float]:
+    """Slope and offset of the straight line through the ends of the model's full loop."""
+    step = model.stepper("dense")
+    _, top, bottom = step(low), step(high), step(low)
+    slope = (top - bottom) / (high - low)
+    return slope, bottom - slope * low
+
+
+def _parameters(native: _native.Block) -> BlockParameters:
+    values = native.parameters
+    for value in values.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    return BlockParameters(**values)

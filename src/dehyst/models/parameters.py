@@ -8,15 +8,11 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models.direct import DirectInverse
+from dehyst.models.direct import DirectInverse, Schedule
 from dehyst.models.model import Model
-from dehyst.models.modified import ModifiedPrandtlIshlinskii
-from dehyst.models.monotone import MonotoneMap
-from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii
-from dehyst.models.schedule import Schedule
+from dehyst.models.monotone import ModifiedPrandtlIshlinskii, MonotoneMap, StaticCurve
+from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii, StopOperatorModel
 from dehyst.models.sheared import ShearedPrandtlIshlinskii
-from dehyst.models.static import StaticCurve
-from dehyst.models.stop import StopOperatorModel
 from dehyst.models.storage import Json, number
 
 MOST_SCHEDULES = 3
