@@ -12,7 +12,8 @@ from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.models.card import SignalCard, in_units_of
+from dehyst.models.card import SignalCard
+from dehyst.models.card import in_units_of as converted
 from dehyst.monitoring.groups import Cycle, cycles_of, groups_of, samples_of
 from dehyst.monitoring.parts import (
     CREEP,
@@ -45,7 +46,7 @@ def in_units_of(record: Recording, cards: tuple[SignalCard, SignalCard]) -> tupl
     for role, card in zip(("input", "output"), cards, strict=True):
         given, unit, name = (getattr(record, entry) for entry in (role, f"{role}_unit", f"{role}_name"))
         try:
-            values, said = in_units_of(card, given, unit, f"'{name}' of {record.name}")
+            values, said = converted(card, given, unit, f"'{name}' of {record.name}")
         except UnitError:
             why = (
                 f"its {role} '{name}' is in {unit}, the model's '{card.name}' in {card.unit}: another column, or the "
