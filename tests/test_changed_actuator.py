@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 import dehyst
-from dehyst.identification.changed import changed_at
+from dehyst.identification.mending import changed_at
 
 Array = npt.NDArray[np.float64]
 N = 9600

@@ -9,32 +9,21 @@ from scipy.optimize import lsq_linear
 import dehyst
 from dehyst.errors import ExcitationError, IdentificationError, ParameterError
 from dehyst.identification import data as prepared
-from dehyst.identification import (
-    families,
-    least_squares,
-    memory,
-    mending,
-    orthogonal,
-    programs,
-    regressors,
-    scores,
-    selection,
-    split,
-)
+from dehyst.identification import families, least_squares, memory, mending, regressors, scores, selection, split
 from dehyst.identification.data import DataSet, Piece
 from dehyst.identification.families import Estimate, fit_family
-from dehyst.identification.folds import FOLD_RIDGE, Folds, blocks_of, output_knots
 from dehyst.identification.mending import mended
-from dehyst.identification.polish import polish
+from dehyst.identification.refine import polish
+from dehyst.identification.regressors import ramp_columns, sums_of
+from dehyst.identification.selection import FOLD_RIDGE, Folds, blocks_of, output_knots
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.static_curve import KNOTS, PIECES, SMOOTHING, curve_of, fit_static, held_out_errors
-from dehyst.identification.sums import ramp_columns, sums_of
 from identification_oracles import loops, plays
 
 RNG = np.random.default_rng(3)
 R = np.array([0.0, 0.2, 0.5, 0.8])
 W = np.array([0.4, 0.2, 0.3, 0.1])
-FEW = programs.Regularisation(0.03, 0.05)
+FEW = families.Regularisation(0.03, 0.05)
 MAP = np.linspace(-1.0, 1.0, 6)  # knots of a small output map
 
 
@@ -91,7 +80,7 @@ def test_sums_and_factors_are_those_of_the_fitted_rows(data, start, knots):
     assert np.allclose(sums.matrix, cells.T @ (count[:, None] * cells), rtol=0, atol=1e-10)
     assert (sums.operators, sums.matrix.shape[0]) == (4, 6 if knots is None else 11)
     assert sums.samples == pytest.approx(count.sum())
-    factor = orthogonal.reduce(data, bank, knots)
+    factor = families.reduce(data, bank, knots)
     assert np.allclose(factor.T @ factor, rows.T @ (count[:, None] * rows), rtol=0, atol=1e-10)
     wanted = sum(
         (p.split - (p.known if p.after_break or start == "unknown" else 0))
@@ -109,7 +98,7 @@ def test_a_span_of_ones_own_and_pieces_without_rows():
     own = sums_of(data, bank, span=lambda piece: slice(piece.split, piece.split + 3))
     z = np.vstack([plays(p.x, R, s)[p.split : p.split + 3] for p, s in zip(data.pieces, bank.states, strict=True)])
     assert np.allclose(own.matrix[0, 4], z[:, 3].sum()) and own.samples == 6.0
-    factor = orthogonal.reduce(data, bank, span=lambda piece: slice(piece.split, piece.split + 3))
+    factor = families.reduce(data, bank, span=lambda piece: slice(piece.split, piece.split + 3))
     assert np.allclose((factor.T @ factor)[0, 1:5], z.sum(axis=0))
     coarse = sums_of(data, bank).coarser(np.array([True, False, True, False]))
     two = Piece(data.pieces[0].x, data.pieces[0].y, 0, 0, 30, 0, False)
@@ -155,7 +144,7 @@ def test_a_program_is_the_objective_that_is_documented(family, ridge):
     knots = MAP if family == "modified-pi" else None
     rows, _ = rows_of(PLAIN, "zero", knots)
     sums = sums_of(PLAIN, regressors.make_bank(PLAIN, R, "zero"), knots)
-    made = programs.program(family, sums, 0.02, knots, FEW, ridge)
+    made = families.program(family, sums, 0.02, knots, FEW, ridge)
     z, y, count = rows[:, 1:5], rows[:, -1], len(rows)
     rng = np.random.default_rng(1)
 
@@ -199,11 +188,11 @@ def test_both_routes_reach_the_optimum_of_an_independent_solver(family, ridge, m
     basis = np.eye(4)
     basis = np.array([weights_of(family, row) for row in basis]).T  # w = basis u
     columns, target = [np.ones(count), *(rows[:, 1:5] @ basis).T], rows[:, -1]
-    lower = np.concatenate([[-np.inf], programs.lower_bounds(family, 4, eps)])
+    lower = np.concatenate([[-np.inf], families.lower_bounds(family, 4, eps)])
     system, right = np.column_stack(columns), target
     if knots is not None:
         system, right = np.column_stack([*columns, -rows[:, 5:-1]]), np.zeros(count)
-        extra, more = programs.smoothing_rows(FEW, 4, np.diff(knots))
+        extra, more = families.smoothing_rows(FEW, 4, np.diff(knots))
         system, right = np.vstack([system, np.sqrt(count) * extra]), np.concatenate([right, np.sqrt(count) * more])
         lower = np.concatenate([lower, [0.05] * 5])
     tail = np.zeros((4, system.shape[1]))
@@ -214,7 +203,7 @@ def test_both_routes_reach_the_optimum_of_an_independent_solver(family, ridge, m
     for limit, route in ((1e6, "normal equations"), (0.0, "orthogonal factors")):
         monkeypatch.setattr(families, "LARGEST_CONDITION", limit)
         found = fit_family(
-            family, sums, eps, knots, FEW, fold_ridge=ridge, triangle=lambda: orthogonal.reduce(PLAIN, bank, knots)
+            family, sums, eps, knots, FEW, fold_ridge=ridge, triangle=lambda: families.reduce(PLAIN, bank, knots)
         )
         assert found.route == route
         assert np.abs(found.parameters - best).max() < 1e-6
@@ -234,7 +223,7 @@ def test_refinement_brings_back_the_optimum_of_the_modified_model():
     bank = regressors.make_bank(PLAIN, R, "zero")
     sums = sums_of(PLAIN, bank, MAP)
     found = fit_family("modified-pi", sums, 0.02, MAP, FEW)
-    best, _ = orthogonal.solve_family("modified-pi", orthogonal.reduce(PLAIN, bank, MAP), 4, 0.02, MAP, FEW)
+    best, _ = families.solve_family("modified-pi", families.reduce(PLAIN, bank, MAP), 4, 0.02, MAP, FEW)
     off = np.concatenate([[True], found.passive[1:]])
     shaken = found.parameters + 1e-5 * np.where(off, np.random.default_rng(0).standard_normal(off.size), 0.0)
     spoiled = families.estimate_of("modified-pi", 4, shaken, 0.0, found.route, 2.0, found.passive)
@@ -251,7 +240,7 @@ def test_refinement_brings_back_the_optimum_of_the_modified_model():
 
 
 def test_matrices_that_are_kept_for_the_next_program_cannot_be_changed():
-    for kept in (programs.unit_ridge("stop", 3), programs._smoothing(FEW, 3, (1.0, 1.0))):
+    for kept in (families.unit_ridge("stop", 3), families._smoothing(FEW, 3, (1.0, 1.0))):
         with pytest.raises(ValueError, match="read-only"):
             kept[0, 0] = 1.0
 

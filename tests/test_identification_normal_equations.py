@@ -9,7 +9,7 @@ import dehyst
 from dehyst._native import Gram
 from dehyst.errors import ParameterError
 from dehyst.identification import families
-from dehyst.identification.sums import NormalEquations
+from dehyst.identification.regressors import NormalEquations
 from dehyst.robot.experiments import example_recording
 from identification_oracles import loops, plays
 

@@ -173,7 +173,7 @@ def test_a_refit_is_what_identify_says(family):
 
 
 def test_a_refit_with_another_eps_looks_at_no_data_for_its_sums(monkeypatch):
-    from dehyst.identification import refit as module
+    from dehyst.identification import procedure as module
 
     fit = dehyst.identify(noisy(), "pi", n=60)
     monkeypatch.setattr(module, "sums_of", lambda *a: pytest.fail("a pass over the data"))

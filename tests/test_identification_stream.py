@@ -21,14 +21,13 @@ from dehyst.identification.data import prepare as prepare_in_memory
 from dehyst.identification.facts import branches as branches_in_memory
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.split import split_recordings
-from dehyst.identification.stream import spool as spools
+from dehyst.identification.stream import source as spools
 from dehyst.identification.stream.data import branches, prepare, split_logs
 from dehyst.identification.stream.log import read
 from dehyst.identification.stream.measure import Cycles
-from dehyst.identification.stream.outline import Outline
+from dehyst.identification.stream.outline import Outline, Zigzag
 from dehyst.identification.stream.samples import Tape
-from dehyst.identification.stream.watch import STAGES, Watch
-from dehyst.identification.stream.zigzag import Zigzag
+from dehyst.identification.stream.source import STAGES, Watch
 
 
 class Chunks:

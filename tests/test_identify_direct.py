@@ -11,11 +11,18 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.direct import selection
-from dehyst.identification.direct.cautions import about_direct_fit
-from dehyst.identification.direct.columns import RADII, Bank, Layout, Shape, fitted_rows, rising_powers
-from dehyst.identification.direct.data import prepare_direct
-from dehyst.identification.direct.program import blocks_of, solve_shape
-from dehyst.identification.direct.times import separable
+from dehyst.identification.direct.data import prepare_direct, separable
+from dehyst.identification.direct.program import (
+    RADII,
+    Bank,
+    Layout,
+    Shape,
+    blocks_of,
+    fitted_rows,
+    rising_powers,
+    solve_shape,
+)
+from dehyst.identification.direct.selection import about_direct_fit
 from dehyst.identification.evidence import Evidence, permutation_p
 from dehyst.identification.least_squares import solve_bounded
 from dehyst.identification.split import split_recordings

@@ -12,14 +12,10 @@ import dehyst
 from dehyst.identification import identify as identify_plays
 from dehyst.identification import memory
 from dehyst.identification.data import prepare
-from dehyst.identification.families import fit_family
-from dehyst.identification.levels import settled
-from dehyst.identification.orthogonal import reduce, solve_family
-from dehyst.identification.programs import FAMILIES
+from dehyst.identification.families import FAMILIES, fit_family, reduce, solve_family
 from dehyst.identification.refine import gradient_of
-from dehyst.identification.regressors import make_bank
+from dehyst.identification.regressors import make_bank, settled, sums_of
 from dehyst.identification.split import split_recordings
-from dehyst.identification.sums import sums_of
 
 Array = npt.NDArray[np.float64]
 RADII = np.arange(10) * 0.2

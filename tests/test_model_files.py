@@ -10,14 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from dehyst import (
-    ModifiedPrandtlIshlinskii,
-    MonotoneMap,
-    PrandtlIshlinskii,
-    StaticCurve,
-    StopOperatorModel,
-    load_model,
-)
+from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, load_model
 from dehyst.errors import OutputError, ParameterError
 from dehyst.models import ModelCard, SignalCard, model_from_dict, model_to_dict
 

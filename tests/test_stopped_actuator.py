@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 import dehyst
-from dehyst.identification.stopped import stopped_at
+from dehyst.identification.mending import stopped_at
 
 Array = npt.NDArray[np.float64]
 N = 6000

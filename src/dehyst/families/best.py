@@ -28,9 +28,8 @@ from dehyst.identification.certify import fit_of
 from dehyst.identification.evidence import without_holds
 from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
-from dehyst.identification.measures import Measured
 from dehyst.identification.procedure import DIRECT, Prepared, call_of, prepared
-from dehyst.identification.scores import parts
+from dehyst.identification.scores import Measured, parts
 from dehyst.identification.settings import PAPER_OPERATORS, check_recordings
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.identification.threads import single_blas

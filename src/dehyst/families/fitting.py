@@ -19,9 +19,9 @@ from dehyst.families.registry import family, title_of
 from dehyst.families.training import Training, steps_of, training_of
 from dehyst.findings import ENDINGS, Grade
 from dehyst.identification.cautions import POOR_PERCENT
+from dehyst.identification.certify import GOOD_PERCENT
 from dehyst.identification.data import DataSet, Piece, range_over
 from dehyst.identification.fit import Fit, Score
-from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.procedure import Prepared, prepared
 from dehyst.identification.scores import Part, input_error, parts, score
 from dehyst.identification.settings import check_recordings

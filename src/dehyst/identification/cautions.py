@@ -12,7 +12,7 @@ from dehyst.findings import Finding
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
 from dehyst.identification.fit import Candidate, Certificate, LoopFacts
-from dehyst.identification.measures import Measured
+from dehyst.identification.scores import Measured
 from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
 
@@ -40,21 +40,11 @@ SMALL_TEST = 0.1
 
 @dataclass(frozen=True)
 class Knows:
-    """What a family can show beside plain hysteresis.
+    """What a family can show beside plain hysteresis."""
 
-    Attributes
-    ----------
-    leads
-        Loops whose output leads the input.
-    crosses
-        Loops that lead in one part of the input and lag in another.
-    time
-        Rate and creep.
-    """
-
-    leads: bool = False
-    crosses: bool = False
-    time: bool = False
+    leads: bool = False  # Loops whose output leads the input
+    crosses: bool = False  # Loops that lead in one part of the input and lag in another
+    time: bool = False  # Rate and creep
 
 
 def of_range(percent: float) -> str:
@@ -153,7 +143,6 @@ def about_data(
 
 
 def about_fit(
-    records: tuple[Recording, ...],
     data: DataSet,
     measured: Measured,
     certificate: Certificate,
@@ -163,6 +152,7 @@ def about_fit(
     turns: int,
 ) -> Iterator[Finding]:
     """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
+    records = measured.recordings
     first = records[0]
     yield from _levels(data, certificate.initial_state)
     if certificate.undetermined:

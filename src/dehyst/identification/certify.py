@@ -1,30 +1,141 @@
-"""A fitted estimate becomes a model with scores, certificate, verdict and provenance."""
+"""From an estimate to a `Fit`: model, scores, certificate, findings, verdict in words, provenance."""
 
 from __future__ import annotations
 
 import datetime as _datetime
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
-from dehyst.data.recording import Recording
+from dehyst.arrays import rank
 from dehyst.findings import Finding
-from dehyst.identification import facts, judge
-from dehyst.identification.build import build_model
-from dehyst.identification.cautions import Knows, no_hysteresis
+from dehyst.identification import facts
+from dehyst.identification.cautions import Knows, about_data, about_fit, no_hysteresis, of_range
 from dehyst.identification.data import DataSet, range_over
-from dehyst.identification.families import STATIC, Estimate
-from dehyst.identification.fit import Candidate, Certificate, Fit, Score, size_of
-from dehyst.identification.folds import output_knots
-from dehyst.identification.levels import settled
-from dehyst.identification.measures import Measure, Measured
-from dehyst.identification.refit import Refitter
-from dehyst.identification.regressors import Bank
-from dehyst.identification.selection import Choice, Firmness
+from dehyst.identification.families import STATIC, Estimate, build_model
+from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refitting, Score, size_of
+from dehyst.identification.regressors import Bank, settled
+from dehyst.identification.scores import Measure, Measured
+from dehyst.identification.selection import Choice, Firmness, output_knots
 from dehyst.identification.settings import PAPER_EPS
 from dehyst.identification.split import tested_on
 from dehyst.identification.static_curve import curve_of, fit_static
 from dehyst.models import ModelCard, SignalCard, StaticCurve
 from dehyst.version import __version__
+
+GOOD_PERCENT = 3.0
+# Findings that keep a small error from being called good.
+SERIOUS = {
+    "rate-dependent",
+    "drift",
+    "mixed-loop",
+    "few-loops",
+    "small-test",
+    "high-inverse-gain",
+    "paper-bound",
+    "recordings-differ",
+    "swapped-columns",
+    "output-stopped",
+    "forward-better",
+    "schedule-once",
+}
+FEW_LOOPS = {"few-loops", "never-turns"}
+# And those that forbid compensation.
+UNUSABLE = {"poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless", "two-actuators"}
+# Of these: whatever the inverse misses of this log, on the next motion it does harm.
+HARMFUL = {"never-turns", "inverse-useless", "two-actuators"}
+
+
+def _examine(
+    data: DataSet, seen: Seen, measured: Measured, certificate: Certificate, knows: Knows, settings: dict[str, Any]
+) -> tuple[LoopFacts, tuple[Finding, ...]]:
+    """What the data shows and every finding a user should know, those of reading the log first."""
+    change, doubt = measured.drift
+    loops, turns = seen.counts
+    loop_facts = LoopFacts(
+        orientation=seen.loop.name,
+        trend=data.trend,
+        width_percent=100.0 * seen.loop.width,
+        loops=loops,
+        turns=turns,
+        drift_percent=-100.0 * change / data.output_range,
+        motion=seen.motion,
+        evidence=measured.evidence,
+    )
+    held_out = settings["train_fraction"] < 1.0
+    judged = [
+        *about_data(data, loop_facts, abs(change), doubt, knows),
+        *about_fit(data, measured, certificate, _is_papers(settings), held_out, knows, turns),
+    ]
+    # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
+    said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
+    read = [finding for record in measured.recordings for finding in record.findings if finding.code not in said]
+    unique = {(finding.code, finding.message): finding for finding in [*read, *judged]}
+    return loop_facts, tuple(unique.values())
+
+
+def verdict_of(
+    name: str,
+    measured: Measured,
+    findings: tuple[Finding, ...],
+    tested: str,
+    no_inverse: str = "",
+) -> str:
+    """The judgement in one line; `name` is the family and its size, `tested` says what was held out, if anything was.
+
+    A compensator is good if its input error is: within 3 % of the input's range, and no worse than that of the curve's
+    inverse. Within that bound only what does harm on the next motion forbids it.
+    """
+    test, codes = measured.test, {finding.code for finding in findings}
+    judged, static = test or measured.train, measured.static_test or measured.static_train
+    where = f"on {tested}" if test is not None else "on the fitted samples (none held out)"
+    inverse, curve = measured.input_error.rms_percent, measured.curve_input.rms_percent
+    against = sorted(codes & (SERIOUS | UNUSABLE))
+    if inverse > GOOD_PERCENT:
+        against.append(f"its inverse misses more than {GOOD_PERCENT:g} %")
+    elif rank(inverse) > rank(curve):
+        against.append(f"the inverse of a curve without hysteresis misses less, {of_range(curve)} range")
+    if codes & HARMFUL or (codes & UNUSABLE and inverse > GOOD_PERCENT):
+        grade = "do not compensate with it"
+    elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not against:
+        grade = "good for compensation"
+    else:
+        reasons = reasons_of(judged, test is not None, against)
+        grade = "usable with care" + (f" ({reasons})" if reasons else "")
+    if no_inverse:
+        return (
+            f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the "
+            f"best curve without hysteresis; it has no inverse, {no_inverse.rstrip('.')}: do not compensate with it."
+        )
+    gives = f"gives the applied input back to {of_range(inverse)} its range"
+    if name == STATIC:
+        return (
+            f"static, a curve without memory: {judged.rmse_percent:.2f} % of range rms {where}; its inverse {gives}"
+            + ("; hysteresis was not found, or does not repeat" if "no-hysteresis" in codes else "")
+            + f": {grade}."
+        )
+    return (
+        f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the best "
+        f"curve without hysteresis; the inverse {gives}: {grade}."
+    )
+
+
+def reasons_of(judged: Score, held_out: bool, serious: list[str]) -> str:
+    """Why a model is to be used with care."""
+    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"more than {GOOD_PERCENT:g} % of range"]
+    return ", ".join([*serious, *error, *([] if held_out else ["nothing held out"])])
+
+
+class Seen(NamedTuple):
+    """What the fitted part shows: orientation, loops and turning points, motion of the input."""
+
+    loop: facts.Orientation
+    counts: tuple[int, int]
+    motion: facts.Motion
+
+
+def seen_in(found: tuple[facts.Branches, ...]) -> Seen:
+    """Say what the branches of the fitted part show."""
+    return Seen(facts.orientation(found), facts.count_loops(found), facts.motion(found))
 
 
 def certify(
@@ -38,18 +149,11 @@ def certify(
     seen: Seen,
     settings: dict[str, Any],
     measure: Measure,
-    refitter: Refitter | None,
+    refitter: Refitting | None,
 ) -> Fit:
     """Return the fit of one estimate: model, predictions, scores, certificate, findings, verdict.
 
-    Parameters
-    ----------
-    seen
-        What the fitted part shows.
-    measure
-        Compares model and curve with all samples.
-    refitter
-        Holds the sums, if refits are possible.
+    `measure` compares model and curve with all samples; `refitter` holds the sums, if refits are possible.
     """
     static = curve_of(fit_static(data, choice.initial_state)[0], data)
     knots = output_knots() if choice.family == "modified-pi" else None
@@ -74,24 +178,10 @@ def certify(
         condition=estimate.condition,
     )
     knows = Knows(leads=choice.family in ("stop", "pi-cumulative"))
-    name = f"{choice.family}, {size_of(model, model.nonzero_weights, operators)}"
+    name = f"{choice.family}, {size_of(model, model.nonzero_weights, operators)}" if operators else STATIC
     return fit_of(
-        model, choice.family, name if operators else STATIC, knows, data, seen, static, measured,
-        certificate, settings, candidates, refitter,
-    )  # fmt: skip
-
-
-class Seen(NamedTuple):
-    """What the fitted part shows: orientation, loops and turning points, motion of the input."""
-
-    loop: facts.Orientation
-    counts: tuple[int, int]
-    motion: facts.Motion
-
-
-def seen_in(found: tuple[facts.Branches, ...]) -> Seen:
-    """Say what the branches of the fitted part show."""
-    return Seen(facts.orientation(found), facts.count_loops(found), facts.motion(found))
+        model, choice.family, name, knows, data, seen, static, measured, certificate, settings, candidates, refitter
+    )
 
 
 def fit_of(
@@ -106,50 +196,27 @@ def fit_of(
     certificate: Certificate,
     settings: dict[str, Any],
     candidates: tuple[Candidate, ...],
-    refitter: Refitter | None = None,
+    refitter: Refitting | None = None,
     no_inverse: str = "",
     more: tuple[Finding, ...] = (),
 ) -> Fit:
     """Return the fit of a model of any family: findings, verdict, provenance.
 
-    Parameters
-    ----------
-    name
-        Family and size, as the verdict says them.
-    knows
-        What the family can show.
-    no_inverse
-        Why there is no inverse, "" if there is one.
-    more
-        Findings that only this family has.
+    `name` is family and size, as the verdict says them; `no_inverse` why there is none, "" if there is one; `more` are
+    findings that only this family has.
     """
-    loop_facts, findings = judge.examine(
-        measured.recordings, data, *seen, measured, certificate, knows,
-        paper=_is_papers(settings), held_out=settings["train_fraction"] < 1.0,
-    )  # fmt: skip
+    loop_facts, findings = _examine(data, seen, measured, certificate, knows, settings)
     if family == STATIC and candidates:
         more = (*more, no_hysteresis(candidates))
     findings = (*findings, *more)
-    verdict = judge.verdict(name, measured, findings, tested_on(settings), no_inverse)
-    train, test = measured.train, measured.test
-    card = _card(measured.recordings, settings, family, certificate.initial_state, train, test, verdict)
+    verdict = verdict_of(name, measured, findings, tested_on(settings), no_inverse)
+    card = _card(measured, settings, family, certificate.initial_state, verdict)
     own: ModelCard = model.card  # of a model that names its ranges, they are part of it
     return Fit(
         family=family,
         model=model.with_card(card if own.output.low is None else replace(own, provenance=card.provenance)),
-        recordings=measured.recordings,
-        predictions=measured.outputs,
-        inverse_predictions=measured.demands,
-        train_masks=measured.train_masks,
-        test_masks=measured.test_masks,
-        train=train,
-        test=test,
-        input_train=measured.input_train,
-        input_test=measured.input_test,
-        curve_input=measured.curve_input,
+        **{one.name: getattr(measured, one.name) for one in fields(Fit) if hasattr(measured, one.name)},
         static=StaticCurve(static.curve, card),
-        static_train=measured.static_train,
-        static_test=measured.static_test,
         certificate=certificate,
         facts=loop_facts,
         candidates=candidates,
@@ -165,16 +232,8 @@ def _is_papers(settings: dict[str, Any]) -> bool:
     return bool(settings["family"] == "pi" and settings["eps"] == PAPER_EPS)
 
 
-def _card(
-    records: tuple[Recording, ...],
-    settings: dict[str, Any],
-    family: str,
-    start: str,
-    train: Score,
-    test: Score | None,
-    verdict: str,
-) -> ModelCard:
-    first = records[0]
+def _card(measured: Measured, settings: dict[str, Any], family: str, start: str, verdict: str) -> ModelCard:
+    records = measured.recordings
     low_in, high_in = range_over([record.input for record in records])
     low_out, high_out = range_over([record.output for record in records])
     provenance = {
@@ -184,12 +243,12 @@ def _card(
         "settings": dict(settings),
         "identified_family": family,
         "initial_state": start,
-        "train": train.as_dict(),
-        "test": None if test is None else test.as_dict(),
+        "train": measured.train.as_dict(),
+        "test": None if measured.test is None else measured.test.as_dict(),
         "verdict": verdict,
     }
     return ModelCard(
-        SignalCard(first.input_name, first.input_unit, low_in, high_in),
-        SignalCard(first.output_name, first.output_unit, low_out, high_out),
+        SignalCard(records[0].input_name, records[0].input_unit, low_in, high_in),
+        SignalCard(records[0].output_name, records[0].output_unit, low_out, high_out),
         provenance,
     )

@@ -14,25 +14,11 @@ import dehyst._native as _native
 from dehyst.arrays import Array, rank
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.identification.build import build_model
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import Estimate
-from dehyst.identification.folds import Folds
+from dehyst.identification.families import Estimate, build_model
 from dehyst.identification.regressors import Bank, make_bank
-from dehyst.identification.selection import (
-    COMPARED_ROWS,
-    FEWEST_ROWS,
-    REGULARISATIONS,
-    Choice,
-    threshold_grid,
-)
-from dehyst.identification.settings import (
-    PAPER_EPS,
-    check_recordings,
-    check_settings,
-    check_weights,
-    paper_eps,
-)
+from dehyst.identification.selection import COMPARED_ROWS, FEWEST_ROWS, REGULARISATIONS, Choice, Folds, threshold_grid
+from dehyst.identification.settings import PAPER_EPS, check_recordings, check_settings, check_weights, paper_eps
 from dehyst.identification.short_signal import ShortSignal, shorten
 from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.threads import in_parallel, single_blas

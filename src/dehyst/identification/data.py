@@ -52,34 +52,18 @@ class Streamed(Signal, Protocol):
 
 @dataclass(frozen=True)
 class Piece:
-    """Samples with continuous memory, in scaled units.
+    """Samples with continuous memory, in scaled units."""
 
-    Attributes
-    ----------
-    x, y
-        Scaled input in [-1, 1] over the training part and scaled, rising output, (T,).
-    recording
-        Index of the recording, and `start`, the index of the first sample in it.
-    split
-        Samples before this index are fitted, the others are held out by the split alone.
-    known
-        Index from which on the memory does not depend on what was before the first sample.
-    after_break
-        Whether nothing is known about the input before this piece.
-    weight
-        How much each sample counts, (T,), or None where all count alike.
-    within
-        Extremes of the input where the level is unknown even then (`dehyst.identification.memory.Known`), or None.
-    """
-
+    # x, y: Scaled input in [-1, 1] over the training part and scaled, rising output, (T,)
     x: Signal
     y: Signal
-    recording: int
+    recording: int  # Index of the recording, and `start`, the index of the first sample in it
     start: int
-    split: int
-    known: int
-    after_break: bool
-    weight: Array | None = None
+    split: int  # Samples before this index are fitted, the others are held out by the split alone
+    known: int  # Index from which on the memory does not depend on what was before the first sample
+    after_break: bool  # Whether nothing is known about the input before this piece
+    weight: Array | None = None  # How much each sample counts, (T,), or None where all count alike
+    # Extremes of the input where the level is unknown even then (`dehyst.identification.memory.Known`), or None
     within: tuple[float, float] | None = None
 
     def begins_unknown(self, initial_state: str) -> bool:
@@ -106,28 +90,17 @@ class Piece:
 
 @dataclass(frozen=True)
 class DataSet:
-    """All pieces and the scaling x = center + half_range * x_scaled, y = level + trend * amplitude * y_scaled.
+    """All pieces and the scaling x = center + half_range * x_scaled, y = level + trend * amplitude * y_scaled."""
 
-    Attributes
-    ----------
-    pieces
-        The data.
-    center, half_range
-        Mid-range and half range of the training input. [input]
-    level, amplitude
-        Mid-range and half range of the training output. [output]
-    trend
-        +1 for curves that rise, -1 for curves that fall.
-    output_range
-        Range of the output over all samples (`dehyst.data.ranges`), the unit of rmse_percent. [output]
-    """
-
-    pieces: tuple[Piece, ...]
+    pieces: tuple[Piece, ...]  # The data
+    # center, half_range: Mid-range and half range of the training input. [input]
     center: float
     half_range: float
+    # level, amplitude: Mid-range and half range of the training output. [output]
     level: float
     amplitude: float
-    trend: int
+    trend: int  # +1 for curves that rise, -1 for curves that fall
+    # Range of the output over all samples (`dehyst.data.ranges`), the unit of rmse_percent. [output]
     output_range: float
 
     @property

@@ -24,45 +24,24 @@ FEWEST_WAYS = 4
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """Which way round the loop runs and how wide it is.
+    """Which way round the loop runs and how wide it is."""
 
-    Attributes
-    ----------
-    name
-        "counter-clockwise", "clockwise", "mixed" or "none", for the rising form of the curve.
-    width
-        Mean vertical distance of the falling and the rising branch, share of the output's range.
-    """
-
-    name: str
-    width: float
+    name: str  # "counter-clockwise", "clockwise", "mixed" or "none", for the rising form of the curve
+    width: float  # Mean vertical distance of the falling and the rising branch, share of the output's range
 
 
 @dataclass(frozen=True)
 class Branches:
-    """Samples of one piece on branches that rise or fall.
+    """Samples of one piece on branches that rise or fall."""
 
-    Attributes
-    ----------
-    x, y, weight
-        The samples, (m,), scaled; no weight where all count alike.
-    falling
-        Which of them lie on falling branches, (m,).
-    inner
-        Number of turning points within the fitted part of the piece.
-    strokes
-        Ways between these, share of the input's range, and how many samples each took, (2, m).
-    still
-        Longest rest of the input, in samples; not a number where it was not looked for.
-    """
-
+    # x, y, weight: The samples, (m,), scaled; no weight where all count alike
     x: Array
     y: Array
     weight: Array | None
-    falling: npt.NDArray[np.bool_]
-    inner: int
-    strokes: Array
-    still: float = float("nan")
+    falling: npt.NDArray[np.bool_]  # Which of them lie on falling branches, (m,)
+    inner: int  # Number of turning points within the fitted part of the piece
+    strokes: Array  # Ways between these, share of the input's range, and how many samples each took, (2, m)
+    still: float = float("nan")  # Longest rest of the input, in samples; not a number where it was not looked for
 
 
 def branches(data: DataSet) -> tuple[Branches, ...]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -321,10 +321,8 @@ class Refit:
     seconds: float
 
 
-class _Refitting(Protocol):
-    def __call__(
-        self, n: int | None, eps: float | None, family: str | None, thresholds: npt.ArrayLike | None
-    ) -> Refit: ...
+# What `Fit.refit` calls: n, eps, family, thresholds.
+Refitting = Callable[[int | None, float | None, str | None, npt.ArrayLike | None], Refit]
 
 
 @dataclass(frozen=True)
@@ -408,7 +406,7 @@ class Fit:
     warnings: tuple[Finding, ...]
     settings: Mapping[str, Any] = field(default_factory=dict)
     verdict: str = ""
-    refitter: _Refitting | None = field(default=None, repr=False, compare=False)
+    refitter: Refitting | None = field(default=None, repr=False, compare=False)
     shear_choice: ShearChoice | None = None
     input_train: InputError = UNKNOWN
     input_test: InputError | None = None

@@ -28,21 +28,11 @@ OPTIMAL = 1e-13  # violation of the conditions, relative, that rounding leaves
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Minimiser and its proof.
+    """Minimiser and its proof."""
 
-    Attributes
-    ----------
-    free
-        a, the unbounded unknowns.
-    bounded
-        w, (n,), exactly at its lower bound where the bound is active.
-    kkt_residual
-        Largest violation of the optimality conditions, relative to |column| |b|.
-    """
-
-    free: Array
-    bounded: Array
-    kkt_residual: float
+    free: Array  # a, the unbounded unknowns
+    bounded: Array  # w, (n,), exactly at its lower bound where the bound is active
+    kkt_residual: float  # Largest violation of the optimality conditions, relative to |column| |b|
 
 
 def triangle(rows: Array) -> Array:

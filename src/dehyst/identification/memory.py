@@ -72,18 +72,11 @@ def known_from(x: Array, low: float, high: float) -> int:
 
 
 class Known(NamedTuple):
-    """What is known of the memory within a piece whose beginning says nothing.
+    """What is known of the memory within a piece whose beginning says nothing."""
 
-    Attributes
-    ----------
-    begin
-        Index from which on it is known, the size of the piece where it never is.
-    within
-        None where all of it is known from there on. Otherwise least and largest input of the piece: plays wider than
-        that stand still, nobody knows where, and the output has an unknown level.
-    """
-
-    begin: int
+    begin: int  # Index from which on it is known, the size of the piece where it never is
+    # None where all of it is known from there on. Otherwise least and largest input of the piece: plays wider than that
+    # stand still, nobody knows where, and the output has an unknown level.
     within: tuple[float, float] | None
 
 

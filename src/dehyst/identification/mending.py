@@ -1,17 +1,221 @@
-"""Recordings made ready for any identification, whoever made them: what is no response of the actuator is left out."""
+"""An actuator that becomes another one while it is logged: jammed, weaker, its sensor set anew. A step that stays."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
-from dehyst.arrays import Array, Mask
+import dehyst._native as _native
+from dehyst.arrays import Array, Mask, Rows
+from dehyst.data.loops import turning_points
 from dehyst.data.outliers import bridged, find_outliers
+from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
-from dehyst.identification.changed import about_change, changed_at
-from dehyst.identification.stopped import about_stop, stopped_at
+from dehyst.identification.threads import single_blas
+
+CHANGED = 0.15  # of its range before: so far the output stands from where it stood, at its 95 % quantile in a cycle ...
+CERTAIN = 3.0  # ... and so many times what the best description leaves of each part, and of the cycle before ...
+LASTS = 0.5  # ... and in every later cycle this share of it
+SPEED = 1.5  # times as fast or slow: the input moves otherwise, and the output may depend on its rate
+SWING = 0.3  # of the input's range: a turn
+CYCLES = 3  # on either side, or nothing is compared
+MOST_CYCLES, MOST_ROWS = 200, 20_000  # more are thinned out: a change that stays is seen in any of them
+PLAYS, HINGES = 10, 8
+FAR = 1.5  # times the leverage of what came before: an input and past that were not seen
+COMPARED = 0.5  # of the samples of a cycle, at least, or it does not count
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True)
+class Change:
+    """Where an actuator became another one: samples from `begin` on are left out, `place` shows it, by `size`."""
+
+    begin: int
+    place: int
+    size: float
+
+
+def changed_at(x: Array, y: Array) -> Change | None:
+    """Find the cycle from which on the output is another one at the same input and memory; None if there is none.
+
+    Plays and a piecewise linear curve, a least-squares fit of each part, describe what an actuator does; the parts are
+    those that are described best. It is a change if the first part's description fails at once and for good, for
+    inputs and plays that it has seen.
+
+    Examples
+    --------
+    >>> x = np.sin(np.arange(2000) / 10)
+    >>> changed_at(x, 2 * x), changed_at(x, np.where(np.arange(2000) < 1000, 2 * x, x)).begin
+    (None, 958)
+    """
+    with single_blas():
+        return _changed_at(x, y)
+
+
+def _changed_at(x: Array, y: Array) -> Change | None:
+    span = robust_range([y])
+    kept = np.arange(0, x.size, max(1, x.size // MOST_ROWS))
+    x, y = x[kept], y[kept]
+    reach = robust_range([x])
+    if not (reach > 0.0 and span > 0.0):
+        return None
+    turns = turning_points(x, SWING * reach)[1:-1]
+    marks = np.unique(np.concatenate([[0], turns[:: 2 * max(1, turns.size // (2 * MOST_CYCLES))], [x.size]]))
+    if marks.size <= 2 * CYCLES:
+        return None
+    terms = _terms(x, reach)
+    joint = np.column_stack([terms, y / span])
+    sums = np.cumsum([joint[a:b].T @ joint[a:b] for a, b in pairwise(marks)], axis=0)
+    cuts = np.arange(CYCLES, marks.size - CYCLES)
+    best = int(cuts[np.argmin([_left(sums[c - 1]) + _left(sums[-1] - sums[c - 1]) for c in cuts])])
+    for cut in (best - 1, best):  # within a cycle, either of its ends may be the best
+        found = _judged(x, y / span, terms, marks, cut, sums[cut - 1], sums[-1] - sums[cut])
+        if found is not None:
+            begin, place, size = found
+            return Change(int(kept[begin]), int(kept[place]), size)
+    return None
+
+
+def _judged(
+    x: Array, y: Array, terms: Array, marks: Rows, cut: int, before: Array, after: Array
+) -> tuple[int, int, float] | None:
+    """Whether the cycle that begins at a mark, and all that follow, are no more what came before."""
+    begin = int(marks[cut])
+    span = robust_range([y[:begin]])
+    if not span > 0.0:
+        return None
+    error = np.abs(y - terms @ _weights(before)) / span
+    own = np.concatenate([error[:begin], np.abs(y - terms @ _weights(after))[marks[cut + 1] :] / span])
+    last = error[marks[cut - 1] : begin]
+    usual = float(np.quantile(own, 0.95))
+    known = _seen(terms, begin, before)
+    cycles = [slice(a, b) for a, b in pairwise(marks[cut:])]
+    sizes = [float(np.quantile(error[k][known[k]], 0.95)) for k in cycles if np.mean(known[k]) >= COMPARED]
+    if len(sizes) < CYCLES or sizes[0] <= max(CHANGED, CERTAIN * max(usual, float(np.quantile(last, 0.95)))):
+        return None
+    speeds = [float(np.mean(np.abs(np.diff(part)))) for part in (x[:begin], x[begin:])]
+    if min(sizes) <= LASTS * sizes[0] or max(speeds) > SPEED * min(speeds):
+        return None
+    limit = max(CERTAIN * usual, float(last.max()))
+    return begin, begin + int(np.argmax(error[begin:] > limit)), max(sizes)
+
+
+def _terms(x: Array, reach: float) -> Array:
+    """One, the input, its excess over some levels, and plays, (T, n)."""
+    radii = reach * np.linspace(0.02, 0.45, PLAYS)
+    levels = np.quantile(x, np.linspace(0.0, 1.0, HINGES + 2)[1:-1])
+    plays = _native.play_bank(np.ascontiguousarray(x), radii, x[0] + np.zeros(PLAYS), np.arange(x.size))[0]
+    shift = 0.5 * (float(x.min()) + float(x.max()))
+    hinges = np.maximum(x[:, None] - levels, 0.0)
+    return np.column_stack([np.ones(x.size), (x - shift) / reach, hinges / reach, (plays - shift) / reach])
+
+
+def _ridged(sums: Array) -> Array:
+    square = sums[:-1, :-1]
+    return np.asarray(square + RIDGE * np.trace(square) * np.eye(square.shape[0]))
+
+
+def _weights(sums: Array) -> Array:
+    return np.asarray(np.linalg.solve(_ridged(sums), sums[:-1, -1]))
+
+
+def _left(sums: Array) -> float:
+    return float(sums[-1, -1] - sums[:-1, -1] @ _weights(sums))
+
+
+def _seen(terms: Array, begin: int, sums: Array) -> npt.NDArray[np.bool_]:
+    """Rows whose description by the first rows is no guess: of the leverage that these have, a little more."""
+    leverage = np.sum(terms * np.linalg.solve(_ridged(sums), terms.T).T, axis=1)
+    return np.asarray(leverage <= FAR * leverage[:begin].max())
+
+
+def about_change(record: Recording, change: Change, broke: int, place: int, samples: int) -> Finding:
+    """Say when and by how much it changed, at sample `broke` of `samples` of the log; left out from `place` on."""
+    time = record.time
+    times = ["" if time is None else f" (t = {time[k]:.6g} s)" for k in (change.place, change.begin)]
+    return Finding(
+        "two-actuators",
+        f"the output '{record.output_name}' of {record.name} changes at sample {broke}{times[0]} by "
+        f"{100.0 * change.size:.0f} % of the range that it had, at the same input and past, and stays so: a jam, a "
+        f"lost load, a sensor that was set anew. No single model is both what the actuator was and what it became. The "
+        f"{samples - place} samples from sample {place}{times[1]} on, of {samples}, were left out of the fit and of "
+        f"its errors: the model is what the actuator was. Repair it, or identify the part that is like the use "
+        f"(--from, --to).",
+    )
+
+
+AT_REST = 0.005  # of its range, or what it moves in the second half: the output stands still
+STAYS = 0.05  # of its range: within so much the output stays to the end ...
+FEWEST, SHARE = 20, 0.01  # ... for at least so many samples and this share of the log ...
+DRIVEN = 0.3  # ... while the input goes over this share of its range ...
+SWINGS = 3  # ... so many times ...
+FOLLOWED = 0.25  # ... over which the output went by this share of its range before
+BINS = 8  # of the input, in which the output before and after is compared
+
+
+def stopped_at(x: Array, y: Array) -> tuple[int, int] | None:
+    """First sample of the swing in which the output stopped following the input for good, and where it came to rest.
+
+    None if it never did.
+
+    Examples
+    --------
+    >>> x = np.sin(np.arange(2000) / 10)
+    >>> stopped_at(x, 2 * x), stopped_at(x, np.where(np.arange(2000) < 1000, 2 * x, -2.1))
+    (None, (927, 1000))
+    """
+    span, tail = robust_range([y]), y[-max(FEWEST, int(SHARE * y.size)) :]
+    if float(np.ptp(tail)) > 2.0 * STAYS * span:
+        return None
+    moving = np.flatnonzero(np.abs(y - np.median(tail)) > STAYS * span)
+    stop = 0 if moving.size == 0 else int(moving[-1]) + 1
+    if stop < FEWEST or y.size - stop < tail.size:
+        return None
+    low, high = float(x[stop:].min()), float(x[stop:].max())
+    if not high - low > DRIVEN * robust_range([x]):
+        return None
+    if turning_points(x[stop:], 0.5 * (high - low)).size <= SWINGS:
+        return None
+    turns = turning_points(x[:stop], 0.5 * (high - low))
+    begin = int(turns[max(0, turns.size - 3)])  # the swing before: a fall takes its time
+    if begin < FEWEST:
+        return None
+    before, after = (_levels(x[part], y[part], low, high) for part in (slice(0, begin), slice(stop, None)))
+    both = np.isfinite(before) & np.isfinite(after)
+    if both.sum() < 2 or not np.ptp(before[both]) > FOLLOWED * span:
+        return None
+    level = np.median(y[stop:])
+    rest = float(np.abs(y[stop + (y.size - stop) // 2 :] - level).max())
+    return begin, int(np.flatnonzero(np.abs(y - level) > max(rest, AT_REST * span))[-1]) + 1
+
+
+def _levels(x: Array, y: Array, low: float, high: float) -> Array:
+    """Mean output where the input lies in each of some intervals of a range; nan where it never does."""
+    cell = np.clip((BINS * (x - low) / (high - low)).astype(np.int64), -1, BINS)
+    inside = (x >= low) & (x <= high)
+    cell = np.minimum(cell[inside], BINS - 1)
+    count = np.bincount(cell, minlength=BINS)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.bincount(cell, y[inside], BINS) / count)
+
+
+def about_stop(record: Recording, stop: tuple[int, int], broke: int, place: int, samples: int) -> Finding:
+    """Say where the output came to rest, sample `broke` of `samples` of the log, and from which on all was left out."""
+    times = ["" if record.time is None else f" (t = {record.time[k]:.6g} s)" for k in stop]
+    end = float(np.median(record.output[stop[1] :]))
+    unit = f" {record.output_unit}" if record.output_unit else ""
+    return Finding(
+        "output-stopped",
+        f"the output '{record.output_name}' of {record.name} stops following its input: from sample {broke}{times[1]} "
+        f"on it stays at {end:.4g}{unit} while the input cycles on. The actuator broke, or its sensor was lost. The "
+        f"{samples - place} samples from sample {place}{times[0]} on, of {samples}, were left out of the fit and of "
+        f"its errors: the swing before counts as doubtful. Repair it, and log again if the model needs more loops.",
+    )
+
 
 SHOWN = 4
 

@@ -10,7 +10,6 @@ from dehyst.data.recording import Recording, require_recordings, takes_recording
 from dehyst.errors import ParameterError
 from dehyst.identification.direct import identify_direct
 from dehyst.identification.fit import Fit
-from dehyst.identification.gain import identify_sheared, identify_within
 from dehyst.identification.procedure import DIRECT, call_of, solve_in_memory
 from dehyst.identification.settings import (
     PAPER_EPS,
@@ -21,6 +20,7 @@ from dehyst.identification.settings import (
     eps_of_call,
     refuse_both,
 )
+from dehyst.identification.shear import identify_sheared, identify_within
 from dehyst.identification.split import split_recordings
 
 

@@ -1,11 +1,15 @@
-"""From recordings to a fitted, certified model of plays: the flow."""
+"""Identification of plays: from recordings to a fitted, certified model, and refits of the same data from kept sums."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
@@ -13,14 +17,11 @@ from dehyst.errors import ExcitationError
 from dehyst.identification import facts
 from dehyst.identification.certify import Seen, certify, seen_in
 from dehyst.identification.data import DataSet, prepare
-from dehyst.identification.families import STATIC, Estimate, fit_family
-from dehyst.identification.fit import Candidate, Fit
-from dehyst.identification.folds import output_knots
-from dehyst.identification.measures import InMemory, Measure
-from dehyst.identification.polish import polish
-from dehyst.identification.refine import refine
-from dehyst.identification.refit import Refitter
-from dehyst.identification.regressors import Bank, fitted_samples, make_bank
+from dehyst.identification.families import STATIC, Estimate, build_model, fit_family, reduce
+from dehyst.identification.fit import Candidate, Fit, Refit
+from dehyst.identification.refine import polish, refine
+from dehyst.identification.regressors import Bank, NormalEquations, fitted_samples, make_bank, settled, sums_of
+from dehyst.identification.scores import InMemory, Measure, parts, score, simulated
 from dehyst.identification.selection import (
     BY_ORIENTATION,
     REGULARISATIONS,
@@ -30,21 +31,118 @@ from dehyst.identification.selection import (
     choose_operators,
     compare,
     firmness,
+    output_knots,
     possible_choices,
     start_of_paper,
     threshold_grid,
 )
-from dehyst.identification.settings import (
-    PAPER_OPERATORS,
-    eps_of_call,
-    paper_eps,
-)
+from dehyst.identification.settings import PAPER_OPERATORS, check_settings, eps_of_call, paper_eps
 from dehyst.identification.split import Split, split_recordings
 from dehyst.identification.static_curve import NO_MEMORY, fit_static
-from dehyst.identification.sums import sums_of
 from dehyst.identification.threads import single_blas
+from dehyst.models import ModelCard
 
 DIRECT = "direct-inverse"
+KEPT_OPERATORS = 2000  # sums of more operators are made anew: they take more memory than a long log
+KEPT_SUMS = 8
+SAME = 1e-12  # thresholds this close, as a share of the half range, are the same
+
+
+@dataclass
+class Refitter:
+    """The data of a fit, scaled, and sums over them."""
+
+    # records, data, choice: What was fitted, and the settings that won
+    records: tuple[Recording, ...]
+    data: DataSet
+    choice: Choice
+    # operators, eps, given: Settings of the fit: n, eps relative to the ratio of the ranges, thresholds or None.
+    # [input]
+    operators: int
+    eps: float
+    given: Array | None
+    _kept: list[tuple[Bank, bool, NormalEquations]] = field(default_factory=list)
+    _done: dict[tuple[int | None, float | None, str | None] | None, Refit] = field(default_factory=dict)
+
+    def keep(self, bank: Bank, sums: NormalEquations, ramps: bool) -> None:
+        """Remember sums over the fitted samples, the last eight of them."""
+        if bank.thresholds.size <= KEPT_OPERATORS:
+            self._kept = [*self._kept[-KEPT_SUMS + 1 :], (bank, ramps, sums)]
+
+    def __call__(self, n: int | None, eps: float | None, family: str | None, thresholds: npt.ArrayLike | None) -> Refit:
+        """Fit once more with some settings changed; see `Fit.refit`."""
+        begin = time.perf_counter()
+        setting = (n, eps, family) if thresholds is None else None
+        if setting in self._done:
+            return self._done[setting]
+        chosen = self.choice.family if family is None else family
+        slope = self.data.amplitude / self.data.half_range if chosen == "pi" else 1.0
+        asked = self.eps * slope if eps is None else eps
+        given = check_settings(chosen, self.operators if n is None else n, asked, thresholds, self.choice.initial_state)
+        if n is None and given is None:
+            given = self.given
+        operators = given.size if given is not None else int(self.operators if n is None else n)
+        if eps is None:
+            scaled = self.eps
+        else:
+            scaled = paper_eps(float(asked), self.records[0], self.data) if chosen == "pi" else float(asked)
+        with single_blas():
+            found = self._fit(chosen, operators, float(asked), scaled, given, begin)
+        if setting is not None:
+            self._done[setting] = found
+        return found
+
+    def _fit(self, family: str, operators: int, eps: float, scaled: float, given: Array | None, begin: float) -> Refit:
+        data, start = self.data, self.choice.initial_state
+        mapped = family == "modified-pi"
+        choice = Choice(
+            family,
+            start,
+            (self.choice.regularisation or REGULARISATIONS[-1]) if mapped else None,
+            self.choice.power if family == self.choice.family else None,
+        )
+        bank, sums = self._sums(threshold_grid(data, operators, choice, given), mapped)
+        estimate = _solved(data, bank, sums, choice, scaled)
+        knots = output_knots() if mapped else None
+        model = build_model(estimate, data, bank, knots, ModelCard())
+        outputs = simulated(self.records, data, settled(data, bank, model), model)
+        train, test = (
+            score(self.records, outputs, part, data.output_range) for part in parts(self.records, data, start)
+        )
+        if train is None:
+            raise AssertionError("no training samples")  # the fit has checked
+        return Refit(
+            family, operators, eps, model, train, test, model.inverse_gain, model.nonzero_weights,
+            estimate.kkt_residual, estimate.condition, estimate.route, time.perf_counter() - begin,
+        )  # fmt: skip
+
+    def _sums(self, grid: Array, ramps: bool) -> tuple[Bank, NormalEquations]:
+        """Sums of a grid: kept ones, those of a finer grid added up, or a pass over the data."""
+        wanted = make_bank(self.data, grid, self.choice.initial_state)
+        for bank, with_ramps, sums in reversed(self._kept):
+            if ramps and not with_ramps:
+                continue
+            places = np.searchsorted(bank.thresholds, wanted.thresholds - SAME)
+            if places[-1] >= bank.thresholds.size or np.unique(places).size < places.size:
+                continue
+            if np.max(np.abs(bank.thresholds[places] - wanted.thresholds)) > SAME:
+                continue
+            kept = np.zeros(bank.thresholds.size, dtype=np.bool_)
+            kept[places] = True
+            return wanted, sums if kept.all() else sums.coarser(kept)
+        sums = sums_of(self.data, wanted, output_knots() if ramps else None)
+        self.keep(wanted, sums, ramps)
+        return wanted, sums
+
+
+def _solved(data: DataSet, bank: Bank, sums: NormalEquations, choice: Choice, eps: float) -> Estimate:
+    knots = output_knots() if choice.family == "modified-pi" else None
+    estimate = fit_family(
+        choice.family, sums, eps, knots, choice.regularisation, triangle=lambda: reduce(data, bank, knots)
+    )
+    if knots is None or choice.regularisation is None:
+        return estimate
+    return polish(sums, eps, knots, choice.regularisation, estimate)
 
 
 @dataclass(frozen=True)
@@ -251,23 +349,12 @@ def _fit(problem: _Problem, choice: Choice, refitter: Refitter | None) -> tuple[
             f"a start (--initial-state zero, rest, rising or falling).",
             samples=usable,
         )
-    grid = threshold_grid(data, problem.operators, choice, problem.given)
-    bank = make_bank(data, grid, choice.initial_state)
-    knots = output_knots() if choice.family == "modified-pi" else None
+    bank = make_bank(data, threshold_grid(data, problem.operators, choice, problem.given), choice.initial_state)
+    mapped = choice.family == "modified-pi"
     problem.entering("summing")
-    sums = sums_of(data, bank, knots)
+    sums = sums_of(data, bank, output_knots() if mapped else None)
     if refitter is not None:
-        refitter.keep(bank, sums, knots is not None)
-    estimate = fit_family(
-        choice.family, sums, problem.eps, knots, choice.regularisation, triangle=lambda: _triangle(data, bank, knots)
-    )
+        refitter.keep(bank, sums, mapped)
+    estimate = _solved(data, bank, sums, choice, problem.eps)
     problem.entering("refining")
-    if knots is None or choice.regularisation is None:
-        return bank, refine(data, bank, sums, problem.eps, estimate)
-    return bank, polish(sums, problem.eps, knots, choice.regularisation, estimate)
-
-
-def _triangle(data: DataSet, bank: Bank, knots: Array | None) -> Array:
-    from dehyst.identification.orthogonal import reduce  # only where normal equations will not do
-
-    return reduce(data, bank, knots)
+    return bank, estimate if mapped else refine(data, bank, sums, problem.eps, estimate)

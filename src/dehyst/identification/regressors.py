@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 import dehyst._native as _native
+from dehyst._native import Gram
 from dehyst.arrays import Array
+from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet, Piece, Signal, chunks, extremes
 from dehyst.identification.memory import state_before
+from dehyst.models import HysteresisModel
 
 # A play that moved less than this share of the half range over the training samples tells nothing.
 MOVED = 1e-6
@@ -18,24 +22,12 @@ MOVED = 1e-6
 
 @dataclass(frozen=True)
 class Bank:
-    """Play operators over all pieces of a data set.
+    """Play operators over all pieces of a data set."""
 
-    Attributes
-    ----------
-    thresholds
-        r, (n,), scaled; only those that moved in the training samples.
-    undetermined
-        Thresholds that did not, scaled.
-    states
-        State before each piece, (pieces, n).
-    initial_state
-        The assumption behind them.
-    """
-
-    thresholds: Array
-    undetermined: Array
-    states: tuple[Array, ...]
-    initial_state: str
+    thresholds: Array  # r, (n,), scaled; only those that moved in the training samples
+    undetermined: Array  # Thresholds that did not, scaled
+    states: tuple[Array, ...]  # State before each piece, (pieces, n)
+    initial_state: str  # The assumption behind them
 
 
 def make_bank(data: DataSet, thresholds: Array, initial_state: str) -> Bank:
@@ -106,3 +98,146 @@ def ramps(y: Array, knots: Array) -> Array:
     """Columns min(max(y - k_j, 0), k_{j+1} - k_j), (m, p): with slopes m_j they sum to a piecewise linear map."""
     ramp: Array = np.clip(y[:, None] - knots[:-1], 0.0, np.diff(knots))
     return ramp
+
+
+def settled(data: DataSet, bank: Bank, model: HysteresisModel) -> Bank:
+    """Bank whose states before pieces of unknown level are such that the mean error of the piece vanishes, if any is.
+
+    A play wider than the piece stands still anywhere between M - r and m + r, M and m the extremes of the input there.
+    All wide plays are moved by the same share of what they can, so that what no memory of theirs explains stays in the
+    errors. The mean is that of the fitted samples of a piece, and of the held-out ones where none was fitted.
+    """
+    pairs = zip(data.pieces, bank.states, strict=True)
+    return replace(bank, states=tuple(_settled(data, bank, model, piece, state) for piece, state in pairs))
+
+
+def started(data: DataSet, bank: Bank, model: HysteresisModel, state: Array) -> HysteresisModel:
+    """Model with a state of the bank, (n,), scaled."""
+    kept = np.searchsorted(bank.thresholds * data.half_range, model.radii)
+    return model.with_state(state[kept] * data.half_range)
+
+
+def _settled(data: DataSet, bank: Bank, model: HysteresisModel, piece: Piece, state: Array) -> Array:
+    within, span = piece.unknown_level(bank.initial_state), piece.fitted(bank.initial_state)
+    if span.stop <= span.start:
+        span = piece.held_out(bank.initial_state)
+    if within is None or span.stop <= span.start:
+        return state
+    spare = np.maximum(bank.thresholds - 0.5 * (within[1] - within[0]), 0.0)
+    low, high = (_miss(data, piece, span, started(data, bank, model, state + side * spare)) for side in (-1.0, 1.0))
+    if low == high:
+        return state
+    moved: Array = state + float(np.clip((low + high) / (low - high), -1.0, 1.0)) * spare
+    return moved
+
+
+def _miss(data: DataSet, piece: Piece, span: slice, model: HysteresisModel) -> float:
+    """Sum of the measured output less that of the model over a span. [output]"""
+    stepper, total = model.stepper("dense"), 0.0
+    for part in chunks(slice(0, span.start)):
+        stepper.simulate(data.center + data.half_range * piece.x[part])
+    for part in chunks(span):
+        output = stepper.simulate(data.center + data.half_range * piece.x[part])[0]
+        miss = data.level + data.trend * data.amplitude * piece.y[part] - output
+        total += float(np.sum(miss) if piece.weight is None else miss @ piece.weight[part])
+    return total
+
+
+# Of the level of a piece that may have any.
+TRACE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """Sums over samples of products of the columns [1 | cells | targets]."""
+
+    thresholds: Array  # r, (n,), increasing from 0. [input]
+    matrix: Array  # Sums of weight times column times column, (1 + n + m, 1 + n + m), symmetric. The last target is y.
+    # Sum of the weights where levels were taken out of some samples; None: the first element of the matrix
+    counted: float | None = None
+
+    @property
+    def operators(self) -> int:
+        """Number n of plays."""
+        return self.thresholds.size
+
+    @property
+    def samples(self) -> float:
+        """Sum of the weights: the number of samples where all count alike."""
+        return float(self.matrix[0, 0]) if self.counted is None else self.counted
+
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        """Sums over the samples of both."""
+        if not np.array_equal(self.thresholds, other.thresholds) or self.matrix.shape != other.matrix.shape:
+            raise ParameterError(
+                f"sums over {self.operators} and {other.operators} operators (matrices {self.matrix.shape} and "
+                f"{other.matrix.shape}) belong to different columns and cannot be added. Accumulate both with the "
+                f"same thresholds and the same extra columns.",
+                operators=(self.operators, other.operators),
+            )
+        counted = None if self.counted is other.counted is None else self.samples + other.samples
+        return NormalEquations(self.thresholds, self.matrix + other.matrix, counted)
+
+    def coarser(self, kept: npt.NDArray[np.bool_]) -> NormalEquations:
+        """Sums of the operators with kept[i] only, (n,), kept[0] among them: neighbouring cells are added up."""
+        if kept.shape != self.thresholds.shape or not kept[0]:
+            raise ParameterError(
+                f"kept must have one entry for each of the {self.operators} operators and keep the first: without a "
+                f"play of radius 0 the model has no inverse.",
+                operators=self.operators,
+            )
+        n = self.operators
+        starts = np.concatenate([[0], 1 + np.flatnonzero(kept), np.arange(1 + n, self.matrix.shape[0])])
+        merged = np.add.reduceat(np.add.reduceat(self.matrix, starts, axis=0), starts, axis=1)
+        return NormalEquations(self.thresholds[kept], merged, self.counted)
+
+
+def sums_of(
+    data: DataSet, bank: Bank, knots: Array | None = None, span: Callable[[Piece], slice] | None = None
+) -> NormalEquations:
+    """Sums of [1 | cells | ramps | y] over the fitted samples of a data set, or over another span of each piece.
+
+    Parameters
+    ----------
+    knots
+        Knots of an output map: adds the ramp columns. None leaves them out.
+    span
+        Samples of a piece that count; by default those that are fitted.
+    """
+    targets = 1 + (0 if knots is None else knots.size - 1)
+    total: Array | None = None
+    count, freed = 0.0, False
+    for piece, state in zip(data.pieces, bank.states, strict=True):
+        chosen = piece.fitted(bank.initial_state) if span is None else span(piece)
+        if chosen.stop <= chosen.start:
+            continue
+        gram = Gram(bank.thresholds, state, targets)
+        for part in chunks(slice(0, chosen.start)):
+            gram.skip(piece.x[part])
+        for part in chunks(chosen):
+            y = piece.y[part][None, :]
+            columns = y if knots is None else np.concatenate([ramp_columns(y[0], knots), y])
+            gram.add(piece.x[part], columns, None if piece.weight is None else piece.weight[part])
+        sums = gram.take()
+        count += float(sums[0, 0])
+        if piece.unknown_level(bank.initial_state):
+            freed, sums = True, without_level(sums)
+        total = sums if total is None else np.add(total, sums, out=total)
+    if total is None:
+        raise AssertionError("no rows to fit")  # the caller has checked
+    return NormalEquations(bank.thresholds, total, count if freed else None)
+
+
+def without_level(matrix: Array) -> Array:
+    """Sums over the samples of a piece, of the columns less their means: its output has a constant of its own.
+
+    A trace of the level is left, so that the offset is something where every piece has its own.
+    """
+    count = float(matrix[0, 0])
+    return matrix if count == 0.0 else matrix - (1.0 - TRACE) / count * np.outer(matrix[0], matrix[0])
+
+
+def ramp_columns(y: Array, knots: Array) -> Array:
+    """Rows min(max(y - k_j, 0), k_{j+1} - k_j), (p, m): with slopes m_j they sum to a piecewise linear map."""
+    ramp: Array = np.subtract(y, knots[:-1, None])
+    return np.clip(ramp, 0.0, np.diff(knots)[:, None], out=ramp)

@@ -11,11 +11,12 @@ import numpy as np
 from dehyst.arrays import Array, Mask
 from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording
+from dehyst.identification import facts
 from dehyst.identification.data import DataSet, Piece, chunks, range_over
+from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import InputError, Score
-from dehyst.identification.levels import started
-from dehyst.identification.regressors import Bank
-from dehyst.models import HysteresisModel
+from dehyst.identification.regressors import Bank, started
+from dehyst.models import HysteresisModel, StaticCurve
 
 
 class Readable(Protocol):
@@ -27,18 +28,10 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class Part:
-    """Which samples of the recordings are meant, and how much each counts.
+    """Which samples of the recordings are meant, and how much each counts."""
 
-    Attributes
-    ----------
-    spans
-        Spans of samples, for each recording.
-    weights
-        Weight of each sample of each recording, (T,), or None where all count alike.
-    """
-
-    spans: tuple[tuple[slice, ...], ...]
-    weights: tuple[Array | None, ...]
+    spans: tuple[tuple[slice, ...], ...]  # Spans of samples, for each recording
+    weights: tuple[Array | None, ...]  # Weight of each sample of each recording, (T,), or None where all count alike
 
     def __bool__(self) -> bool:
         """Whether there are any samples."""
@@ -81,14 +74,9 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Moments:
-    """Sums over samples of a signal.
+    """Sums over samples of a signal."""
 
-    Attributes
-    ----------
-    count, mean, square, largest
-        Sum of the weights, weighted mean, weighted mean square, largest absolute value.
-    """
-
+    # count, mean, square, largest: Sum of the weights, weighted mean, weighted mean square, largest absolute value
     count: float
     mean: float
     square: float
@@ -205,3 +193,164 @@ def input_error_of(moments: Moments, span: float) -> InputError | None:
     if not moments.count:
         return None
     return InputError(100.0 * moments.rms / span, 100.0 * moments.mean / span)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What comparing a model with all samples gives."""
+
+    # The data, the model's output and what its inverse asks for, (T,) for each recording; names as in `Fit`
+    recordings: tuple[Recording, ...]
+    predictions: tuple[Array, ...]
+    inverse_predictions: tuple[Array, ...]
+    # train_masks, test_masks: Which samples were fitted and held out
+    train_masks: tuple[Mask, ...]
+    test_masks: tuple[Mask, ...]
+    # train, test, static_train, static_test: Scores of the model and of the curve
+    train: Score
+    test: Score | None
+    static_train: Score
+    static_test: Score | None
+    round_trip: float  # Of model and inverse, relative to the ranges
+    # input_train, input_test: Error of the input asked for; None where nothing was held out
+    input_train: InputError
+    input_test: InputError | None
+    curve_input: InputError  # The same of the curve's inverse, over held-out samples if there are any
+    beyond: float  # How far the held-out input leaves what was fitted, share of the range
+    levels_apart: float  # Largest difference of the mean residuals of two recordings. [output]
+    evidence: tuple[Evidence, ...]  # Of rate and creep; empty without time stamps
+    # Change of the residual from the first to the last cycle, and its standard error. [output]
+    drift: tuple[float, float]
+
+    @property
+    def input_error(self) -> InputError:
+        """Over held-out samples, over fitted ones if none were held out."""
+        return self.input_test or self.input_train
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Output of a curve without memory, made where it is asked for."""
+
+    curve: StaticCurve
+    input: Array
+
+    def __getitem__(self, part: slice) -> Array:
+        """Output at some samples."""
+        return self.curve.simulate(self.input[part])
+
+    @property
+    def whole(self) -> Array:
+        """Output at all samples, (T,)."""
+        return self.curve.simulate(self.input)
+
+
+class Measure(Protocol):
+    """Compares a model and a curve with all samples of a data set."""
+
+    def __call__(self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        """Return scores and what the residuals say; `turns` is the number of turning points of the fitted part."""
+        ...
+
+
+class InMemory:
+    """Compares models with recordings in memory; the test of rate and creep is made once for all of them.
+
+    Parameters
+    ----------
+    records
+        The data.
+    loads
+        Shares (T,), 0 at the least and 1 at the most, of signals that change the loop, for each recording.
+    """
+
+    def __init__(self, records: tuple[Recording, ...], loads: Sequence[Sequence[Array]] = ()) -> None:
+        self._records, self._loads = records, loads
+        self._tested: tuple[Evidence, ...] | None = None
+
+    def __call__(self, data: DataSet, bank: Bank, model: HysteresisModel, static: StaticCurve, turns: int) -> Measured:
+        """Compare a model whose memory before each piece a bank tells."""
+        outputs, demands = predictions(self._records, data, bank, model)
+        trip = round_trip(model, self._records[0].input)
+        scored = parts(self._records, data, bank.initial_state)
+        return self.compared(data, scored, outputs, demands, trip, static, turns)
+
+    def compared(
+        self,
+        data: DataSet,
+        scored: tuple[Part, Part],
+        outputs: tuple[Array, ...],
+        demands: tuple[Array, ...],
+        trip: float,
+        static: StaticCurve,
+        turns: int,
+    ) -> Measured:
+        """Compare what a model answers, and what its inverse asks for, over fitted and held-out samples."""
+        records, (fitted, held_out) = self._records, scored
+        curves = tuple(Answers(static, record.input) for record in records)
+        train, test = (score(records, outputs, part, data.output_range) for part in (fitted, held_out))
+        static_train, static_test = (score(records, curves, part, data.output_range) for part in (fitted, held_out))
+        input_train, input_test = (input_error(records, demands, part) for part in (fitted, held_out))
+        asked = tuple(static.inverse().simulate(record.output) for record in records)
+        curve_input = input_error(records, asked, fitted if test is None else held_out)
+        if train is None or static_train is None or input_train is None or curve_input is None:
+            raise AssertionError("no training samples")  # the caller has checked
+        # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
+        better = outputs if train.rmse <= static_train.rmse else tuple(curve.whole for curve in curves)
+        change = (0.0, 0.0)
+        seen = fitted.mask(0, len(records[0])) | held_out.mask(0, len(records[0]))
+        if np.count_nonzero(seen) > 8:
+            signals = (records[0].input, better[0], records[0].output)
+            change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
+        if self._tested is None:
+            self._tested = _evidence(records, data, turns, self._loads)
+        return Measured(
+            recordings=records,
+            predictions=outputs,
+            inverse_predictions=demands,
+            train_masks=tuple(fitted.mask(index, len(record)) for index, record in enumerate(records)),
+            test_masks=tuple(held_out.mask(index, len(record)) for index, record in enumerate(records)),
+            train=train,
+            test=test,
+            static_train=static_train,
+            static_test=static_test,
+            round_trip=trip,
+            input_train=input_train,
+            input_test=input_test,
+            curve_input=curve_input,
+            beyond=_beyond_training(records, held_out, data),
+            levels_apart=_levels_apart(records, outputs, fitted, held_out),
+            evidence=self._tested,
+            drift=change,
+        )
+
+
+def _evidence(
+    records: tuple[Recording, ...], data: DataSet, turns: int, loads: Sequence[Sequence[Array]]
+) -> tuple[Evidence, ...]:
+    timed = [(k, record, record.time) for k, record in enumerate(records) if record.time is not None]
+    found = []
+    for (k, record, time), rows in zip(timed, rows_of([len(record) for _, record, _ in timed], turns), strict=True):
+        signals = [time, record.input, record.output, *(loads[k] if loads else ())]
+        found += stretches_of(data, k, rows, np.array([signal[rows] for signal in signals]))
+    return evidence(found)
+
+
+def _levels_apart(records: tuple[Recording, ...], outputs: tuple[Array, ...], fitted: Part, held_out: Part) -> float:
+    """Largest difference of the mean residuals of two recordings, where they are fitted if they are. [output]"""
+    if len(records) < 2:
+        return 0.0
+    measured = [record.output for record in records]
+    parts_of = [[part.moments(measured, outputs, k) for part in (fitted, held_out)] for k in range(len(records))]
+    levels = [next(about.mean for about in found if about.count) for found in parts_of if any(a.count for a in found)]
+    return max(levels) - min(levels)
+
+
+def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) -> float:
+    """How far the held-out input leaves [-1, 1] scaled, share of the range."""
+    if not part:
+        return 0.0
+    inputs = [record.input for record in records]
+    middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
+    farthest = part.moments(inputs, middle, extremes=True).largest
+    return 0.5 * max(0.0, farthest / data.half_range - 1.0)

@@ -1,30 +1,138 @@
-"""Choose a family by its error on loops held out inside the training part.
-
-The training samples are cut into five consecutive blocks. Each candidate is fitted five times without one
-block and scored on it; since the memory of a play depends on the input alone, which is known throughout, a
-block can be left out anywhere. Scores are compared by ratio (geometric mean over the blocks): blocks differ in
-difficulty, and one that holds the only virgin curve must not decide alone.
-"""
+"""Blocks of a short signal, summed once for one bank of operators, fitted and scored by every choice."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array, rank
 from dehyst.identification.data import DataSet, extremes
-from dehyst.identification.families import FAMILIES, STATIC, Estimate, Regularisation, gain_of, is_high
+from dehyst.identification.families import (
+    FAMILIES,
+    MAP_PIECES,
+    STATIC,
+    Estimate,
+    Regularisation,
+    fit_family,
+    gain_of,
+    is_high,
+    mapped,
+)
 from dehyst.identification.fit import Candidate
-from dehyst.identification.folds import Folds, blocks_of
 from dehyst.identification.memory import largest_radius
-from dehyst.identification.regressors import make_bank
-from dehyst.identification.short_signal import shorten
+from dehyst.identification.regressors import Bank, NormalEquations, make_bank, ramp_columns
+from dehyst.identification.short_signal import ShortSignal, shorten
 from dehyst.identification.static_curve import fit_static, held_out_errors
 from dehyst.identification.threads import in_parallel
+
+Marks = npt.NDArray[np.bool_]
+
+BLOCKS = 5
+# What is left of a log without one block may not move every play; a trace of ridge keeps those at rest, whose
+# weights would otherwise be anything. Relative to the rms of the scaled output.
+FOLD_RIDGE = 1e-4
+
+
+def output_knots() -> Array:
+    """Knots of the output map over the training range, scaled."""
+    return np.linspace(-1.0, 1.0, MAP_PIECES + 1)
+
+
+def blocks_of(rows: int, blocks: int = BLOCKS) -> list[slice]:
+    """Consecutive blocks of some rows."""
+    parts = np.array_split(np.arange(rows), blocks)
+    return [slice(int(part[0]), int(part[-1]) + 1) for part in parts]
+
+
+class Setting(Protocol):
+    """What a choice says about the program."""
+
+    @property
+    def family(self) -> str:
+        """Model family."""
+
+    @property
+    def regularisation(self) -> Regularisation | None:
+        """Of the output map."""
+
+
+class Folds:
+    """Consecutive blocks of the rows under one bank of operators."""
+
+    def __init__(self, short: ShortSignal, bank: Bank, blocks: int = BLOCKS, ramps: bool = True) -> None:
+        self._short, self._bank = short, bank
+        self._y, self._weight = short.y, short.weight
+        self._blocks = blocks_of(short.rows, blocks)
+        self.knots = output_knots()
+        self._samples = float(self._y.size if self._weight is None else np.sum(self._weight))
+        self._targets = self._y[None, :]
+        if ramps:
+            self._targets = np.vstack([ramp_columns(self._y, self.knots), self._y])
+        self._sums = short.sums(bank.thresholds, bank.states, self._targets, self._blocks)
+        self._warm: dict[tuple[str, int], Marks | None] = {}
+
+    def errors(self, choice: Setting, eps: float) -> Array:
+        """RMSE on every block of the fit to the others, scaled, (blocks,)."""
+        return np.array([error for _, _, error in self.estimates(choice, eps)])
+
+    def estimates(self, choice: Setting, eps: float) -> list[tuple[Estimate, slice, float]]:
+        """Fit to all blocks but one, the rows of that block and the RMSE on them, scaled, for each block."""
+        estimates = [self._without(choice, eps, left_out) for left_out in range(len(self._blocks))]
+        return [(found, block, self._rms(found, block)) for found, block in zip(estimates, self._blocks, strict=True)]
+
+    def _without(self, choice: Setting, eps: float, left_out: int) -> Estimate:
+        others = [block for k, block in enumerate(self._sums) if k != left_out]
+        sums = self._summed(np.sum(others, axis=0), left_out)
+        estimate = fit_family(
+            choice.family, sums, eps, self.knots, choice.regularisation,
+            fold_ridge=FOLD_RIDGE**2 * self._samples,
+            warm=self._warm.get((choice.family, left_out)),
+            triangle=lambda: self._triangle(left_out),
+        )  # fmt: skip
+        self._warm[choice.family, left_out] = estimate.passive
+        return estimate
+
+    def whole(self, choice: Setting, eps: float) -> tuple[Estimate, float]:
+        """Fit to all rows, and its RMSE on these, scaled."""
+        whole = self._sums[0] if len(self._sums) == 1 else np.sum(self._sums, axis=0)
+        estimate = fit_family(
+            choice.family, self._summed(whole, None), eps, self.knots, choice.regularisation,
+            warm=self._warm.get((choice.family, -1)), triangle=lambda: self._triangle(None),
+        )  # fmt: skip
+        self._warm[choice.family, -1] = estimate.passive
+        return estimate, self._rms(estimate, slice(0, self._y.size), alone=False)
+
+    def _summed(self, matrix: Array, left_out: int | None) -> NormalEquations:
+        """Sums with the count of the samples, where levels were taken out of them."""
+        if not any(piece.own_level for piece in self._short.pieces):
+            return NormalEquations(self._bank.thresholds, matrix)
+        counts = np.ones(self._y.size) if self._weight is None else self._weight.copy()
+        if left_out is not None:
+            counts[self._blocks[left_out]] = 0.0
+        return NormalEquations(self._bank.thresholds, matrix, float(np.sum(counts)))
+
+    def _rms(self, estimate: Estimate, block: slice, alone: bool = True) -> float:
+        bank = self._bank
+        inner = self._short.outputs(bank.thresholds, bank.states, estimate.weights, estimate.offset)[block]
+        residual = self._short.levelled(mapped(estimate, inner, self.knots) - self._y[block], block, alone)
+        return float(np.sqrt(np.average(residual**2, weights=None if self._weight is None else self._weight[block])))
+
+    def _triangle(self, left_out: int | None) -> Array:
+        from dehyst.identification.least_squares import triangle  # only where normal equations will not do
+
+        plays = self._short.plays(self._bank.thresholds, self._bank.states)
+        rows = np.column_stack([np.ones(self._y.size), plays, self._targets.T])
+        for block in self._blocks:
+            rows[block] = self._short.levelled(rows[block], block, alone=False)
+        if self._weight is not None:
+            rows *= np.sqrt(self._weight)[:, None]
+        return triangle(rows if left_out is None else np.delete(rows, self._blocks[left_out], axis=0))
+
 
 # Rows that take part in the comparison: more change no choice, only its cost.
 COMPARED_ROWS = 4000
@@ -67,20 +175,13 @@ BY_ORIENTATION = {
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What is fitted in the end.
+    """What is fitted in the end."""
 
-    Attributes
-    ----------
-    family, initial_state, regularisation
-        The settings; the regularisation is None for families without an output map.
-    power
-        Exponent of the threshold grid, or None for the one of the family.
-    """
-
+    # family, initial_state, regularisation: The settings; the regularisation is None for families without an output map
     family: str
     initial_state: str
     regularisation: Regularisation | None
-    power: float | None = None
+    power: float | None = None  # Exponent of the threshold grid, or None for the one of the family
 
 
 def threshold_grid(data: DataSet, operators: int, choice: Choice, given: Array | None) -> Array:
@@ -191,23 +292,16 @@ def choose_operators(data: DataSet, choice: Choice, eps: float) -> tuple[int, Ch
 
 
 class Firmness(NamedTuple):
-    """What a firmer bound of the slope after a reversal does.
+    """What a firmer bound of the slope after a reversal does."""
 
-    Attributes
-    ----------
-    affordable
-        Smallest eps, scaled, with which the inverse's gain is not high, or the largest one that costs no more than 5 %
-        of the fit where that is less; None if the gain is not high anyway, or nothing firmer can be afforded.
-    enough, cost
-        Smallest eps with which the gain is not high, or None, and by which share it raises the error of the fit.
-    strain
-        By which share the error of the fit is larger than with the loosest bound, 0.001.
-    """
-
+    # Smallest eps, scaled, with which the inverse's gain is not high, or the largest one that costs no more than 5 % of
+    # the fit where that is less; None if the gain is not high anyway, or nothing firmer can be afforded
     affordable: float | None = None
+    # enough, cost: Smallest eps with which the gain is not high, or None, and by which share it raises the error of the
+    # fit
     enough: float | None = None
     cost: float = 0.0
-    strain: float = 0.0
+    strain: float = 0.0  # By which share the error of the fit is larger than with the loosest bound, 0.001
 
     def times(self, slope: float) -> Firmness:
         """The same in the units of a call."""

@@ -14,8 +14,7 @@ import numpy as np
 import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.identification.data import DataSet, Piece, chunks
-from dehyst.identification.regressors import fitted_samples
-from dehyst.identification.sums import without_level
+from dehyst.identification.regressors import fitted_samples, without_level
 
 # Parts of a long signal after which what they left is looked through again.
 OFTEN = 256
@@ -23,41 +22,22 @@ OFTEN = 256
 
 @dataclass(frozen=True)
 class ShortPiece:
-    """Rows of one piece.
+    """Rows of one piece."""
 
-    Attributes
-    ----------
-    x
-        Input at the rows and at the extremes between them, (m,), scaled.
-    place
-        Where the rows stand in x, (k,).
-    rows
-        Indices of the rows in the piece, (k,).
-    y, weight
-        Output and weight at the rows, (k,); no weight where all count alike.
-    own_level
-        Whether an unknown constant is in y.
-    """
-
-    x: Array
-    rows: Rows
-    place: Rows
+    x: Array  # Input at the rows and at the extremes between them, (m,), scaled
+    rows: Rows  # Indices of the rows in the piece, (k,)
+    place: Rows  # Where the rows stand in x, (k,)
+    # y, weight: Output and weight at the rows, (k,); no weight where all count alike
     y: Array
     weight: Array | None
-    own_level: bool
+    own_level: bool  # Whether an unknown constant is in y
 
 
 @dataclass(frozen=True)
 class ShortSignal:
-    """Rows of all pieces, (k,) together.
+    """Rows of all pieces, (k,) together."""
 
-    Attributes
-    ----------
-    pieces
-        Those of the data set.
-    """
-
-    pieces: tuple[ShortPiece, ...]
+    pieces: tuple[ShortPiece, ...]  # Those of the data set
 
     @property
     def rows(self) -> int:

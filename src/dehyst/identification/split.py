@@ -27,21 +27,11 @@ SAME_RANGE = 0.01
 
 @dataclass(frozen=True)
 class Split:
-    """What is fitted of each recording.
+    """What is fitted of each recording."""
 
-    Attributes
-    ----------
-    ends
-        Samples before this index are fitted, one index a recording: 0 where it is held out.
-    share
-        Share of the samples that is fitted.
-    held_out
-        Recordings that are held out whole; none where a share of each is.
-    """
-
-    ends: tuple[int, ...]
-    share: float
-    held_out: tuple[int, ...] = ()
+    ends: tuple[int, ...]  # Samples before this index are fitted, one index a recording: 0 where it is held out
+    share: float  # Share of the samples that is fitted
+    held_out: tuple[int, ...] = ()  # Recordings that are held out whole; none where a share of each is
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -15,10 +15,10 @@ from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding, Grade, grade_of
+from dehyst.identification.certify import GOOD_PERCENT
 from dehyst.identification.data import range_over
 from dehyst.identification.direct.data import check_given
 from dehyst.identification.fit import InputError, Score
-from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.identification.memory import known_from
 from dehyst.identification.mending import mended
 from dehyst.identification.scores import Part, score

@@ -12,8 +12,8 @@ from dehyst.families.comparison import POOR, Comparison
 from dehyst.families.fitting import FamilyFit
 from dehyst.files import write_atomically
 from dehyst.findings import Grade
+from dehyst.identification.certify import GOOD_PERCENT
 from dehyst.identification.fit import Score
-from dehyst.identification.judge import GOOD_PERCENT
 from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, path_of, says
 from dehyst.report.rendering import Sheet, sheet_page
 from dehyst.report.svg import write_picture

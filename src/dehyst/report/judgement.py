@@ -11,8 +11,8 @@ from dehyst.arrays import Array
 from dehyst.data.ranges import robust_range
 from dehyst.findings import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
+from dehyst.identification.certify import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.fit import Fit, LoopFacts, Score, word_of
-from dehyst.identification.judge import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import SignalCard
 from dehyst.report.text import count, number, short, with_unit

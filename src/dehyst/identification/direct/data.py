@@ -16,6 +16,7 @@ from dehyst.identification import facts
 from dehyst.identification.data import middle, prepare, range_over, require_gain
 from dehyst.identification.memory import known_after_break, known_from
 from dehyst.identification.split import Split
+from dehyst.models.arrays import parameter_array, strictly_increasing
 
 # Fewer fitted samples than this cannot tell the terms of a direct inverse apart.
 LEAST_SAMPLES = 40
@@ -23,41 +24,22 @@ LEAST_SAMPLES = 40
 
 @dataclass(frozen=True)
 class DirectPiece:
-    """Samples with continuous memory, scaled.
+    """Samples with continuous memory, scaled."""
 
-    Attributes
-    ----------
-    y, u
-        Output and input, (T,), in [-1, 1] over the fitted part.
-    time
-        (T,) [s], or None.
-    rate
-        Smoothed dy/dt, (T,) [1/s]; zeros without time.
-    given
-        Share xi of each scheduling signal, (T,), 0 at its lowest and 1 at its highest fitted value.
-    recording, start
-        Which recording, and the index of the first sample in it.
-    split
-        Samples before this index are fitted.
-    known
-        Index from which the memory is that of the output's own extremes.
-    after_break
-        Whether nothing is known about the output before this piece.
-    left_out
-        Samples that do not count.
-    """
-
+    # y, u: Output and input, (T,), in [-1, 1] over the fitted part
     y: Array
     u: Array
-    time: Array | None
-    rate: Array
+    time: Array | None  # (T,) [s], or None
+    rate: Array  # Smoothed dy/dt, (T,) [1/s]; zeros without time
+    # Share xi of each scheduling signal, (T,), 0 at its lowest and 1 at its highest fitted value
     given: tuple[Array, ...]
+    # recording, start: Which recording, and the index of the first sample in it
     recording: int
     start: int
-    split: int
-    known: int
-    after_break: bool
-    left_out: npt.NDArray[np.int64]
+    split: int  # Samples before this index are fitted
+    known: int  # Index from which the memory is that of the output's own extremes
+    after_break: bool  # Whether nothing is known about the output before this piece
+    left_out: npt.NDArray[np.int64]  # Samples that do not count
 
     @property
     def span(self) -> slice:
@@ -215,3 +197,80 @@ def check_given(name: str, values: object, records: Sequence[Recording]) -> tupl
                 indices=bad,
             )
     return arrays
+
+
+AUTO = "auto"
+MOST_TIMES = 12
+# Offered where their number is not asked for.
+USUAL_TIMES = 6
+# A log tells time constants apart from three of its sampling steps up to a third of its fitted part; over less than
+# 1 : 300 of that nothing is gained.
+STEPS, SHARE, WIDEST = 3.0, 1.0 / 3.0, 300.0
+
+
+def check_creep(creep: int | str, times: npt.ArrayLike | None) -> Array | None:
+    """Return the given time constants, or None; refuse a number or times that are none."""
+    if times is not None:
+        if not (isinstance(creep, str) and creep == AUTO):
+            raise ParameterError(
+                f"creep = {creep!r} and creep_times = {times!r} are both given: one says how many time constants, the "
+                f"other which. Pass one of them (--creep or --creep-times).",
+                creep=creep,
+            )
+        given = parameter_array(times, "creep_times")
+        strictly_increasing(given, "creep_times")
+        if not given[0] > 0.0:
+            raise ParameterError(
+                f"creep_times[0] = {given[0]:g} s must be positive: it is how long creep takes. Pass for example "
+                f"creep_times=[4, 25, 150] (--creep-times 4,25,150)."
+            )
+        if given.size > MOST_TIMES:
+            raise ParameterError(
+                f"{given.size} creep times: pass at most {MOST_TIMES}; time constants closer than a factor of 2 cannot "
+                f"be told apart."
+            )
+        return given
+    if creep == AUTO and isinstance(creep, str):
+        return None
+    if isinstance(creep, bool) or not isinstance(creep, (int, np.integer)) or not 0 <= creep <= MOST_TIMES:
+        raise ParameterError(
+            f"creep = {creep!r}: pass how many time constants to offer, 0 to {MOST_TIMES} (--creep 3), or 'auto'.",
+            creep=creep,
+        )
+    return None
+
+
+def separable(data: DirectData) -> tuple[float, float]:
+    """Shortest and longest time constants that the fitted part tells apart. [s]"""
+    steps, longest = [], 0.0
+    for piece in data.pieces:
+        if piece.time is not None and piece.split >= 2:
+            fitted = piece.time[: piece.split]
+            steps.append(np.diff(fitted))
+            longest = max(longest, float(fitted[-1] - fitted[0]))
+    if not steps:
+        return 0.0, 0.0
+    high = SHARE * longest
+    return max(STEPS * float(np.median(np.concatenate(steps))), high / WIDEST), high
+
+
+def time_constants(data: DirectData, creep: int | str, given: Array | None) -> Array:
+    """Time constants to offer, (m,). [s]"""
+    if given is not None:
+        return given
+    low, high = separable(data)
+    count = USUAL_TIMES if isinstance(creep, str) else int(creep)
+    if count == 0 or not low < high:
+        return np.zeros(0)
+    return np.array([np.sqrt(low * high)]) if count == 1 else np.geomspace(low, high, count)
+
+
+def words(times: Sequence[float] | Array) -> str:
+    """Time constants in words.
+
+    Examples
+    --------
+    >>> words([4.0, 25.0, 150.0])
+    '4, 25, 150 s'
+    """
+    return ", ".join(f"{value:.3g}" for value in times) + " s"

@@ -15,28 +15,35 @@ from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
 from dehyst.identification.cautions import Knows
 from dehyst.identification.certify import fit_of
-from dehyst.identification.direct.cautions import about_direct_fit, about_terms
-from dehyst.identification.direct.columns import (
+from dehyst.identification.direct.data import (
+    AUTO,
+    DirectData,
+    DirectPiece,
+    check_creep,
+    check_given,
+    prepare_direct,
+    time_constants,
+)
+from dehyst.identification.direct.program import (
     GROUPS,
     LENGTHS,
     RADII,
     ROWS,
     STARTS,
     Bank,
+    DirectEstimate,
     Layout,
     Shape,
+    predict,
+    solve_shape,
     terms_along,
 )
-from dehyst.identification.direct.data import DirectData, DirectPiece, check_given, prepare_direct
-from dehyst.identification.direct.program import DirectEstimate, predict, solve_shape
-from dehyst.identification.direct.selection import Trials, TriedShape, choose_shape
-from dehyst.identification.direct.times import AUTO, check_creep, time_constants
+from dehyst.identification.direct.selection import Trials, TriedShape, about_direct_fit, about_terms, choose_shape
 from dehyst.identification.evidence import Evidence, without_holds
 from dehyst.identification.families import FAMILIES
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
-from dehyst.identification.measures import InMemory
 from dehyst.identification.procedure import Prepared, prepared
-from dehyst.identification.scores import Part, part_of
+from dehyst.identification.scores import InMemory, Part, part_of
 from dehyst.identification.settings import check_recordings
 from dehyst.identification.split import HALF, Split
 from dehyst.identification.static_curve import curve_of, fit_static

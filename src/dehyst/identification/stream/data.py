@@ -8,29 +8,13 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data.ranges import robust_range
-from dehyst.identification.data import (
-    DataSet,
-    Piece,
-    clear_trend,
-    middle,
-    require_gain,
-    trend_of_increments,
-)
+from dehyst.identification.data import DataSet, Piece, clear_trend, middle, require_gain, trend_of_increments
 from dehyst.identification.facts import Branches, shares, spread, strokes
 from dehyst.identification.memory import VISITED, Known, known_of
-from dehyst.identification.split import (
-    HALF,
-    LEAST_RECORDINGS,
-    Outline,
-    Split,
-    checked,
-    end_of,
-    whole,
-    whole_recordings,
-)
-from dehyst.identification.stream.column import INPUT, OUTPUT, Column
+from dehyst.identification.split import HALF, LEAST_RECORDINGS, Outline, Split, checked, end_of, whole, whole_recordings
 from dehyst.identification.stream.log import Log, spans
-from dehyst.identification.stream.zigzag import PLACE, VALUE, Zigzag
+from dehyst.identification.stream.outline import PLACE, VALUE, Zigzag
+from dehyst.identification.stream.samples import INPUT, OUTPUT, Column
 
 # Swings that count, of the scaled input: a twentieth of its range.
 SWING = 0.1

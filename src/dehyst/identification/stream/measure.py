@@ -14,13 +14,11 @@ from dehyst.data.ranges import robust_range
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import Score
-from dehyst.identification.levels import started
-from dehyst.identification.measures import Measure, Measured
-from dehyst.identification.regressors import Bank
-from dehyst.identification.scores import Moments, input_error_of, score_of
-from dehyst.identification.stream.column import INPUT, OUTPUT, TIME
+from dehyst.identification.regressors import Bank, started
+from dehyst.identification.scores import Measure, Measured, Moments, input_error_of, score_of
 from dehyst.identification.stream.log import Log
-from dehyst.identification.stream.zigzag import PLACE, TAGS, Zigzag
+from dehyst.identification.stream.outline import PLACE, TAGS, Zigzag
+from dehyst.identification.stream.samples import INPUT, OUTPUT, TIME
 from dehyst.models import HysteresisModel, StaticCurve
 
 # Which samples a part of a piece belongs to.
@@ -252,8 +250,8 @@ class _Comparison:
         train_masks, test_masks = (tuple(self._masks(kind)) for kind in (FITTED, HELD_OUT))
         return Measured(
             recordings=tuple(log.recording for log in self.logs),
-            outputs=tuple(kept.values[0] for kept in self.kept),
-            demands=tuple(kept.values[1] for kept in self.kept),
+            predictions=tuple(kept.values[0] for kept in self.kept),
+            inverse_predictions=tuple(kept.values[1] for kept in self.kept),
             train_masks=train_masks,
             test_masks=test_masks,
             train=train[0],

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
+from dehyst.data.loops import turning_points
 
 MOST = 1 << 15
 # Rows that stand for a bucket: its first sample and those with the least and largest x and y.
@@ -20,21 +21,11 @@ SUMS = 6  # count, x, y, xx, yy, xy
 
 
 class Outline:
-    """Buckets of one log.
+    """Buckets of one log."""
 
-    Attributes
-    ----------
-    samples
-        Samples added.
-    size
-        Samples of a bucket; the last one may hold fewer.
-    origin
-        x and y of the first sample, which sums are taken from.
-    """
-
-    samples: int = 0
-    size: int = 1
-    origin: tuple[float, float] = (0.0, 0.0)
+    samples: int = 0  # Samples added
+    size: int = 1  # Samples of a bucket; the last one may hold fewer
+    origin: tuple[float, float] = (0.0, 0.0)  # x and y of the first sample, which sums are taken from
 
     def __init__(self, most: int = MOST) -> None:
         self._most = most
@@ -156,3 +147,64 @@ def _joined(rows: Array, sums: Array, group: int) -> tuple[Array, Array]:
         values = rows[:, :, kind, column]
         picked[:, kind] = rows[each, values.argmin(axis=1) if least else values.argmax(axis=1), kind]
     return picked, sums.reshape(-1, group, SUMS).sum(axis=1)
+
+
+# Columns of what is kept of a sample: its number, its value, and from there on what the caller attached to it.
+PLACE, VALUE, TAGS = range(3)
+
+
+class Zigzag:
+    """Turning points by swings larger than `swing`.
+
+    Parameters
+    ----------
+    swing
+        Smallest swing that counts, > 0.
+    tags
+        Number of values that are attached to each sample.
+
+    Attributes
+    ----------
+    inner
+        Number of turning points found so far, the first and the last sample not among them.
+
+    Examples
+    --------
+    >>> zigzag = Zigzag(0.5)
+    >>> [zigzag.add(0, np.array([0.0, 1.0, 0.0])).tolist(), zigzag.add(3, np.array([0.2, 1.0])).tolist()]
+    [[[1.0, 1.0]], [[2.0, 0.0]]]
+    """
+
+    inner: int = 0
+
+    def __init__(self, swing: float, tags: int = 0) -> None:
+        self._swing = swing
+        self._carry = np.zeros((0, TAGS + tags))
+
+    def add(self, begin: int, x: Array, tags: Array | None = None) -> Array:
+        """Add the samples from number `begin` on, with their tags, (tags, K).
+
+        Returns the inner turning points that are certain now, (m, 2 + tags).
+        """
+        kept = self._candidates(x)
+        rows = np.empty((kept.size, self._carry.shape[1]))
+        rows[:, PLACE], rows[:, VALUE] = begin + kept, x[kept]
+        if tags is not None:
+            rows[:, TAGS:] = tags[:, kept].T
+        rows = np.concatenate([self._carry, rows])
+        points = turning_points(rows[:, VALUE], self._swing)[1:-1]
+        self.inner += points.size
+        open_end = rows[points[-1] if points.size else 0 :]
+        values = open_end[:, VALUE]
+        self._carry = open_end[np.unique([0, values.argmin(), values.argmax(), values.size - 1])]
+        return rows[points]
+
+    def _candidates(self, x: Array) -> Rows:
+        points = turning_points(x, self._swing)
+        if points.size < 2:
+            return points
+        found = [points]
+        for begin, end in {(0, int(points[1])), (int(points[-2]), x.size - 1)}:
+            part = x[begin : end + 1]
+            found.append(np.array([begin + part.argmin(), begin + part.argmax()]))
+        return np.unique(np.concatenate(found))
