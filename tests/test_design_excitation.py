@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.design import UNSEEN_TIPS, Limits, design_drift_motion, design_excitation, separability
-from dehyst.design.drift_motion import CYCLES
-from dehyst.design.plan_sections import HOMED, HOMED_RADII, HOMING_LEFT
+from dehyst.design.design import CYCLES
+from dehyst.design.plan import HOMED, HOMED_RADII, HOMING_LEFT
 from dehyst.design.separability import OCTAVES, columns, lags
 from dehyst.errors import ParameterError
 from dehyst.monitoring.groups import cycles_of, groups_of

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.design import Limits, admissible, shortest_homing
-from dehyst.design.homing_search import NODES
+from dehyst.design.homing import NODES
 from dehyst.errors import ParameterError
 
 

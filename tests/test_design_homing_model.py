@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import DirectInverse, Limits, home_model
-from dehyst.design.strokes import sampled
+from dehyst.design.excitation import sampled
 from dehyst.errors import ParameterError
 
 LIMITS = Limits(1.0, 4.0)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dehyst
-from dehyst.design.drift_motion import BLOCKS, CYCLES
+from dehyst.design.design import BLOCKS, CYCLES
 from dehyst.errors import ParameterError
 from dehyst.families.preisach import Preisach
 from dehyst.models import DirectInverse, ModelCard, SignalCard

@@ -15,7 +15,7 @@ from dehyst.app.requests import DesignRequest
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import print_json, tell, terminal
 from dehyst.design import ExcitationPlan, design_drift_motion, design_excitation
-from dehyst.design.drift_motion import CYCLES
+from dehyst.design.design import CYCLES
 from dehyst.errors import OutputError, ParameterError, UnitError
 from dehyst.files import write_atomically
 from dehyst.io import format_csv

@@ -1,14 +1,11 @@
 """Design of motions: what to log so that a model can be told from it, and how to home."""
 
-from dehyst.design.design import design_excitation
-from dehyst.design.drift_motion import design_drift_motion
-from dehyst.design.excitation import UNSEEN_TIPS, decaying_cycles, loops, triangle_sweep
-from dehyst.design.homing import Homing, shortest_homing
+from dehyst.design.design import design_drift_motion, design_excitation
+from dehyst.design.excitation import UNSEEN_TIPS, Limits, decaying_cycles, loops, triangle_sweep
+from dehyst.design.homing import Homing, admissible, shortest_homing
 from dehyst.design.homing_model import home_model
-from dehyst.design.homing_search import admissible
 from dehyst.design.plan import ExcitationPlan
 from dehyst.design.separability import separability
-from dehyst.design.strokes import Limits
 
 __all__ = [
     "UNSEEN_TIPS",

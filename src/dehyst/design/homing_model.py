@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.design.homing import Homing, check_room, shortest_homing
-from dehyst.design.homing_search import admissible
-from dehyst.design.strokes import Limits
+from dehyst.design.excitation import Limits
+from dehyst.design.homing import Homing, admissible, check_room, shortest_homing
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 
