@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from dehyst.cli import main
 from dehyst.control import Adaptation, JointController, JointControllerParameters, save_controller
-from dehyst.control.direct import direct_parameters
-from dehyst.control.joint import FLAGS, SWITCHES
+from dehyst.control.joint import FLAGS, SWITCHES, direct_parameters
 from dehyst.errors import ParameterError
 from dehyst.export import export, joint_subject, verify
 from dehyst.export.iec import load

@@ -1,10 +1,9 @@
 """Control of a joint: compensators, and the host side of the core's joint controller."""
 
-from dehyst.control.adaptation import Adaptation
 from dehyst.control.block import BLOCK_FLAGS, Block
 from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
-from dehyst.control.parameters import JointControllerParameters, Pneumatics
+from dehyst.control.parameters import Adaptation, JointControllerParameters, Pneumatics
 from dehyst.control.storage import load_adaptation, load_controller, load_partner, save_controller
 from dehyst.models.machine import BlockParameters
 

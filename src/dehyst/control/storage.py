@@ -1,4 +1,4 @@
-"""Files of a joint controller's parameters: plain JSON with a schema version and a checksum, as model files are."""
+"""Files of a joint controller: JSON with a schema version and a checksum; and what is wrong with the image of a state."""
 
 from __future__ import annotations
 
@@ -6,15 +6,48 @@ import hashlib
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from dehyst.control.adaptation import Adaptation
-from dehyst.control.parameters import JointControllerParameters, Pneumatics
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.control.parameters import Adaptation, JointControllerParameters, Pneumatics
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
 from dehyst.shell import visible
+
+Words = npt.NDArray[np.uint32]
+
+_FAULTS = {  # answers of the core, as in core/dehyst.h
+    1: ("size", "it has another length: cut off, or of a model with another number of operators"),
+    2: ("kind", "it is no image of such a state in double precision"),
+    3: ("damaged", "its checksum is wrong"),
+    4: ("foreign", "it was saved with another model or other parameters"),
+    5: ("invalid", "it holds a state that cannot be here"),
+}
+
+
+def refuse_image(answer: int, cure: str) -> None:
+    """Raise ParameterError with the fault's name as ``facts["fault"]`` unless the core's answer is good."""
+    if answer:
+        fault, what = _FAULTS[answer]
+        raise ParameterError(f"the state was not restored: {what}. {cure}", fault=fault)
+
+
+def words_of(image: npt.ArrayLike) -> Words:
+    """Return an image as 32-bit words, or refuse_image what is none."""
+    words = np.asarray(image)
+    whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
+    if not whole:
+        raise ParameterError(
+            f"the state was not restored: an image is an array of 32-bit words, (m,), not {type(image).__name__} of "
+            f"shape {words.shape} and type {words.dtype}; pass what save() returned.",
+            fault="kind",
+        )
+    return cast(Words, np.ascontiguousarray(words, dtype=np.uint32))
+
 
 FORMAT = "dehyst-controller"
 SCHEMA = 3  # 1: parameters alone; 2: with "adaptation"; 3: with "model"; each written only where it is needed
@@ -138,12 +171,12 @@ def _read(path: str | os.PathLike[str]) -> str:
     source = Path(path)
     try:
         if not source.is_file():
-            raise _refuse(path, "is no file." if source.exists() else "does not exist.")
+            raise _refused(path, "is no file." if source.exists() else "does not exist.")
         if source.stat().st_size > _MOST_BYTES:
-            raise _refuse(path, f"is larger than {_MOST_BYTES} bytes, which no controller needs.")
+            raise _refused(path, f"is larger than {_MOST_BYTES} bytes, which no controller needs.")
         return source.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as fault:
-        raise _refuse(path, f"cannot be read ({fault}).") from None
+        raise _refused(path, f"cannot be read ({fault}).") from None
 
 
 def controller_from_text(text: str, path: str = "controller") -> JointControllerParameters:
@@ -163,27 +196,27 @@ def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptatio
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as fault:
-        raise _refuse(path, f"is not JSON ({fault}).") from None
+        raise _refused(path, f"is not JSON ({fault}).") from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise _refuse(path, f'is no joint controller: it lacks "format": "{FORMAT}".')
+        raise _refused(path, f'is no joint controller: it lacks "format": "{FORMAT}".')
     schema = content.get("schema")
     if schema not in (1, 2, SCHEMA) or isinstance(schema, bool):
-        raise _refuse(path, f"has schema version {schema!s:.40}; this dehyst reads versions 1 to {SCHEMA}.")
+        raise _refused(path, f"has schema version {schema!s:.40}; this dehyst reads versions 1 to {SCHEMA}.")
     told = {key: content[key] for key in ("parameters", "adaptation", "model")[:schema] if key in content}
     if schema == SCHEMA and "model" not in told:
-        raise _refuse(path, f"has schema version {SCHEMA} and names no model: it was edited after it was saved.")
+        raise _refused(path, f"has schema version {SCHEMA} and names no model: it was edited after it was saved.")
     values, learning, partner = (told.get(key) for key in ("parameters", "adaptation", "model"))
     signed = values if schema == 1 else told
     try:
         if not isinstance(values, dict) or _checksum(signed) != content.get("sha256"):
-            raise _refuse(path, "does not match its checksum: it was edited or damaged after it was saved.")
+            raise _refused(path, "does not match its checksum: it was edited or damaged after it was saved.")
         air = values.pop("pneumatics")
         volume = tuple(tuple(one) for one in values.pop("volume"))
         parameters = JointControllerParameters(**values, volume=volume, pneumatics=Pneumatics(**air))  # type: ignore[arg-type]
         made_for = None if partner is None else (_words(partner["sha256"]), _words(partner["about"]))
         return parameters, None if learning is None else Adaptation(**learning), made_for
     except (ParameterError, TypeError, KeyError, ValueError, RecursionError) as fault:
-        raise _refuse(path, f"holds parameters of no controller: {fault!s:.300}.") from None
+        raise _refused(path, f"holds parameters of no controller: {fault!s:.300}.") from None
 
 
 def _words(told: object) -> str:
@@ -192,7 +225,7 @@ def _words(told: object) -> str:
     return visible(told)[:120]
 
 
-def _refuse(path: object, what: str) -> ModelFileError:
+def _refused(path: object, what: str) -> ModelFileError:
     return ModelFileError(
         f"controller file '{path}' {what} Write it with dehyst.control.save_controller(parameters, path); "
         f"`dehyst reproduce` writes one for each joint.",

@@ -11,11 +11,9 @@ import numpy as np
 
 import dehyst._native as _native
 from dehyst.arrays import Array
-from dehyst.control.adaptation import OFF, Adaptation
 from dehyst.control.compensator import refuse_second_shear
-from dehyst.control.direct import GIVEN, direct_parameters, in_si
-from dehyst.control.joint import SWITCHES, JointController, JointReference
-from dehyst.control.parameters import JointControllerParameters
+from dehyst.control.joint import GIVEN, SWITCHES, JointController, JointReference, direct_parameters, in_si
+from dehyst.control.parameters import OFF, Adaptation, JointControllerParameters
 from dehyst.control.storage import controller_checksum, controller_text
 from dehyst.errors import ParameterError
 from dehyst.export.float_rules import check_float, check_values

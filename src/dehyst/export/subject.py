@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.adaptation import Adaptation
-from dehyst.control.parameters import JointControllerParameters
+from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers

@@ -8,8 +8,7 @@ from importlib import import_module
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.block import BLOCK_FLAGS, Block
-from dehyst.control.following import MEASURED
+from dehyst.control.block import BLOCK_FLAGS, MEASURED, Block
 from dehyst.errors import ParameterError
 from dehyst.export.numbers import OffsetUnit, UnitNumbers, rounded
 from dehyst.export.signal import Whole

@@ -17,9 +17,9 @@ import numpy.typing as npt
 import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.control import Adaptation, JointControllerParameters
-from dehyst.control.images import refuse
 from dehyst.control.joint import native_controller
 from dehyst.control.reviewed import Law
+from dehyst.control.storage import refuse_image
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.model import Model
@@ -349,7 +349,7 @@ class Arm:
             If an image is damaged or of another controller.
         """
         for number, image in images.items():
-            refuse(self._controls[number].restore(image), "Restore only what images() of an equal arm returned.")
+            refuse_image(self._controls[number].restore(image), "Restore only what images() of an equal arm returned.")
 
     def run(self, reference: Reference, every_s: float) -> ArmLog:
         """Run the closed loop along a reference from where it is, logging a row every `every_s` seconds.

@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from dehyst.control import RampedCompensator
-from dehyst.control.direct import DIRECT
+from dehyst.control.joint import DIRECT
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
 from dehyst.models import HysteresisModel

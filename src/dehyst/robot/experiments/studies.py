@@ -11,7 +11,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.control import SWITCHES, InverseCompensator
-from dehyst.control.direct import DIRECT
+from dehyst.control.joint import DIRECT
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm, Reference
 from dehyst.robot.arm.parameters import Robot
