@@ -1,4 +1,4 @@
-"""Files of a joint controller: JSON with a schema version and a checksum; and what is wrong with the image of a state."""
+"""Files of a joint controller: JSON with a schema version and a checksum; faults of images of a state, in words."""
 
 from __future__ import annotations
 
