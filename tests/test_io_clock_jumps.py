@@ -14,7 +14,6 @@ from dehyst.io.order import order_time
 from dehyst.io.write import write_csv
 
 Array = npt.NDArray[np.float64]
-ABOUT = Context("log", ("x", "y"))
 STEP = 0.025
 
 
@@ -26,9 +25,9 @@ def cycling(rng: np.random.Generator, samples: int, period: float, triangle: boo
 
 
 def prepared(t: Array, x: Array, y: Array) -> tuple[Samples, list[str]]:
-    findings: list[dehyst.Finding] = []
-    samples = order_time(Samples(t, (x, y), np.arange(t.size)), ABOUT, findings)
-    return find_gaps(samples, ABOUT, findings), [finding.code for finding in findings]
+    about = Context("log", ("x", "y"))
+    samples = find_gaps(order_time(Samples(t, (x, y), np.arange(t.size)), about), about)
+    return samples, [finding.code for finding in about.findings]
 
 
 def changed(kind: str, t: Array, k: int, rng: np.random.Generator) -> Array:

@@ -31,7 +31,7 @@ def channels():
 
 
 def test_a_run_reads_back_bit_for_bit_with_our_own_reader(tmp_path):
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     written = channels()
     table = read_table(write_mcap(tmp_path / "run.mcap", written))
@@ -48,7 +48,7 @@ def test_a_run_reads_back_bit_for_bit_with_our_own_reader(tmp_path):
 
 def test_a_run_is_a_sound_mcap_file_to_its_own_reference_reader(tmp_path):
     reader = pytest.importorskip("mcap.reader", reason="the package mcap is not installed")
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     written = channels()
     found = {}
@@ -72,7 +72,7 @@ def test_a_run_is_a_sound_mcap_file_to_its_own_reference_reader(tmp_path):
 
 
 def test_time_below_zero_moves_the_stamps_of_all_channels_alike(tmp_path):
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     late, early = np.array([0.0, 1.0]), np.array([-2.0, -1.0])
     table = read_table(write_mcap(tmp_path / "a.mcap", {"a": (late, {"x": late}), "b": (early, {"x": early})}))
@@ -81,7 +81,7 @@ def test_time_below_zero_moves_the_stamps_of_all_channels_alike(tmp_path):
 
 
 def test_a_row_of_thirty_columns_is_written_without_a_loop_over_them(tmp_path):
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     t = np.arange(10_000) * 5e-4
     columns = {f"column_{k}": RNG.normal(size=t.size) for k in range(30)}
@@ -106,7 +106,7 @@ def test_a_row_of_thirty_columns_is_written_without_a_loop_over_them(tmp_path):
     ],
 )
 def test_what_cannot_be_a_channel_is_refused_and_nothing_written(tmp_path, bad):
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     with pytest.raises(OutputError):
         write_mcap(tmp_path / "a.mcap", bad)
@@ -121,7 +121,7 @@ def test_what_cannot_be_a_channel_is_refused_and_nothing_written(tmp_path, bad):
 def test_without_its_package_the_error_names_the_extra_and_another_way(tmp_path, monkeypatch, name, module, extra):
     import sys
 
-    from dehyst.io.mcap_log import write_mcap
+    from dehyst.io.write import write_mcap
 
     for loaded in [key for key in sys.modules if key.split(".")[0] == module]:
         monkeypatch.delitem(sys.modules, loaded)

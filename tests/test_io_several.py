@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dehyst.errors import ColumnError, RecordingError, TimeError
-from dehyst.io.several import read_columns
+from dehyst.io.logs import read_columns
 
 LOG = "time_s,length_mm,p_bar,F_N,run\n0,300,1,150,a\n1,290,1,,a\n2,280,2,160,a\n3,270,900,1,b\n"
 ALL = {"length": "length", "pressure": "p", "force": "F"}

@@ -1,10 +1,9 @@
-"""Logs in, tables out: bar and degrees stop here."""
+"""Logs in, tables out: files become tables (`formats`), tables become recordings (`logs`)."""
 
 from dehyst.io.chunks import ChunkedLog, open_chunks
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log
 from dehyst.io.logs import Signal, read_log, read_signal
-from dehyst.io.mcap_log import write_mcap
-from dehyst.io.write import format_csv, write_csv
+from dehyst.io.write import format_csv, write_csv, write_mcap
 
 __all__ = [
     "ChunkedLog",

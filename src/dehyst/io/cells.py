@@ -13,30 +13,8 @@ import numpy as np
 from dehyst.arrays import Array
 
 MISSING = frozenset(
-    [
-        "",
-        "nan",
-        "na",
-        "n/a",
-        "#n/a",
-        "null",
-        "none",
-        "nil",
-        "-",
-        "--",
-        "?",
-        "missing",
-        "-nan",
-        "+nan",
-        "nan(ind)",
-        "-nan(ind)",
-        "1.#qnan",
-        "-1.#ind",
-        "1.#ind",
-        "#nan",
-        "nat",
-    ]
-)
+    "nan na n/a #n/a null none nil - -- ? missing -nan +nan nan(ind) -nan(ind) 1.#qnan -1.#ind 1.#ind #nan nat".split()  # noqa: SIM905
+) | {""}
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _THOUSANDS_POINT = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+,\d*", re.ASCII)

@@ -10,17 +10,19 @@ from dehyst.arrays import Array
 from dehyst.data.loops import summarise_loops
 from dehyst.errors import ExcitationError, RecordingError
 from dehyst.findings import Finding
-from dehyst.io.clean import Context, Samples
+from dehyst.io.clean import Samples
 from dehyst.io.table import Table
 from dehyst.units import dimension, parse_unit, words
+
+Signals = Sequence[tuple[str, str, Array]]  # role, column, values
 
 HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before
 STUCK_SHARE = 0.05  # of the samples of a saturated sensor sit at its extreme
 COARSE_LEVELS = 24
 FIRST_VALUES = 4096  # of a signal: where these are many, there is no need to sort the others
 LOOP_SHARE = 0.15  # of the range: a smaller swing may be the noise of a pressure sensor, not a loop
-COMMAND_WORDS = frozenset("cmd command commanded ref reference setpoint desired target soll des demand".split())  # noqa: SIM905
-BETWEEN_WORDS = frozenset("interp interpolated resampled filtered smooth smoothed".split())  # noqa: SIM905
+COMMAND_WORDS = frozenset(words("cmd command commanded ref reference setpoint desired target soll des demand"))
+BETWEEN_WORDS = frozenset(words("interp interpolated resampled filtered smooth smoothed"))
 DRIVES = ("pressure", "voltage", "current")
 MOTIONS = ("angle", "length")
 
@@ -108,14 +110,9 @@ def levels(values: Array) -> int:
     return some if some > COARSE_LEVELS else int(np.unique(values).size)
 
 
-def check_signal(samples: Samples, about: Context, findings: list[Finding]) -> None:
-    """Findings about a single column: no time, held."""
-    if samples.time is None:
-        findings.append(Finding("no-time", f"{about.log} has no time column; samples are taken as evenly spaced."))
-
-
-def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, findings: list[Finding]) -> None:
-    """Findings about input and output together."""
+def check_pair(table: Table, columns: Sequence[str], samples: Samples) -> list[Finding]:
+    """Findings about input and output together; signals that stand still are refused."""
+    x_name, y_name = columns
     x, y = samples.values
     if is_constant(x):
         raise ExcitationError(
@@ -129,22 +126,25 @@ def check_pair(table: Table, x_name: str, y_name: str, samples: Samples, finding
             f"it is the wrong column. Name another output column, run or window.",
             column=y_name,
         )
-    findings.extend(_held(table, x_name, y_name, samples))
-    findings.extend(_stuck(table, y_name, x, y))
-    findings.extend(_coarse(table, (("input", x_name, x), ("output", y_name, y))))
-    findings.extend(_few_loops(table, x_name, x))
-    findings.extend(_swapped(table, x_name, y_name))
+    signals = (("input", x_name, x), ("output", y_name, y))
+    return [
+        *_held(table, signals, samples.time),
+        *_stuck(table, y_name, x, y),
+        *_coarse(table, signals),
+        *_few_loops(table, x_name, x),
+        *_swapped(table, x_name, y_name),
+    ]
 
 
-def _held(table: Table, x_name: str, y_name: str, samples: Samples) -> list[Finding]:
+def _held(table: Table, signals: Signals, time: Array | None) -> list[Finding]:
     found = []
-    for role, name, values in (("input", x_name, samples.values[0]), ("output", y_name, samples.values[1])):
+    for role, name, values in signals:
         hold = hold_length(values)
         if hold == 1.0:
             continue
         rate = ""
-        if samples.time is not None:
-            step = float(np.median(np.diff(samples.time)))
+        if time is not None:
+            step = float(np.median(np.diff(time)))
             rate = f", about {1 / (hold * step):.2g} Hz" if step > 0 else ""
         better = _between(table, name)
         cure = (
@@ -186,7 +186,7 @@ def _stuck(table: Table, y_name: str, x: Array, y: Array) -> list[Finding]:
     ]
 
 
-def _coarse(table: Table, signals: Sequence[tuple[str, str, Array]]) -> list[Finding]:
+def _coarse(table: Table, signals: Signals) -> list[Finding]:
     found = []
     for role, name, values in signals:
         count = levels(values)

@@ -14,21 +14,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
-from dehyst.errors import ColumnError, LogError, RecordingError, RunError, TimeError
+from dehyst.arrays import Array, Rows
+from dehyst.data.gaps import gap_limit
+from dehyst.errors import ColumnError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit
-from dehyst.io.columns import labels_of, run_column, select_run
-from dehyst.io.formats import BINARY, PathLike, open_source, path_of, readable, require_file
-from dehyst.io.streams import Piece, Source
-from dehyst.io.table import Table, finite
-from dehyst.io.tally import Tally
-from dehyst.units import parse_unit
+from dehyst.io.collect import Piece, Source
+from dehyst.io.columns import MAX_NUMBERED_RUNS, numbered_labels, provenance, run_column, select_run
+from dehyst.io.formats import PathLike, open_source, readable
+from dehyst.io.table import SHOWN, Table, finite, list_rows
 
 Chunk = tuple[Array | None, Array, Array]
 
 ROWS = 1 << 17
-STREAMED = {".npz", ".npy", ".bag", ".db3", ".mcap", ".parquet", ".feather"}
 
 
 def open_chunks(
@@ -81,8 +79,8 @@ def open_chunks(
     >>> [x.size for _, x, _ in log], log.input_unit, log.consumed == log.size
     ([30, 30, 30, 10], 'bar', True)
     """
-    source = _open(path)
-    table = with_time_unit(source.head(), time_unit, time)
+    source = open_source(path)
+    table = with_time_unit(source.table, time_unit, time)
     x_name, y_name = two_columns(table, input, output)
     for name in (x_name, y_name):
         if name in table.refused:
@@ -92,26 +90,6 @@ def open_chunks(
     if runs is None or run is None:
         run = select_run(table, run)[0]  # refuses a run where there are none, and none where there are several
     return ChunkedLog(source, table, (x_name, y_name, clock, runs), run, rows, named)
-
-
-def _open(path: PathLike) -> Source:
-    source = path_of(path)
-    with readable(source):
-        if source.is_dir():
-            raise LogError(
-                f"'{source}' is a folder, which cannot be read in chunks. Name the .db3 or .mcap file inside it.",
-                path=str(source),
-            )
-        require_file(source)
-        with source.open("rb") as stream:
-            head = stream.read(16)
-        if source.suffix.lower() in {*BINARY, ".mat"} - STREAMED:
-            raise LogError(
-                f"'{source.name}' cannot be read in chunks; CSV, NPZ, NPY, Parquet, Feather, ROS bags and MCAP can. "
-                f"Read it at once, with dehyst.read_log, or export it as one of these.",
-                path=str(source),
-            )
-        return open_source(source, head)
 
 
 def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | None) -> str | None:
@@ -155,27 +133,16 @@ class ChunkedLog:
         Whether a pass takes much longer than reading the numbers from a binary file would.
     """
 
-    __slots__ = (
-        "_columns",
-        "_counting",
-        "_first",
-        "_named",
-        "_rows",
-        "_run",
-        "_sha256",
-        "_source",
-        "_table",
-        "_tally",
-        "consumed",
-        "has_time",
-        "input_name",
-        "input_unit",
-        "name",
-        "output_name",
-        "output_unit",
-        "samples",
-        "size",
-    )
+    name: str
+    input_name: str
+    output_name: str
+    input_unit: str
+    output_unit: str
+    has_time: bool
+    size: int
+    consumed: int
+    samples: int
+    costly: bool
 
     def __init__(
         self,
@@ -188,21 +155,18 @@ class ChunkedLog:
     ) -> None:
         self._source, self._table, self._rows = source, table, max(1, int(rows))
         self._columns, self._run, self._named = columns, run, named
-        x_name, y_name, clock, _ = columns
-        (self.input_name, x_unit), (self.output_name, y_unit) = parse_unit(x_name), parse_unit(y_name)
-        self.input_unit, self.output_unit = table.units.get(x_name) or x_unit, table.units.get(y_name) or y_unit
+        self.input_name, self.input_unit = table.label(columns[0])
+        self.output_name, self.output_unit = table.label(columns[1])
         self.name = table.name if run is None else f"{table.name}, run {run}"
-        self.size, self.consumed, self.samples = source.size, 0, 0
-        self.has_time = clock is not None
-        self._first: float | None = None
-        self._counting = counting(table, clock) if clock else (1.0, False)
-        self._tally = Tally(table, columns)
+        self.size, self.costly, self.has_time = source.size, source.costly, columns[2] is not None
+        self._counting = counting(table, columns[2]) if columns[2] else (1.0, False)
         self._sha256 = ""
+        self._begin()
 
-    @property
-    def costly(self) -> bool:
-        """Whether a pass takes much longer than reading the numbers from a binary file would."""
-        return self._source.costly
+    def _begin(self) -> None:
+        self.consumed, self.samples = 0, 0
+        self._first: float | None = None
+        self._tally = _Tally(self._table, self._columns)
 
     @property
     def input_label(self) -> str:
@@ -226,8 +190,8 @@ class ChunkedLog:
         RecordingError
             If no row is left.
         """
-        self.consumed, self.samples, self._first = 0, 0, None
-        self._tally = tally = Tally(self._table, self._columns)
+        self._begin()
+        tally = self._tally
         names = [name for name in self._columns if name is not None]
         pieces = self._source.pieces(names, self._rows)
         while True:
@@ -243,7 +207,7 @@ class ChunkedLog:
         self.consumed = self.size
         self._require_samples(tally)
 
-    def _chunk(self, piece: Piece, tally: Tally) -> Chunk | None:
+    def _chunk(self, piece: Piece, tally: _Tally) -> Chunk | None:
         columns: list[Any] = list(piece.columns)
         rows = piece.rows
         if self._columns[3] is not None:
@@ -261,9 +225,9 @@ class ChunkedLog:
         tally.count(rows, time)
         return time, columns[0], columns[1]
 
-    def _of_run(self, labels: npt.NDArray[Any], tally: Tally) -> npt.NDArray[np.bool_]:
+    def _of_run(self, labels: npt.NDArray[Any], tally: _Tally) -> npt.NDArray[np.bool_]:
         """Rows of the run that was named, or of the only one."""
-        text = labels_of(labels) if labels.dtype.kind == "f" else labels
+        text = numbered_labels(labels) if labels.dtype.kind == "f" else labels
         tally.meet_runs(text)
         if not self._named and len(tally.runs) > 1:
             raise RunError(
@@ -281,7 +245,7 @@ class ChunkedLog:
             self._first = float(good[0])
         return in_seconds(stamps, scale, self._first or 0.0)
 
-    def _require_samples(self, tally: Tally) -> None:
+    def _require_samples(self, tally: _Tally) -> None:
         if self.samples:
             return
         if self._run is not None and self._run not in tally.runs:
@@ -307,17 +271,85 @@ class ChunkedLog:
         if not self._sha256:
             with readable(self._source.path), self._source.path.open("rb") as stream:
                 self._sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
-        x_name, y_name, clock, runs = self._columns
-        return {
-            "file": self._table.name,
-            "sha256": self._sha256,
-            "input": x_name,
-            "output": y_name,
-            "time": clock,
-            "run_column": runs if self._run is not None else None,
-            "run": self._run,
-            "window": [None, None],
-            "rows": self.samples,
-            "first_row": self._tally.first,
-            "last_row": self._tally.last,
+        x_name, y_name, clock, _ = self._columns
+        tally = self._tally
+        return provenance(
+            replace(self._table, sha256=self._sha256),
+            {"input": x_name, "output": y_name, "time": clock},
+            self._run,
+            [None, None],
+            (self.samples, tally.first, tally.last),
+        )
+
+
+class _Places:
+    """Rows of one kind: how many, and the first few."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.rows: list[int] = []
+
+    def add(self, rows: Rows) -> None:
+        self.count += rows.size
+        self.rows += rows[: SHOWN - len(self.rows)].tolist()
+
+    def listed(self, word: str) -> str:
+        return list_rows(self.rows, word, self.count)
+
+
+class _Tally:
+    """Counts of a pass: the runs met with, in the order of the log, and the rows of the first and the last sample."""
+
+    def __init__(self, table: Table, columns: tuple[str, str, str | None, str | None]) -> None:
+        self._table, self._columns = table, [name for name in columns[:3] if name is not None]
+        self.runs: dict[str, None] = {}
+        self.first = self.last = 0
+        self._rows = 0
+        self._bad, self._back, self._gaps = _Places(), _Places(), _Places()
+        self._limit: float | None = None
+        self._time = np.nan
+        self._longest = 0.0
+
+    def meet_runs(self, labels: npt.NDArray[np.str_]) -> None:
+        """Note the runs of some rows."""
+        if labels.size and len(self.runs) <= MAX_NUMBERED_RUNS:
+            starts = np.concatenate(([True], labels[1:] != labels[:-1]))
+            self.runs.update(dict.fromkeys(label for label in labels[starts].tolist() if label))
+
+    def leave_out(self, rows: Rows) -> None:
+        """Note rows without numbers."""
+        self._rows += rows.size
+        self._bad.add(rows)
+
+    def count(self, rows: Rows, time: Array | None) -> None:
+        """Note samples: their rows, and their time [s]."""
+        self.first = self.first or int(rows[0])
+        self.last = int(rows[-1])
+        self._rows += rows.size
+        if time is None:
+            return
+        if self._limit is None:  # by the first chunk, as what a gap is cannot wait for the last one
+            self._limit = gap_limit(np.diff(time)) if time.size > 2 else np.inf
+        step = np.diff(time, prepend=self._time)
+        self._time = float(time[-1])
+        gaps = step > self._limit
+        self._back.add(rows[step < 0])
+        self._gaps.add(rows[gaps])
+        self._longest = max(self._longest, float(np.max(step[gaps], initial=0.0)))
+
+    def findings(self) -> list[Finding]:
+        """Findings for what was met with."""
+        name, word = self._table.name, self._table.row_word
+        said = {
+            "non-finite": f"{self._bad.count} of {self._rows} rows of {name} were left out because a cell of "
+            f"{', '.join(self._columns)} is empty, infinite or not a number: {self._bad.listed(word)}. Nothing to do "
+            f"if the sensor is known to drop out; otherwise check its cable.",
+            "gap": f"{name} has {self._gaps.count} gap{'s' if self._gaps.count > 1 else ''}, before "
+            f"{self._gaps.listed(word)}; the longest is {self._longest:.4g} s. The log was read in chunks, and the "
+            f"recording goes on across them. Cut the log there if the input may have turned unseen.",
+            "clock-restart": f"the clock of {name} jumps back {self._back.count} times, at {self._back.listed(word)}. "
+            f"The log was read in chunks, in the order of its rows, and the recording goes on. If several recordings "
+            f"follow each other, split the log.",
         }
+        met = {"non-finite": self._bad, "gap": self._gaps, "clock-restart": self._back}
+        return [Finding(code, said[code]) for code, places in met.items() if places.count]

@@ -15,36 +15,12 @@ from dehyst.io.table import Table, finite, list_names, measured
 from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
 
 TIME_WORDS = frozenset(
-    [
-        "t",
-        "time",
-        "timestamp",
-        "timestamps",
-        "stamp",
-        "zeit",
-        "temps",
-        "tiempo",
-        "tempo",
-        "elapsed",
-        "clock",
-        "datetime",
-        "date",
-        "sec",
-        "secs",
-        "seconds",
-        "msec",
-        "usec",
-        "nsec",
-        "ms",
-        "us",
-        "ns",
-        "epoch",
-        "zeitstempel",
-        "uhrzeit",
-        "datum",
-    ]
+    words(
+        "t time timestamp timestamps stamp zeit temps tiempo tempo elapsed clock datetime date sec secs seconds msec "
+        "usec nsec ms us ns epoch zeitstempel uhrzeit datum"
+    )
 )
-PLAIN_WORDS = frozenset(["time", "timestamp", "timestamps", "zeit", "zeitstempel", "elapsed", "datetime"])
+PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
 NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW measurement file
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.

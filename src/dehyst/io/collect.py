@@ -1,26 +1,30 @@
-"""Collector: arrays of a binary log become columns, labels and clocks of a table."""
+"""Binary logs become tables: arrays turn into columns, labels and clocks; in one go, or in pieces from a `Source`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.findings import Finding
 from dehyst.io.clocks import TIME_WORDS, is_clock
-from dehyst.io.streams import labels_of, numbers_of
+from dehyst.io.foreign import guard
 from dehyst.io.table import Table, require_columns
 from dehyst.shell import visible
 from dehyst.units import canonical, parse_unit, words
 
+HEAD_ROWS = 1 << 16  # rows by which columns, clock and units of a log in chunks are found
 MAX_COLUMNS = 4000
 MAX_WIDTH = 64  # a wider matrix is a picture or a point cloud, not signals
-STEP_NAMES = frozenset(["ts", "dt", "sampletime", "samplingtime", "sampleperiod", "stepsize"])
-RATE_NAMES = frozenset(["fs", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency"])
+STEP_NAMES = frozenset(words("ts dt sampletime samplingtime sampleperiod stepsize"))
+RATE_NAMES = frozenset(words("fs samplerate samplingrate samplefrequency samplingfrequency"))
+
+Column = npt.NDArray[np.float64] | npt.NDArray[np.str_]
 
 
 @dataclass
@@ -52,7 +56,9 @@ class Collector:
             self.stamps.update(names if array.dtype.kind == "M" else [])
             return names
         if array.dtype.kind in "US":
-            self._add_labels(path, array)
+            flat = np.atleast_1d(np.squeeze(array))
+            if flat.ndim == 1 and flat.size > 1:
+                self.labels[path] = _texts_of(flat)
             return []
         if array.dtype.kind not in "fiub" or array.size == 0:
             return []
@@ -62,12 +68,9 @@ class Collector:
             return []
         if array.ndim == 1:
             return [self._put(path, array, unit)]
-        if array.ndim != 2:
+        if array.ndim != 2 or min(array.shape) > MAX_WIDTH:
             return []
-        if array.shape[0] < array.shape[1]:
-            array = array.T
-        if array.shape[1] > MAX_WIDTH:
-            return []
+        array = array.T if array.shape[0] < array.shape[1] else array
         return [self._put(f"{path}_{k + 1}", array[:, k], unit) for k in range(array.shape[1])]
 
     def _put(self, path: str, vector: npt.NDArray[Any], unit: str) -> str:
@@ -82,13 +85,8 @@ class Collector:
         self.units[name] = (canonical(unit) or unit) if unit else parse_unit(name.rpartition(".")[2])[1]
         return name
 
-    def _add_labels(self, path: str, array: npt.NDArray[Any]) -> None:
-        flat = np.atleast_1d(np.squeeze(array))
-        if flat.ndim == 1 and flat.size > 1:
-            self.labels[path] = labels_of(flat)
-
-    def table(self, sha256: str) -> Table:
-        """Finish: find the clocks of structs, make time from a sampling time, and build the table.
+    def table(self) -> Table:
+        """Find the clocks of structs, make time from a sampling time, and build the table.
 
         Raises
         ------
@@ -109,7 +107,6 @@ class Collector:
                 clocks=self.clocks,
                 stamps=frozenset(self.stamps),
                 scalars=self.scalars,
-                sha256=sha256,
                 findings=tuple(self.findings),
             )
         )
@@ -127,7 +124,7 @@ class Collector:
 
     def _time_from_step(self) -> None:
         """Without any time column, a sampling time or rate stored beside the signals tells the time."""
-        probe = self.as_probe()
+        probe = Table(self.name, self.columns, self.units, np.zeros(0, dtype=np.int64), stamps=frozenset(self.stamps))
         if not self.columns or any(is_clock(probe, name) for name in self.columns):
             return
         steps: list[tuple[str, float]] = []
@@ -145,10 +142,6 @@ class Collector:
         )
         self.clocks.update({name: made for name, v in self.columns.items() if v.size == longest and name != made})
 
-    def as_probe(self) -> Table:
-        """Table of the columns so far, to ask which of them is a clock."""
-        return Table(self.name, self.columns, self.units, np.zeros(0, dtype=np.int64), stamps=frozenset(self.stamps))
-
 
 def strings_of(rows: Sequence[Any]) -> npt.NDArray[np.str_] | None:
     """Labels from a sequence of strings, or None if it holds anything else.
@@ -159,3 +152,89 @@ def strings_of(rows: Sequence[Any]) -> npt.NDArray[np.str_] | None:
     (['a', 'bc'], None)
     """
     return np.array(rows, dtype=np.str_) if rows and all(isinstance(row, str) for row in rows) else None
+
+
+def numbers_of(values: npt.NDArray[Any]) -> Column:
+    """Numbers of an array as `Collector` makes them: float64, date-times in seconds, text as labels."""
+    if values.dtype.kind == "M":
+        seconds = values.astype("datetime64[ns]").astype(np.int64) / 1e9
+        return np.where(np.isnat(values), np.nan, seconds)
+    if values.dtype.kind == "m":
+        return values.astype("timedelta64[ns]").astype(np.float64) / 1e9
+    if values.dtype.kind in "US":
+        return _texts_of(values)
+    with np.errstate(all="ignore"):
+        return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _texts_of(values: npt.NDArray[Any]) -> npt.NDArray[np.str_]:
+    """Texts without blanks around them."""
+    text = values.astype(np.str_) if values.dtype.kind == "U" else np.char.decode(values, "latin-1")
+    return np.asarray(np.char.strip(text))
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Some rows of the columns that were asked for.
+
+    Attributes
+    ----------
+    columns
+        Numbers, or labels, (K,) each.
+    rows
+        Number of each row in the file, (K,).
+    consumed
+        Bytes of the file that have been read so far.
+    """
+
+    columns: Sequence[Column]
+    rows: Rows
+    consumed: int
+
+
+class Source:
+    """A log on disk that is read in pieces and is never in memory as a whole; each format derives its own.
+
+    Attributes
+    ----------
+    path, size, title
+        File, its bytes, and what its format is called.
+    table
+        First rows, as reading the whole file gives them.
+    lengths
+        Column -> number of its samples, where the file tells. Columns of different lengths are on different clocks.
+    costly
+        Whether a pass takes much longer than reading the numbers from a binary file would.
+    """
+
+    path: Path
+    size: int
+    title: str
+    table: Table
+    lengths: Mapping[str, int]
+    costly: bool = True
+
+    def __init__(self, path: Path, title: str) -> None:
+        self.path, self.size, self.title = path, path.stat().st_size, title
+        self.lengths = {}
+        self.table = self._head()
+
+    def _head(self) -> Table:
+        found = Collector(self.path.name)
+        self._guard(lambda: self.collect(found))
+        return found.table()
+
+    def _guard(self, read: Callable[[], None]) -> None:
+        guard(self.path.name, self.title, self.size, read)
+
+    def collect(self, found: Collector) -> None:
+        """Gather the first rows of all columns."""
+        raise NotImplementedError
+
+    def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
+        """All rows of some columns, at most `rows` at a time."""
+        raise NotImplementedError
+
+    def findings(self) -> list[Finding]:
+        """What the last pass met with, besides cells without numbers."""
+        return []

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,22 +15,7 @@ from dehyst.io.table import Table, finite, list_names
 from dehyst.units import parse_unit, words
 
 RUN_WORDS = frozenset(
-    [
-        "run",
-        "runs",
-        "trial",
-        "experiment",
-        "exp",
-        "test",
-        "episode",
-        "session",
-        "series",
-        "recording",
-        "measurement",
-        "messung",
-        "versuch",
-        "lauf",
-    ]
+    words("run runs trial experiment exp test episode session series recording measurement messung versuch lauf")
 )
 MAX_NUMBERED_RUNS = 1000
 
@@ -122,10 +109,10 @@ def run_labels(table: Table) -> npt.NDArray[np.str_] | None:
         return None
     if name in table.labels:
         return table.labels[name]
-    return labels_of(table.columns[name])
+    return numbered_labels(table.columns[name])
 
 
-def labels_of(values: Array) -> npt.NDArray[np.str_]:
+def numbered_labels(values: Array) -> npt.NDArray[np.str_]:
     """Labels of runs that are numbered, "" where there is no number."""
     good = finite(values)
     labels = np.full(values.size, "", dtype="U24")
@@ -174,3 +161,25 @@ def select_run(table: Table, run: str | None) -> tuple[str | None, npt.NDArray[n
         raise RunError(f"{table.name} has no run '{chosen}'. {hint}It holds: {listed}.", run=chosen, runs=runs)
     labels = run_labels(table)
     return chosen, everything if labels is None else np.asarray(labels == chosen)
+
+
+def provenance(
+    table: Table,
+    columns: Mapping[str, str | None],
+    run: str | None,
+    window: list[float | None],
+    rows: tuple[int, int, int],
+) -> dict[str, Any]:
+    """Where samples came from: file, fingerprint, columns by role, run, window, and how many rows, from which to which.
+
+    A recording carries it, a model card, and every report.
+    """
+    return {
+        "file": table.name,
+        "sha256": table.sha256,
+        **columns,
+        "run_column": run_column(table) if run is not None else None,
+        "run": run,
+        "window": window,
+        **dict(zip(("rows", "first_row", "last_row"), rows, strict=True)),
+    }

@@ -1,11 +1,12 @@
-"""Text logs: .csv .txt .tsv .dat, also packed with gzip.
+"""Text logs, whole or in chunks: .csv .txt .tsv .dat, also packed with gzip.
 
-Two ways: the engine's parser for logs without a blemish, and a careful one, line by line, as soon as it refuses.
+Two ways lead through a whole log: the engine's parser for logs without a blemish, and a careful one, line by line, as
+soon as it refuses. In chunks there is the engine alone; a line that is not plain is read by itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import compress, islice
@@ -13,45 +14,49 @@ from itertools import compress, islice
 import numpy as np
 import numpy.typing as npt
 
+import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.io.cells import date_order, is_data, is_date_time, parse_date_times, parse_numbers
-from dehyst.io.dressed import is_dressed, text_refusal, undress_negatives, undress_units
+from dehyst.io.cells import date_order, is_data, is_date_time, number, parse_date_times, parse_numbers
+from dehyst.io.collect import Column, Piece, Source
 from dehyst.io.layout import Layout, find_layout, is_comment, split_line
-from dehyst.io.plain import PROBE, find_plain, read_plain
-from dehyst.io.table import (
-    Table,
-    finite,
-    list_names,
-    list_rows,
-    require_columns,
-    shown_names,
-    unique_names,
+from dehyst.io.number_forms import (
+    is_dressed,
+    marks_of,
+    separator_of,
+    text_refusal,
+    thousands_finding,
+    thousands_refusal,
+    undress_negatives,
+    undress_units,
 )
-from dehyst.io.text import Text, expand, open_text
-from dehyst.io.thousands import marks_of, separator_of, thousands_finding, thousands_refusal, without
+from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part, read_plain
+from dehyst.io.table import SHOWN, Table, finite, list_names, list_rows, require_columns, shown_names, unique_names
+from dehyst.io.text import BLOCK, GZIP, Text, expand, open_text, unpacked
 from dehyst.shell import visible
 from dehyst.units import parse_unit
 
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out
+ODD_MOST = 0.1  # of the lines of a chunk may be read one by one
+LONGEST_LINE = 1 << 24  # bytes
 
 
-def read_delimited(data: bytes, name: str, sha256: str = "") -> Table:
+def read_delimited(data: bytes, name: str) -> Table:
     """Read a text log."""
     text = open_text(expand(data, name), name)
     layout = layout_of(text, name)
     findings: list[Finding] = []
     quick = _quick(text, layout, findings) if layout else None
     if layout and quick:
-        return _assemble(name, sha256, layout, quick[1], quick[0], findings)
+        return _assemble(name, layout, quick[1], quick[0], findings)
     lines = text.all_lines()
     layout = layout if layout and text.complete else find_layout(lines, name)
     body, rows = _body(lines, layout.first)
     cells, rows = _split(body, rows, layout, name, findings)
     content = _careful(cells, rows, layout, name, findings)
-    return _assemble(name, sha256, layout, rows, content, findings)
+    return _assemble(name, layout, rows, content, findings)
 
 
 def layout_of(text: Text, name: str) -> Layout | None:
@@ -118,13 +123,7 @@ def _split(
     keep = np.array([len(row) == layout.width for row in cells], dtype=bool)
     ragged = rows[~keep]
     if ragged.size:
-        findings.append(
-            Finding(
-                "ragged-lines",
-                f"{list_rows(ragged)} of {name} do not have the {layout.width} cells of the others and were left "
-                f"out: the logger was interrupted or lines were damaged. Look at them, and mend or delete them.",
-            )
-        )
+        findings.append(_ragged(name, layout, f"{list_rows(ragged)} of {name}"))
     if ragged.size > 0.5 * keep.size:
         raise LogError(
             f"log '{name}' is not a table: {ragged.size} of its {keep.size} lines do not have the {layout.width} cells "
@@ -133,6 +132,14 @@ def _split(
             rows=ragged,
         )
     return list(compress(cells, keep)), rows[keep]
+
+
+def _ragged(name: str, layout: Layout, lines: str) -> Finding:
+    return Finding(
+        "ragged-lines",
+        f"{lines} do not have the {layout.width} cells of the others and were left out: the logger was interrupted or "
+        f"lines were damaged. Look at them, and mend or delete them.",
+    )
 
 
 def _careful(cells: Sequence[Sequence[str]], rows: Rows, layout: Layout, log: str, findings: list[Finding]) -> Content:
@@ -148,7 +155,7 @@ def _careful(cells: Sequence[Sequence[str]], rows: Rows, layout: Layout, log: st
         values, bad = parse_numbers(column, commas)
         separator, certain = separator_of(column, marks[j], decimals) if marks else ("", False)
         if separator:
-            whole, text = parse_numbers(without(column, marks[j], separator), commas)
+            whole, text = parse_numbers(marks[j].without(column, separator), commas)
             if text > 0.5 * len(filled):
                 separator = ""  # a column of text that holds a number or two
             elif certain:
@@ -159,7 +166,7 @@ def _careful(cells: Sequence[Sequence[str]], rows: Rows, layout: Layout, log: st
         if separator or bad <= 0.5 * len(filled):
             content.numbers[j] = values
             if not separator:
-                _warn_decimal_comma(column, layout, j, findings)
+                _warn_decimal_comma(column, name, findings)
             if bad > TEXT_MOST * len(filled):
                 content.refused.setdefault(j, text_refusal(name, log, column, rows))
         elif sum(is_date_time(cell) for cell in filled[:PROBE]) > 0.5 * len(filled[:PROBE]):
@@ -204,22 +211,20 @@ def _dates(column: Sequence[str], layout: Layout, j: int, findings: list[Finding
     """Seconds of a column of dates, and what had to be assumed."""
     order, assumed = date_order(column)
     if assumed:
-        name = _name(layout, j)
         findings.append(
             Finding(
                 "date-order",
-                f"dates in column '{name}', such as {column[0].strip()}, were read with the {order} first; nothing in "
-                f"the log tells. If that is wrong, log dates as 2024-05-01 12:00:00.",
+                f"dates in column '{_name(layout, j)}', such as {column[0].strip()}, were read with the {order} first; "
+                f"nothing in the log tells. If that is wrong, log dates as 2024-05-01 12:00:00.",
             )
         )
     return parse_date_times(column)
 
 
-def _warn_decimal_comma(column: Sequence[str], layout: Layout, j: int, findings: list[Finding]) -> None:
+def _warn_decimal_comma(column: Sequence[str], name: str, findings: list[Finding]) -> None:
     """1,234 is 1.234 or 1234: say so where all commas are followed by three digits and some cells have none."""
     tails = [len(cell.partition(",")[2]) for cell in column if "," in cell]
     if tails and set(tails) == {3} and len(tails) < sum(is_data(cell) for cell in column):
-        name = _name(layout, j)
         findings.append(
             Finding(
                 "decimal-comma",
@@ -229,47 +234,167 @@ def _warn_decimal_comma(column: Sequence[str], layout: Layout, j: int, findings:
         )
 
 
-def _assemble(
-    name: str,
-    sha256: str,
-    layout: Layout,
-    rows: Rows,
-    content: Content,
-    findings: list[Finding],
-) -> Table:
-    numbers, labels, stamps = content.numbers, content.labels, content.stamps
+def _assemble(name: str, layout: Layout, rows: Rows, content: Content, findings: list[Finding]) -> Table:
+    numbers = content.numbers
     raw = shown_names(layout.names or [_name(layout, j) for j in range(layout.width)], name, findings)
     names = unique_names(raw)
-    doubled = sorted({given for given, unique in zip(raw, names, strict=True) if given and given != unique})
-    if doubled:
+    renamed = [(given, unique) for given, unique in zip(raw, names, strict=True) if given and given != unique]
+    if renamed:
         findings.append(
             Finding(
                 "duplicate-columns",
-                f"{name} names several columns {list_names(doubled, 8)}; the later ones were renamed "
-                f"({list_names([u for g, u in zip(raw, names, strict=True) if g != u and g], 8)}). "
-                f"Name the one you mean, or use #3 for the third column.",
+                f"{name} names several columns {list_names(sorted({given for given, _ in renamed}), 8)}; the later "
+                f"ones were renamed ({list_names([unique for _, unique in renamed], 8)}). Name the one you mean, or "
+                f"use #3 for the third column.",
             )
         )
-    units = {names[j]: content.units.get(j) or _header_unit(layout, j) for j in numbers}
-    units.update({names[j]: "s" for j in stamps})
-    columns = {names[j]: numbers[j] for j in sorted(numbers) if not _is_trailing(layout, names[j], numbers[j])}
+    # A delimiter at the end of every line makes a column: last, nameless, empty.
+    trailing = f"column_{layout.width}" if layout.width > 1 else ""
+    kept = [j for j in sorted(numbers) if names[j] != trailing or finite(numbers[j]).any()]
     return require_columns(
         Table(
             name=name,
-            columns=columns,
-            units={column: units[column] for column in columns},
+            columns={names[j]: numbers[j] for j in kept},
+            units={
+                names[j]: "s" if j in content.stamps else content.units.get(j) or _header_unit(layout, j) for j in kept
+            },
             rows=rows,
-            labels={names[j]: labels[j] for j in sorted(labels)},
+            labels={names[j]: content.labels[j] for j in sorted(content.labels)},
             row_word="line",
-            stamps=frozenset(names[j] for j in stamps),
+            stamps=frozenset(names[j] for j in content.stamps),
             order=tuple(names),
-            sha256=sha256,
             findings=tuple(findings),
-            refused={names[j]: reason for j, reason in content.refused.items() if names[j] in columns},
+            refused={names[j]: reason for j, reason in content.refused.items() if j in kept},
         )
     )
 
 
-def _is_trailing(layout: Layout, column: str, values: Array) -> bool:
-    """Column made by a delimiter at the end of every line: last, nameless, empty."""
-    return column == f"column_{layout.width}" and layout.width > 1 and not finite(values).any()
+class TextChunks(Source):
+    """A text log that is read in blocks of whole lines."""
+
+    def _head(self) -> Table:
+        data = next(self._blocks(BLOCK), (b"", 0))[0]
+        text = open_text(data, self.path.name)
+        table = read_delimited(data, self.path.name)
+        layout = layout_of(text, self.path.name)
+        plain = find_plain(list(islice(self._whole(text, layout), PROBE)), layout) if layout else None
+        if layout is None or plain is None or b"\0" in data[:4096]:
+            raise LogError(
+                f"log '{self.path.name}' cannot be read in chunks: its cells are not plain numbers set off by one "
+                f"delimiter (quotes, units in cells, separators of thousands, UTF-16 or the like). Read it at once, "
+                f"with dehyst.read_log, or save it as CSV with plain numbers in UTF-8.",
+                file=self.path.name,
+            )
+        self._layout, self._plain = layout, plain
+        self._orders: dict[str, str] = {}  # of day and month in columns of dates
+        for name in table.stamps:
+            j = table.order.index(name)
+            self._orders[name] = date_order([self._cells(line)[j] for line in self._whole(text, layout)])[0]
+        self._ragged, self._shown = 0, list[int]()
+        return table
+
+    @staticmethod
+    def _whole(text: Text, layout: Layout) -> Iterator[str]:
+        """Lines of data with as many cells as most: the others are passed over one by one."""
+        lines = (line for line in text.lines[layout.first :] if not is_comment(line))
+        return (line for line in lines if len(split_line(line, layout.delimiter)) == layout.width)
+
+    def _cells(self, line: str) -> list[str]:
+        return split_line(line, self._layout.delimiter)
+
+    def _blocks(self, least: int) -> Iterator[tuple[bytes, int]]:
+        """Blocks of whole lines of at least so many bytes each, and how much of the file has been read.
+
+        The last one may be shorter and end without a line end.
+        """
+        parts: list[bytes] = []
+        size = 0
+        with self.path.open("rb") as stream:
+            packed = stream.read(len(GZIP)) == GZIP
+            stream.seek(0)
+            for block in unpacked(stream, self.path.name) if packed else iter(lambda: stream.read(BLOCK), b""):
+                parts.append(block)
+                size += len(block)
+                if size < least:
+                    continue
+                text = b"".join(parts)
+                cut = _native.text_whole_lines(text)
+                if cut:
+                    yield text[:cut], stream.tell()
+                elif size > LONGEST_LINE:
+                    raise LogError(
+                        f"a line of the log is longer than {LONGEST_LINE >> 20} MB: it is no table. Check that it is "
+                        f"the right file.",
+                        bytes=size,
+                    )
+                parts, size = [text[cut:]], len(text) - cut
+            if size:
+                yield b"".join(parts), stream.tell()
+
+    def findings(self) -> list[Finding]:
+        """Lines of another width, left out in the last pass."""
+        if not self._ragged:
+            return []
+        lines = f"{self._ragged} lines of {self.path.name}, among them {list_rows(self._shown)},"
+        return [_ragged(self.path.name, self._layout, lines)]
+
+    def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
+        """All rows of some columns, at most `rows` at a time.
+
+        Raises
+        ------
+        LogError
+            If lines are not plain, and they are many.
+        """
+        index = [self.table.order.index(name) for name in names]
+        skip, line = self._layout.first, 1 + self._layout.first
+        self._ragged, self._shown = 0, []
+        for text, consumed in self._blocks(BLOCK):
+            # A file without a header may begin with a byte-order mark.
+            mark = 3 if line == 1 and text.startswith(b"\xef\xbb\xbf") else 0
+            offset = _native.text_offset(text, skip) if skip else mark
+            skip = odd = 0
+            begin = line
+            while offset < len(text):
+                part = read_part(text, offset, line, self._plain, rows)
+                offset, line = offset + part.bytes, line + part.lines
+                if not keeps_whole(part.columns, self._plain):
+                    raise self._refusal(line, "commas appear in a column that had none before")
+                columns, numbers = [part.columns[j] for j in index], part.rows
+                if part.column >= 0:
+                    end = _native.text_offset(text, 1, offset)
+                    columns, numbers = self._with_odd_line(text[offset:end], line, index, part)
+                    offset, line, odd = end, line + 1, odd + 1
+                    if odd > 100 and odd > ODD_MOST * (line - begin):
+                        raise self._refusal(line, "many of its lines are not plain numbers")
+                for k, name in enumerate(names):
+                    if name in self._orders:
+                        columns[k] = parse_date_times(columns[k].tolist(), self._orders[name])
+                if numbers.size:
+                    yield Piece(columns, numbers, consumed)
+
+    def _with_odd_line(self, raw: bytes, line: int, index: Sequence[int], part: Part) -> tuple[list[Column], Rows]:
+        """Columns with the cells of one more line, NaN where they hold no number; without it if its width is wrong."""
+        cells = self._cells(raw.decode(errors="replace").strip("\r\n"))
+        columns = [part.columns[j] for j in index]
+        if len(cells) != self._layout.width:
+            self._ragged += 1
+            self._shown += [line] if len(self._shown) < SHOWN else []
+            return columns, part.rows
+        longer: list[Column] = []
+        for column, j in zip(columns, index, strict=True):
+            text = cells[j].strip()
+            if self._plain.letters[j]:
+                longer.append(np.append(column, text))
+            else:
+                value = number(text.replace(",", ".") if self._plain.decimal == "," else text)
+                longer.append(np.append(column, np.nan if value is None else value))
+        return longer, np.append(part.rows, line)
+
+    def _refusal(self, line: int, why: str) -> LogError:
+        return LogError(
+            f"log '{self.path.name}' cannot be read in chunks: near line {line}, {why}. Read it at once, with "
+            f"dehyst.read_log, or save it as CSV with plain numbers.",
+            file=self.path.name,
+            line=line,
+        )

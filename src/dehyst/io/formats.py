@@ -1,45 +1,120 @@
-"""Which reader reads which file."""
+"""The table of formats: by which bytes a log is recognised, and which module reads it."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from dehyst.errors import LogError
-from dehyst.io.delimited import read_delimited
-from dehyst.io.streams import Source
+from dehyst.io.collect import Collector, Source
+from dehyst.io.delimited import TextChunks, read_delimited
+from dehyst.io.foreign import guard, optional
 from dehyst.io.table import Table
 from dehyst.io.text import SIZE_LIMIT
 
 PathLike = str | os.PathLike[str]
 
 THREAD_BYTES = 1 << 20  # larger files are hashed beside the reading
-
-# First bytes by which a format is known, whatever the file is called.
-BAGS = (b"#ROSBAG V2.0", b"SQLite format 3\0", b"\x89MCAP0\r\n")
-ZIP = (b"PK\x03\x04", b"PK\x05\x06")
-NPY = b"\x93NUMPY"
+HEAD_BYTES = 1024  # tell the format
 HDF5 = b"\x89HDF\r\n\x1a\n"
-MDF = (b"MDF     ", b"UnFinMF ")
-TABLES = (b"PAR1", b"ARROW1")
-BINARY = {
-    ".npz": "a NumPy archive",
-    ".npy": "a NumPy array",
-    ".h5": "HDF5",
-    ".hdf5": "HDF5",
-    ".bag": "a ROS bag",
-    ".db3": "a ROS bag",
-    ".mcap": "an MCAP file",
-    ".mf4": "MDF",
-    ".mdf": "MDF",
-    ".parquet": "Parquet",
-    ".feather": "Feather",
-}
+
+
+@dataclass(frozen=True)
+class Format:
+    """A row of `FORMATS`.
+
+    Attributes
+    ----------
+    title
+        What the file is called in messages.
+    endings
+        Endings that promise this format.
+    marks
+        First bytes of such a file, or a function that tells it by its first bytes and its ending.
+    module
+        Module in ``dehyst.io`` with ``fill(found, data, path)``, which adds what a file holds to a `Collector`; and,
+        where the format is read in chunks too, with ``Chunks``, its `Source`. It is imported when it is needed.
+    needs, extra
+        Packages that it imports, and the extra that installs them.
+    streamed
+        Whether it is read in chunks.
+    """
+
+    title: str
+    endings: tuple[str, ...]
+    marks: tuple[bytes, ...] | Callable[[bytes, str], bool]
+    module: str
+    needs: tuple[str, ...] = ()
+    extra: str = ""
+    streamed: bool = False
+
+    def knows(self, head: bytes, ending: str) -> bool:
+        """Whether a file with these first bytes and this ending is of this format."""
+        return self.marks(head, ending) if callable(self.marks) else head.startswith(self.marks)
+
+    def reader(self, log: str) -> Any:
+        """Module that reads the format, once the packages that it needs are known to be there."""
+        for name in self.needs:
+            optional(name, self.extra, log)
+        return import_module(f"dehyst.io.{self.module}")
+
+    def read(self, data: bytes, path: Path, size: int) -> Table:
+        """Read a whole file."""
+        fill, found = self.reader(path.name).fill, Collector(path.name)
+        guard(path.name, self.title, size, lambda: fill(found, data, path))
+        return found.table()
+
+
+def _is_hdf5(head: bytes, ending: str) -> bool:
+    return head.startswith(HDF5) or head[512:520] == HDF5  # MATLAB writes 512 bytes of its own before
+
+
+def _is_mat(head: bytes, ending: str) -> bool:
+    return head.startswith(b"MATLAB 5.0") or (ending == ".mat" and b"\0" in head[:20])
+
+
+ROSBAGS = ("rosbags.highlevel", "rosbags.typesys")
+FORMATS = (
+    Format("a ROS bag", (".bag",), (b"#ROSBAG V2.0",), "ros", ROSBAGS, "ros", streamed=True),
+    Format("a ROS bag", (".db3",), (b"SQLite format 3\0",), "ros", ROSBAGS, "ros", streamed=True),
+    Format("an MCAP file", (".mcap",), (b"\x89MCAP0\r\n",), "ros", ROSBAGS, "ros", streamed=True),
+    Format("a NumPy archive", (".npz",), (b"PK\x03\x04", b"PK\x05\x06"), "numpy_files", streamed=True),
+    Format("a NumPy array", (".npy",), (b"\x93NUMPY",), "numpy_files", streamed=True),
+    Format("HDF5", (".h5", ".hdf5"), _is_hdf5, "hdf5", ("h5py",)),
+    Format("MDF", (".mf4", ".mdf"), (b"MDF     ", b"UnFinMF "), "mdf", ("asammdf",), "mdf"),
+    Format("Parquet", (".parquet",), (b"PAR1",), "parquet", ("polars",), "parquet", streamed=True),
+    Format("Feather", (".feather",), (b"ARROW1",), "parquet", ("polars",), "parquet", streamed=True),
+    Format("a MAT file", (), _is_mat, "matlab"),  # without an ending: MATLAB saves text as .mat as well
+)
+
+
+def format_of(head: bytes, path: Path) -> Format | None:
+    """Format of a file that begins like this; None if it is text.
+
+    Raises
+    ------
+    LogError
+        If the ending promises another one.
+    """
+    ending = path.suffix.lower()
+    for row in FORMATS:
+        if row.knows(head, ending):
+            return row
+    promised = next((row for row in FORMATS if ending in row.endings), None)
+    if promised:
+        raise LogError(
+            f"'{path.name}' ends in {ending}, but its first bytes ({head[:8].hex(' ')}) are not those of "
+            f"{promised.title}: it is damaged, or has the wrong ending. Copy or export it again.",
+            path=str(path),
+        )
+    return None
 
 
 def read_table(path: PathLike) -> Table:
@@ -64,11 +139,34 @@ def read_table(path: PathLike) -> Table:
                 size=size,
             )
         data = source.read_bytes()
-    if len(data) < THREAD_BYTES:
-        return _dispatch(data, source, hashlib.sha256(data).hexdigest())
     with ThreadPoolExecutor(1) as other:  # hashing takes as long as parsing, and both let go of the interpreter
-        digest = other.submit(hashlib.sha256, data)
-        return replace(_dispatch(data, source, ""), sha256=digest.result().hexdigest())
+        beside = other.submit(hashlib.sha256, data) if len(data) >= THREAD_BYTES else None
+        row = format_of(data[:HEAD_BYTES], source)
+        table = row.read(data, source, len(data)) if row else read_delimited(data, source.name)
+        digest = beside.result() if beside else hashlib.sha256(data)
+    return replace(table, sha256=digest.hexdigest())
+
+
+def open_source(path: PathLike) -> Source:
+    """Open a log that is to be read in chunks; errors are those of `read_table`."""
+    source = path_of(path)
+    with readable(source):
+        if source.is_dir():
+            raise LogError(
+                f"'{source}' is a folder, which cannot be read in chunks. Name the .db3 or .mcap file inside it.",
+                path=str(source),
+            )
+        require_file(source)
+        with source.open("rb") as stream:
+            row = format_of(stream.read(HEAD_BYTES), source)
+        if row and not row.streamed:
+            raise LogError(
+                f"'{source.name}' cannot be read in chunks; CSV, NPZ, NPY, Parquet, Feather, ROS bags and MCAP can. "
+                f"Read it at once, with dehyst.read_log, or export it as one of these.",
+                path=str(source),
+            )
+        chunks: type[Source] = row.reader(source.name).Chunks if row else TextChunks
+        return chunks(source, row.title if row else "text")
 
 
 def path_of(path: PathLike) -> Path:
@@ -116,65 +214,6 @@ def _read_folder(source: Path) -> Table:
     for part in sorted(source.iterdir()):
         if part.suffix in {".db3", ".mcap", ".yaml"} and part.is_file():
             digest.update(part.read_bytes())
-    from dehyst.io.ros import read_bag
-
-    return read_bag(source, digest.hexdigest())
-
-
-def _dispatch(data: bytes, source: Path, sha256: str) -> Table:
-    """Choose the reader by the first bytes, then by the ending; readers are imported when they are needed."""
-    name, ending = source.name, source.suffix.lower()
-    if data.startswith(BAGS):
-        from dehyst.io.ros import read_bag
-
-        return read_bag(source, sha256)
-    if data.startswith(ZIP):
-        from dehyst.io.numpy_files import read_npz
-
-        return read_npz(data, name, sha256)
-    if data.startswith(NPY):
-        from dehyst.io.numpy_files import read_npy
-
-        return read_npy(data, name, sha256)
-    if data.startswith(HDF5) or data[512:520] == HDF5:
-        from dehyst.io.hdf5 import read_hdf5
-
-        return read_hdf5(data, name, sha256)
-    if data.startswith(MDF):
-        from dehyst.io.mdf import read_mdf
-
-        return read_mdf(data, name, sha256)
-    if data.startswith(TABLES):
-        from dehyst.io.parquet import read_parquet
-
-        return read_parquet(data, name, sha256)
-    if data.startswith(b"MATLAB 5.0") or (ending == ".mat" and b"\0" in data[:20]):
-        from dehyst.io.matlab import read_mat
-
-        return read_mat(data, name, sha256)
-    if ending in BINARY:
-        raise LogError(
-            f"'{name}' ends in {ending}, but its first bytes ({data[:8].hex(' ')}) are not those of {BINARY[ending]}: "
-            f"it is damaged, or has the wrong ending. Copy or export it again.",
-            path=str(source),
-        )
-    return read_delimited(data, name, sha256)
-
-
-def open_source(path: Path, head: bytes) -> Source:
-    """Source for a file that begins with `head`, of a known format; readers are imported when they are needed."""
-    if head.startswith(BAGS):
-        from dehyst.io.ros import BagSource
-
-        return BagSource(path)
-    if head.startswith((*ZIP, NPY)):
-        from dehyst.io.numpy_files import ArraySource
-
-        return ArraySource(path)
-    if head.startswith(TABLES):
-        from dehyst.io.parquet import TableSource
-
-        return TableSource(path, head)
-    from dehyst.io.stream_text import TextSource
-
-    return TextSource(path)
+    bag = next(row for row in FORMATS if row.module == "ros")
+    table = bag.read(b"", source, sum(part.stat().st_size for part in source.iterdir()))
+    return replace(table, sha256=digest.hexdigest())

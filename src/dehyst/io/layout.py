@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from dehyst.errors import LogError
 from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number, unescaped
-from dehyst.io.dressed import is_dressed
+from dehyst.io.number_forms import is_dressed
 from dehyst.units import canonical
 
 COMMENTS = ("#", "%", "//")

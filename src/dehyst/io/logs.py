@@ -1,4 +1,4 @@
-"""Logs become recordings: choose columns, run and window, clean, say what was found."""
+"""Logs become recordings, signals and tables: choose columns, run and window, clean, say what was found."""
 
 from __future__ import annotations
 
@@ -8,15 +8,24 @@ from typing import Any, Literal
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
+from dehyst.errors import ColumnError
 from dehyst.findings import Finding
-from dehyst.io.checks import check_pair, check_signal
-from dehyst.io.clean import Context, Samples, find_gaps
+from dehyst.io.clean import Samples, drop_unmeasured, find_gaps
 from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_time_unit
-from dehyst.io.columns import find_column, run_column
+from dehyst.io.columns import find_column, provenance
 from dehyst.io.formats import PathLike, read_table
-from dehyst.io.select import pair_samples, parse_window, prepare, require_samples, samples_of, select_rows
+from dehyst.io.order import order_time
+from dehyst.io.select import (
+    context,
+    cut_window,
+    parse_window,
+    prepare,
+    read_pair,
+    require_samples,
+    samples_of,
+    select_rows,
+)
 from dehyst.io.table import Table
-from dehyst.units import parse_unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +53,35 @@ class Signal:
     name: str
     unit: str
     breaks: tuple[int, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Columns of one log, rows without a number in one of them left out.
+
+    Attributes
+    ----------
+    values
+        Role -> (T,). [units]
+    names, units
+        Role -> column name without its unit, and unit, "" where none is known.
+    time
+        (T,), increasing, or None. [s]
+    name
+        File.
+    findings
+        What reading it found and cured.
+    provenance
+        File, fingerprint, columns, run, window, rows.
+    """
+
+    values: Mapping[str, Array]
+    names: Mapping[str, str]
+    units: Mapping[str, str]
+    time: Array | None
+    name: str
     findings: tuple[Finding, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -109,44 +147,22 @@ def read_log(
     table = with_time_unit(read_table(path), time_unit, time)
     window = parse_window(start, stop)
     x_name, y_name = two_columns(table, input, output)
-    findings = list(table.findings)
-    samples, chosen, clock = read_pair(table, x_name, y_name, time, run, window, findings)
-    (x_bare, x_unit), (y_bare, y_unit) = _label(table, x_name), _label(table, y_name)
+    about = context(table, (x_name, y_name))
+    samples, chosen, clock = read_pair(table, about, time, run, window)
+    (x_bare, x_unit), (y_bare, y_unit) = table.label(x_name), table.label(y_name)
     return Recording(
         input=samples.values[0],
         output=samples.values[1],
         time=samples.time,
-        name=table.name if chosen is None else f"{table.name}, run {chosen}",
+        name=_of_run(table, chosen),
         input_name=x_bare,
         output_name=y_bare,
         input_unit=x_unit,
         output_unit=y_unit,
         breaks=samples.breaks,
-        findings=tuple(findings),
-        provenance=_provenance(table, {"input": x_name, "output": y_name, "time": clock}, chosen, start, stop, samples),
+        findings=tuple(about.findings),
+        provenance=_origin(table, {"input": x_name, "output": y_name, "time": clock}, chosen, start, stop, samples),
     )
-
-
-def read_pair(
-    table: Table,
-    x_name: str,
-    y_name: str,
-    time: str | None,
-    run: str | None,
-    window: tuple[float, float],
-    findings: list[Finding],
-) -> tuple[Samples, str | None, str | None]:
-    """Input and output of a table, cleaned and checked, with the run and the time column that were used.
-
-    `findings` grows by what was found; the errors are those of `read_log`.
-    """
-    units = (_label(table, x_name)[1], _label(table, y_name)[1])
-    about = Context(table.name, (x_name, y_name), table.row_word, units)
-    samples, chosen, clock = pair_samples(table, x_name, y_name, time, run, window, about, findings)
-    samples = find_gaps(samples, about, findings)
-    require_samples(samples, about, window)
-    check_pair(table, x_name, y_name, samples, findings)
-    return samples, chosen, clock
 
 
 def read_signal(
@@ -188,26 +204,98 @@ def read_signal(
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     refuse_clock(table, name, "signal")
-    findings = list(table.findings)
-    about = Context(table.name, (name,), table.row_word, (_label(table, name)[1],))
+    about = context(table, (name,))
     clock = choose_clock(table, name, time)
     chosen, mask = select_rows(table, name, run)
-    samples = samples_of(table, (name,), clock, mask, findings)
-    samples = prepare(samples, about, window, findings, hold=missing == "hold")
-    samples = find_gaps(samples, about, findings)
+    samples = prepare(samples_of(table, (name,), clock, mask, about), about, window, hold=missing == "hold")
+    samples = find_gaps(samples, about)
     require_samples(samples, about, window, least=1)
-    check_signal(samples, about, findings)
-    bare, unit = _label(table, name)
-    provenance = _provenance(table, {"column": name, "time": clock}, chosen, start, stop, samples)
-    return Signal(samples.values[0], samples.time, bare, unit, samples.breaks, tuple(findings), provenance)
+    if samples.time is None:
+        about.say("no-time", f"{table.name} has no time column; samples are taken as evenly spaced.")
+    origin = _origin(table, {"column": name, "time": clock}, chosen, start, stop, samples)
+    bare, unit = table.label(name)
+    return Signal(samples.values[0], samples.time, bare, unit, samples.breaks, tuple(about.findings), origin)
 
 
-def _label(table: Table, name: str) -> tuple[str, str]:
-    bare, unit = parse_unit(name)
-    return bare, table.units.get(name) or unit
+def read_columns(
+    path: PathLike,
+    columns: Mapping[str, str],
+    *,
+    time: str | None = None,
+    run: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    time_unit: str | None = None,
+) -> Columns:
+    """Read columns of a log that belong together row by row.
+
+    Nothing is taken for an outlier: neighbouring rows of a table may be points that have nothing to do with each other.
+
+    `columns`: role, for messages, -> column, named as for `dehyst.read_log`.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read; ColumnError, RunError and TimeError if it does not hold what was asked for.
+    RecordingError
+        If no row has a number in every column.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> log = pathlib.Path(tempfile.mkdtemp()) / "bench.csv"
+    >>> _ = log.write_text("length_mm,pressure_bar,force_N\\n300,1,150\\n290,1,\\n280,2,160\\n")
+    >>> found = read_columns(log, {"length": "length", "force": "force"})
+    >>> found.values["length"].tolist(), found.units["force"], found.findings[0].code
+    ([300.0, 280.0], 'N', 'non-finite')
+    """
+    table = with_time_unit(read_table(path), time_unit, time)
+    window = parse_window(start, stop)
+    names = {role: find_column(table, wanted, role) for role, wanted in columns.items()}
+    _refuse_columns(table, names)
+    chosen = tuple(names.values())
+    about = context(table, chosen)
+    clock = choose_clock(table, chosen[0], time)
+    which, mask = select_rows(table, chosen[0], run)
+    samples = cut_window(samples_of(table, chosen, clock, mask, about), about, window)
+    samples = order_time(drop_unmeasured(samples, about), about)
+    return Columns(
+        dict(zip(names, samples.values, strict=True)),
+        {role: table.label(name)[0] for role, name in names.items()},
+        {role: table.label(name)[1] for role, name in names.items()},
+        samples.time,
+        _of_run(table, which),
+        tuple(about.findings),
+        _origin(table, {**names, "time": clock}, which, start, stop, samples),
+    )
 
 
-def _provenance(
+def _refuse_columns(table: Table, names: Mapping[str, str]) -> None:
+    """Refuse one column for two roles, the time column, and columns of different lengths."""
+    seen: dict[str, str] = {}
+    for role, name in names.items():
+        if name in seen:
+            raise ColumnError(
+                f"{seen[name]} and {role} are both column '{name}' of {table.name}. Name two columns.", column=name
+            )
+        seen[name] = role
+    for role, name in names.items():
+        refuse_clock(table, name, role)
+    sizes = {name: table.columns[name].size for name in seen}
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        raise ColumnError(
+            f"columns of {table.name} differ in length ({listed}): they were logged on clocks of their own. Write them "
+            f"into one table first, a row for each instant.",
+            sizes=sizes,
+        )
+
+
+def _of_run(table: Table, run: str | None) -> str:
+    return table.name if run is None else f"{table.name}, run {run}"
+
+
+def _origin(
     table: Table,
     columns: dict[str, str | None],
     run: str | None,
@@ -215,14 +303,5 @@ def _provenance(
     stop: float | None,
     samples: Samples,
 ) -> dict[str, Any]:
-    return {
-        "file": table.name,
-        "sha256": table.sha256,
-        **columns,
-        "run_column": run_column(table) if run is not None else None,
-        "run": run,
-        "window": [start, stop],
-        "rows": int(samples.rows.size),
-        "first_row": int(samples.rows.min()),
-        "last_row": int(samples.rows.max()),
-    }
+    rows = samples.rows
+    return provenance(table, columns, run, [start, stop], (int(rows.size), int(rows.min()), int(rows.max())))

@@ -1,52 +1,74 @@
-"""MAT files up to version 7: vectors, matrices, structs, strings, Simulink's structure with time."""
+"""MAT files of version 4, 6 and 7: vectors, matrices, structs, strings, Simulink's structure with time.
+
+A struct field becomes ``struct.field``; a signal of Simulink's structure with time takes its label. Compiled readers of
+this format can crash the interpreter on a damaged file (docs/decisions/0007-own-reader-of-mat-files.md); this one
+checks every length before it reads. Layout after the public description "MAT-File Format" of The MathWorks.
+"""
 
 from __future__ import annotations
 
+import math
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.findings import Finding
 from dehyst.io.collect import Collector, strings_of
-from dehyst.io.foreign import guard
-from dehyst.io.mat5 import OPAQUE, Text, parse_mat, parse_old
-from dehyst.io.table import Table
+from dehyst.io.foreign import refuse_bomb
 
-MAX_DEPTH = 6
-MAX_ITEMS = 200
-
-
-def read_mat(data: bytes, name: str, sha256: str) -> Table:
-    """Read a MAT file of version 4, 6 or 7.
-
-    A struct field becomes ``struct.field``; a signal of Simulink's structure with time takes its label.
-    """
-    found = Collector(name)
-    guard(name, "MAT file", len(data), lambda: _fill(found, data))
-    return found.table(sha256)
+MAX_DEPTH = 6  # of structs and cells that are looked into
+MAX_ITEMS = 200  # of a cell or a struct array
+MAX_NESTED = 16  # a file that nests deeper is damaged
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+TEXT_TYPES = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
+OLD_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")
+MATRIX, COMPRESSED = 14, 15
+CELL, STRUCT, OBJECT, CHAR = 1, 2, 3, 4
+NUMERIC = range(6, 16)
+OPAQUE = object()  # what only MATLAB can read
 
 
-def _fill(found: Collector, data: bytes) -> None:
-    variables = parse_mat(data, found.name) if data.startswith(b"MATLAB") else parse_old(data)
+class Text(list[str]):
+    """Rows of a character array."""
+
+
+class DamageError(ValueError):
+    """The bytes contradict the format."""
+
+
+def fill(found: Collector, data: bytes, path: Path) -> None:
+    """Add every variable of a file."""
+    variables = _variables(data, found.name) if data.startswith(b"MATLAB") else _old_variables(data)
     for key, value in variables.items():
         _walk(found, key, value, 0)
 
 
 def _walk(found: Collector, path: str, value: Any, depth: int) -> None:
+    """Add what a variable holds: an array, `Text`, a list of cells, a list of structs, None, or `OPAQUE`."""
     if depth > MAX_DEPTH:
         return
     if value is OPAQUE:
         note_object(found, path)
+    elif isinstance(value, np.ndarray):
+        found.add(path, value)
     elif isinstance(value, Text):
         if len(value) > 1:
             found.add(path, np.array(value, dtype=np.str_))
-    elif isinstance(value, np.ndarray):
-        found.add(path, value)
     elif isinstance(value, list) and value and isinstance(value[0], dict):
-        for k, item in enumerate(value[:MAX_ITEMS]):
-            _walk_struct(found, path if len(value) == 1 else f"{path}({k + 1})", item, depth)
+        for k, item in enumerate(value[:MAX_ITEMS], 1):
+            _walk_struct(found, path if len(value) == 1 else f"{path}({k})", item, depth)
     elif isinstance(value, list):
-        _walk_cell(found, path, value, depth)
+        texts = strings_of([_single_text(cell) or cell for cell in value])
+        if texts is not None:
+            found.add(path, texts)
+            return
+        for k, cell in enumerate(value[:MAX_ITEMS], 1):
+            _walk(found, f"{path}{{{k}}}", cell, depth + 1)
 
 
 def _walk_struct(found: Collector, path: str, item: dict[str, Any], depth: int) -> None:
@@ -57,15 +79,6 @@ def _walk_struct(found: Collector, path: str, item: dict[str, Any], depth: int) 
             _walk(found, f"{path.rpartition('.')[0] or path}.{label}", value, depth + 1)
         elif not (field in {"label", "blockName"} and "values" in item):
             _walk(found, f"{path}.{field}", value, depth + 1)
-
-
-def _walk_cell(found: Collector, path: str, cells: list[Any], depth: int) -> None:
-    texts = strings_of([_single_text(cell) or cell for cell in cells])
-    if texts is not None:
-        found.add(path, texts)
-        return
-    for k, cell in enumerate(cells[:MAX_ITEMS]):
-        _walk(found, f"{path}{{{k + 1}}}", cell, depth + 1)
 
 
 def _single_text(value: Any) -> str:
@@ -82,3 +95,169 @@ def note_object(found: Collector, path: str) -> None:
             f"can read. Save its numbers: s = struct('time', ts.Time, 'data', ts.Data); save('log.mat', 's')",
         )
     )
+
+
+@dataclass
+class _Cursor:
+    """A place in bytes that never moves past their end."""
+
+    data: memoryview
+    order: str
+    place: int = 0
+
+    @property
+    def ended(self) -> bool:
+        return self.place >= len(self.data)
+
+    def take(self, size: int) -> memoryview:
+        if size < 0 or self.place + size > len(self.data):
+            raise DamageError(f"{size} bytes wanted at {self.place} of {len(self.data)}")
+        part = self.data[self.place : self.place + size]
+        self.place += size
+        return part
+
+    def element(self) -> tuple[int, memoryview]:
+        """Type and bytes of the next data element; short ones share the 8 bytes of their tag."""
+        first, second = struct.unpack(self.order + "II", self.take(8))
+        if first >> 16:
+            if first >> 16 > 4:
+                raise DamageError("a short element of more than 4 bytes")
+            return first & 0xFFFF, self.data[self.place - 4 : self.place - 4 + (first >> 16)]
+        part = self.take(second)
+        if first != COMPRESSED:
+            # Filled up to eights of its own: a packed variable before it may have ended anywhere.
+            self.place = min(len(self.data), self.place + -second % 8)
+        return first, part
+
+    def numbers(self) -> npt.NDArray[Any]:
+        kind, part = self.element()
+        if kind not in TYPES:
+            raise DamageError(f"type {kind} where numbers belong")
+        return np.frombuffer(part, dtype=self.order + TYPES[kind])
+
+    def string(self) -> str:
+        return bytes(self.element()[1]).decode("ascii", "replace").rstrip("\0")
+
+
+def _variables(data: bytes, name: str) -> dict[str, Any]:
+    """Variables of version 6 or 7; `DamageError` or what struct and zlib say of a damaged file."""
+    order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
+    if order is None:
+        raise DamageError("no byte order at 126")
+    cursor = _Cursor(memoryview(data), order, 128)
+    found: dict[str, Any] = {}
+    unpacked = 0
+    while not cursor.ended:
+        kind, part = cursor.element()
+        if kind == COMPRESSED:
+            expander = zlib.decompressobj()
+            room = max(64 << 20, 100 * len(data)) - unpacked
+            raw = expander.decompress(part, max(1, room) + 1)
+            unpacked += len(raw)
+            refuse_bomb(unpacked, len(data), name)
+            if not expander.eof:
+                raise DamageError("a packed variable ends early")
+            kind, part = _Cursor(memoryview(raw), order).element()
+        if kind == MATRIX:
+            variable, value = _matrix(_Cursor(part, order), 0)
+            if variable and not variable.startswith("__"):
+                found[variable] = value
+    return found
+
+
+def _matrix(cursor: _Cursor, depth: int) -> tuple[str, Any]:
+    """Name and value of an array; None for complex and sparse ones."""
+    if depth > MAX_NESTED:
+        raise DamageError("nested too deeply")
+    if cursor.ended:
+        return "", np.zeros(0)
+    flags = cursor.numbers()
+    if flags.size < 1:
+        raise DamageError("no flags")
+    kind = int(flags[0]) & 0xFF
+    if kind > NUMERIC[-1]:
+        return (cursor.string() or "of the file" if not cursor.ended else ""), OPAQUE
+    shape = tuple(int(n) for n in cursor.numbers())
+    if len(shape) < 2 or min(shape) < 0:
+        raise DamageError(f"shape {shape}")
+    size = math.prod(shape)
+    name = cursor.string()
+    if kind in NUMERIC:
+        values = cursor.numbers()
+        if values.size != size:
+            raise DamageError(f"{values.size} numbers for shape {shape}")
+        is_complex = bool(int(flags[0]) & 0x800)
+        return name, None if is_complex else values.reshape(shape, order="F")
+    if kind == CHAR:
+        return name, _text(cursor, shape, size)
+    if kind == CELL:
+        return name, [_nested(cursor, depth) for _ in range(_count(cursor, size, 1))]
+    if kind in (STRUCT, OBJECT):
+        if kind == OBJECT:
+            cursor.string()  # its class
+        return name, _structs(cursor, size, depth)
+    return name, None
+
+
+def _text(cursor: _Cursor, shape: tuple[int, ...], size: int) -> Text:
+    kind, part = cursor.element()
+    if kind in TEXT_TYPES:
+        suffix = "" if kind == 16 else "-le" if cursor.order == "<" else "-be"
+        characters = list(bytes(part).decode(TEXT_TYPES[kind] + suffix, "replace"))
+    elif kind in TYPES and TYPES[kind][0] in "ui":
+        codes = np.frombuffer(part, dtype=cursor.order + TYPES[kind]).tolist()
+        characters = [chr(code) if 0 <= code < 0xD800 else "\ufffd" for code in codes]
+    else:
+        raise DamageError(f"type {kind} where characters belong")
+    if len(shape) != 2 or len(characters) != size:
+        return Text(["".join(characters)])
+    return Text("".join(characters[row :: shape[0]]).strip() for row in range(shape[0]))
+
+
+def _structs(cursor: _Cursor, size: int, depth: int) -> list[dict[str, Any]]:
+    lengths = cursor.numbers()
+    width = int(lengths[0]) if lengths.size else 0
+    raw = bytes(cursor.element()[1])
+    if width < 1:
+        return []
+    fields = [raw[k : k + width].split(b"\0")[0].decode("ascii", "replace") for k in range(0, len(raw), width)]
+    count = _count(cursor, size, len(fields))
+    return [{field: _nested(cursor, depth) for field in fields} for _ in range(count)]
+
+
+def _count(cursor: _Cursor, size: int, each: int) -> int:
+    """Number of nested arrays, which cannot exceed what their tags alone would take."""
+    left = len(cursor.data) - cursor.place
+    if size * each * 8 > left:
+        raise DamageError(f"{size} elements in {left} bytes")
+    return size if each else 0
+
+
+def _nested(cursor: _Cursor, depth: int) -> Any:
+    kind, part = cursor.element()
+    if kind != MATRIX:
+        raise DamageError(f"type {kind} where an array belongs")
+    return _matrix(_Cursor(part, cursor.order), depth + 1)[1]
+
+
+def _old_variables(data: bytes) -> dict[str, Any]:
+    """Variables of version 4; `DamageError` or what struct says of a damaged file."""
+    found: dict[str, Any] = {}
+    order = "<" if struct.unpack("<i", data[:4])[0] in range(5000) else ">"
+    cursor = _Cursor(memoryview(data), order)
+    while not cursor.ended:
+        code, rows, columns, imaginary, length = struct.unpack(order + "iiiii", cursor.take(20))
+        number, layout = code // 10 % 10, code % 10
+        if not 0 <= code < 5000 or number >= len(OLD_TYPES) or rows < 0 or columns < 0 or imaginary not in (0, 1):
+            raise DamageError(f"no version 4 variable at {cursor.place - 20}")
+        name = bytes(cursor.take(length)).rstrip(b"\0").decode("ascii", "replace")
+        dtype = np.dtype(order + OLD_TYPES[number])
+        values = np.frombuffer(cursor.take(rows * columns * dtype.itemsize), dtype=dtype)
+        if imaginary:
+            cursor.take(rows * columns * dtype.itemsize)
+        if layout == 0 and not imaginary:
+            found[name] = values.reshape((rows, columns), order="F")
+        elif layout == 1:
+            codes = values.reshape((rows, columns), order="F").tolist()
+            found[name] = Text("".join(chr(int(c)) for c in row if 0 <= c < 0xD800).strip() for row in codes)
+    return found

@@ -1,24 +1,22 @@
-"""MDF (.mf4, .mdf, .dat), by asammdf: the extra ``dehyst[mdf]``."""
+"""MDF (.mf4, .mdf, .dat), by asammdf: the extra ``dehyst[mdf]``.
+
+All channels of numbers become columns; each group has its own clock, ``time`` or ``time_group_2``.
+"""
 
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 from dehyst.io.collect import Collector
-from dehyst.io.foreign import guard, optional, refuse_bomb
-from dehyst.io.table import Table
+from dehyst.io.foreign import refuse_bomb
 
 
-def read_mdf(data: bytes, name: str, sha256: str) -> Table:
-    """Read all channels of numbers; each group has its own clock, ``time`` or ``time_group_2``."""
-    asammdf = optional("asammdf", "mdf", name)
-    found = Collector(name)
-    guard(name, "MDF file", len(data), lambda: _fill(found, asammdf, data))
-    return found.table(sha256)
+def fill(found: Collector, data: bytes, path: Path) -> None:
+    """Add every group of channels."""
+    import asammdf
 
-
-def _fill(found: Collector, asammdf: Any, data: bytes) -> None:
     with asammdf.MDF(io.BytesIO(data)) as file:
         # asammdf reserves what the headers claim before it reads.
         headers = [group.channel_group for group in file.groups]

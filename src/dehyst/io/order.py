@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
 from dehyst.data.gaps import gap_limit, taken_back
 from dehyst.data.loops import turning_points
 from dehyst.errors import TimeError
-from dehyst.findings import Finding
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import list_rows
 
@@ -21,21 +20,20 @@ NEAREST = 10  # rows from its place that a row may stand in a short log
 COARSE_SHARE = 0.5  # of the rows repeat a stamp: the clock is coarse, and even equal rows are samples
 
 
-def order_time(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def order_time(samples: Samples, about: Context) -> Samples:
     """Make time increase: sort the few rows out of order, take out jumps, spread repeated stamps, break at restarts."""
     if samples.time is None or samples.time.size < 2:
         return samples
     if np.all(np.diff(samples.time) > 0):
-        return mend_jumps(samples, about, findings)
-    samples = _turn_around(samples, about, findings)
-    samples = _sort_few(samples, about, findings)
-    samples = _sort_swapped(samples, about, findings)
-    samples = _drop_stray(samples, about, findings)
-    samples = mend_jumps(samples, about, findings)
-    samples = _drop_doubled(samples, about, findings)
-    samples = _spread_repeated(samples, about, findings)
-    time = samples.time
-    assert time is not None
+        return mend_jumps(samples, about)
+    samples = _turn_around(samples, about)
+    samples = _sort_few(samples, about)
+    samples = _sort_swapped(samples, about)
+    samples = _drop_stray(samples, about)
+    samples = mend_jumps(samples, about)
+    samples = _drop_doubled(samples, about)
+    samples = _spread_repeated(samples, about)
+    time = _stamps(samples)
     restarts = np.flatnonzero(np.diff(time) < 0) + 1
     if restarts.size == 0:
         return samples
@@ -46,34 +44,34 @@ def order_time(samples: Samples, about: Context, findings: list[Finding]) -> Sam
             f"so it is not guessed. Sort the log by time, or name another time column with --time.",
             rows=samples.rows[restarts],
         )
-    findings.append(
-        Finding(
-            "clock-restart",
-            f"the clock of {about.log} jumps back at {list_rows(samples.rows[restarts], about.word)}: several "
-            f"recordings follow each other. Each is treated as a piece of its own, with unknown memory at its start. "
-            f"Better split the log, or add a column run.",
-        )
+    about.say(
+        "clock-restart",
+        f"the clock of {about.log} jumps back at {list_rows(samples.rows[restarts], about.word)}: several "
+        f"recordings follow each other. Each is treated as a piece of its own, with unknown memory at its start. "
+        f"Better split the log, or add a column run.",
     )
     return replace(samples, breaks=tuple(int(k) for k in restarts))
 
 
-def _turn_around(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
-    step = np.diff(samples.time if samples.time is not None else np.zeros(0))
+def _stamps(samples: Samples) -> Array:
+    assert samples.time is not None
+    return samples.time
+
+
+def _turn_around(samples: Samples, about: Context) -> Samples:
+    step = np.diff(_stamps(samples))
     if step.size < 3 or not np.mean(step < 0) > 0.95:
         return samples
-    findings.append(
-        Finding("reversed-time", f"{about.log} is written newest row first; it was turned around. Nothing to do.")
-    )
+    about.say("reversed-time", f"{about.log} is written newest row first; it was turned around. Nothing to do.")
     return samples.take(np.arange(samples.rows.size - 1, -1, -1))
 
 
-def _sort_few(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def _sort_few(samples: Samples, about: Context) -> Samples:
     """Sort if few rows stand out of order, near their place, and leave no hole where they belong.
 
     A clock that restarts, or a stamp that is simply wrong, does not fit between other stamps in this way.
     """
-    t = samples.time
-    assert t is not None
+    t = _stamps(samples)
     late = np.flatnonzero(t < np.maximum.accumulate(t))
     if late.size == 0 or late.size > max(1, FEW * t.size):
         return samples
@@ -87,23 +85,22 @@ def _sort_few(samples: Samples, about: Context, findings: list[Finding]) -> Samp
     # Two recordings laid into each other have steps of half the usual size, or less.
     if touched.min() < 0.6 * typical or touched.max() > 4.0 * typical:
         return samples
-    findings.append(_put_in_order(samples, late, about))
-    return samples.take(order)
+    return _put_in_order(samples, order, late, about)
 
 
-def _put_in_order(samples: Samples, late: npt.NDArray[np.int64], about: Context) -> Finding:
+def _put_in_order(samples: Samples, order: Rows, late: Rows, about: Context) -> Samples:
     many = late.size > 1
-    return Finding(
+    about.say(
         "swapped-rows",
         f"{late.size} row{'s' if many else ''} of {about.log} {'stand' if many else 'stands'} after rows that follow "
         f"{'them' if many else 'it'} in time ({list_rows(samples.rows[late], about.word)}); they were put in order. "
         f"Nothing to do.",
     )
+    return samples.take(order)
 
 
-def _sort_swapped(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
-    t = samples.time
-    assert t is not None
+def _sort_swapped(samples: Samples, about: Context) -> Samples:
+    t = _stamps(samples)
     order = np.arange(t.size)
     swapped: list[int] = []
     for k in (np.flatnonzero(np.diff(t) < 0) + 1).tolist():
@@ -120,14 +117,12 @@ def _sort_swapped(samples: Samples, about: Context, findings: list[Finding]) -> 
     swapped = [k for k in swapped if k not in set(far)]
     if not swapped:
         return samples
-    findings.append(_put_in_order(samples, np.array(swapped, dtype=np.int64), about))
-    return samples.take(order)
+    return _put_in_order(samples, order, np.array(swapped), about)
 
 
-def _drop_stray(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def _drop_stray(samples: Samples, about: Context) -> Samples:
     """Drop single stamps that fit neither before nor after while their neighbours fit each other."""
-    t = samples.time
-    assert t is not None
+    t = _stamps(samples)
     typical = _typical_step(t)
     stray: set[int] = set()
     for k in (np.flatnonzero(np.diff(t) < 0) + 1).tolist():
@@ -138,21 +133,18 @@ def _drop_stray(samples: Samples, about: Context, findings: list[Finding]) -> Sa
     if not stray:
         return samples
     index = np.array(sorted(stray))
-    findings.append(
-        Finding(
-            "stray-time",
-            f"{index.size} time stamps of {about.log} fit neither the one before nor the one after "
-            f"({list_rows(samples.rows[index], about.word)}); these rows were left out. Check the logger if there are "
-            f"many.",
-        )
+    about.say(
+        "stray-time",
+        f"{index.size} time stamps of {about.log} fit neither the one before nor the one after "
+        f"({list_rows(samples.rows[index], about.word)}); these rows were left out. Check the logger if there are "
+        f"many.",
     )
     return samples.take(np.delete(np.arange(t.size), index))
 
 
-def _drop_doubled(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def _drop_doubled(samples: Samples, about: Context) -> Samples:
     """Drop rows that repeat stamp and values of the row before them, unless the clock is coarse."""
-    t = samples.time
-    assert t is not None
+    t = _stamps(samples)
     repeated = np.concatenate(([False], np.diff(t) == 0))
     same = np.logical_and.reduce([np.concatenate(([False], np.diff(v) == 0)) for v in samples.values])
     doubled = repeated & same
@@ -160,25 +152,22 @@ def _drop_doubled(samples: Samples, about: Context, findings: list[Finding]) -> 
     coarse = repeated.sum() >= COARSE_SHARE * t.size and doubled.sum() < 0.9 * repeated.sum()
     if not doubled.any() or coarse:
         return samples
-    findings.append(
-        Finding(
-            "repeated-time",
-            f"{int(doubled.sum())} of {t.size} rows of {about.log} repeat the time stamp and the values before them "
-            f"({list_rows(samples.rows[doubled], about.word)}); the first of each was kept. Nothing is lost.",
-        )
+    about.say(
+        "repeated-time",
+        f"{int(doubled.sum())} of {t.size} rows of {about.log} repeat the time stamp and the values before them "
+        f"({list_rows(samples.rows[doubled], about.word)}); the first of each was kept. Nothing is lost.",
     )
     return samples.take(~doubled)
 
 
-def _spread_repeated(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def _spread_repeated(samples: Samples, about: Context) -> Samples:
     """Spread the rows that share a stamp evenly over the time to the next stamp.
 
     A group of n rows at stamp t, followed by the stamp t', gets t + k (t' - t) / n, k = 0..n-1. Before a gap the
     usual step between stamps takes the place of t' - t. Where most stamps are shared, the first group may
     have begun before the log did; it then ends where the second begins, at the usual pace.
     """
-    t = samples.time
-    assert t is not None
+    t = _stamps(samples)
     starts = np.concatenate(([0], np.flatnonzero(np.diff(t) != 0) + 1))
     if starts.size == t.size or starts.size < 2:
         return samples
@@ -194,14 +183,12 @@ def _spread_repeated(samples: Samples, about: Context, findings: list[Finding]) 
         width[0] = usual * counts[0] / many
     spread = np.repeat(begin, counts) + place * np.repeat(width / counts, counts)
     shared = int(t.size - starts.size)
-    findings.append(
-        Finding(
-            "coarse-time",
-            f"{shared} of {t.size} rows of {about.log} share the time stamp of the row before them, in groups of up to "
-            f"{int(counts.max())} (first at {list_rows(samples.rows[starts[counts > 1]], about.word)}): the clock is "
-            f"coarser than the sampling, {usual:.4g} s against about {_typical_step(spread):.3g} s. The rows of each "
-            f"group were spread evenly over its time. Rates are only as good as that; log time with more digits.",
-        )
+    about.say(
+        "coarse-time",
+        f"{shared} of {t.size} rows of {about.log} share the time stamp of the row before them, in groups of up to "
+        f"{int(counts.max())} (first at {list_rows(samples.rows[starts[counts > 1]], about.word)}): the clock is "
+        f"coarser than the sampling, {usual:.4g} s against about {_typical_step(spread):.3g} s. The rows of each "
+        f"group were spread evenly over its time. Rates are only as good as that; log time with more digits.",
     )
     return replace(samples, time=spread)
 
@@ -221,7 +208,7 @@ MOVING = 10.0  # times the median second difference: what the input moves before
 UNSEEN = 1.0  # median steps of the input: what would be missing at least, were the jump a gap
 
 
-def mend_jumps(samples: Samples, about: Context, findings: list[Finding]) -> Samples:
+def mend_jumps(samples: Samples, about: Context) -> Samples:
     """Take out jumps of the clock, forward or back, across which all signals go on smoothly.
 
     Time that passed, or another recording, would show in the signals: they moved before and after the jump, and would
@@ -256,23 +243,24 @@ def mend_jumps(samples: Samples, about: Context, findings: list[Finding]) -> Sam
     mended = t - np.cumsum(late)
     at, by = places[shift != 0.0], size[shift != 0.0]
     shown = ", ".join(f"{value:+.4g} s" for value in by[:4].tolist()) + (", ..." if by.size > 4 else "")
-    findings.append(
-        Finding(
-            "clock-jump",
-            f"the clock of {about.log} jumps at {list_rows(samples.rows[at], about.word)} (by {shown}) while "
-            f"{' and '.join(about.columns)} {'go' if len(about.columns) > 1 else 'goes'} on smoothly: the clock was "
-            f"set, the log was not interrupted. The {'jumps were' if at.size > 1 else 'jump was'} taken out, and "
-            f"memory goes on. Nothing to do; a clock that only counts up (monotonic) does not jump.",
-        )
+    about.say(
+        "clock-jump",
+        f"the clock of {about.log} jumps at {list_rows(samples.rows[at], about.word)} (by {shown}) while "
+        f"{' and '.join(about.columns)} {'go' if len(about.columns) > 1 else 'goes'} on smoothly: the clock was "
+        f"set, the log was not interrupted. The {'jumps were' if at.size > 1 else 'jump was'} taken out, and "
+        f"memory goes on. Nothing to do; a clock that only counts up (monotonic) does not jump.",
     )
     return replace(samples, time=mended)
 
 
-class _Usual:
+class _Usual(NamedTuple):
     """What a signal usually does from one sample to the next."""
 
-    def __init__(self, step: float, largest: float, bend: float, quiet: float, window: int) -> None:
-        self.step, self.largest, self.bend, self.quiet, self.window = step, largest, bend, quiet, window
+    step: float
+    largest: float
+    bend: float
+    quiet: float
+    window: int
 
     @classmethod
     def of(cls, v: Array, places: Rows) -> _Usual:

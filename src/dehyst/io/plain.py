@@ -12,8 +12,8 @@ import numpy.typing as npt
 import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.io.cells import comma_number, is_date_time, number
-from dehyst.io.dressed import is_dressed
 from dehyst.io.layout import BLANKS, Layout, split_line
+from dehyst.io.number_forms import is_dressed
 
 PROBE = 200  # lines that tell which columns hold labels
 LABEL_WIDTH = 64  # characters of a label; longer ones take the careful way

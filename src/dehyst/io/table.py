@@ -12,9 +12,11 @@ from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.shell import visible
+from dehyst.units import parse_unit
 
 # No sensor reads this much; beyond it squares overflow and every later number is lost.
 LARGEST = 1e100
+SHOWN = 4  # rows that a message names
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,11 @@ class Table:
         if not self.order:
             object.__setattr__(self, "order", (*self.columns, *self.labels))
 
+    def label(self, name: str) -> tuple[str, str]:
+        """Name of a column without its unit, and the unit, "" where it is not known."""
+        bare, unit = parse_unit(name)
+        return bare, self.units.get(name) or unit
+
 
 def finite(values: Array) -> npt.NDArray[np.bool_]:
     """Which values are measurements: neither NaN nor infinite nor beyond `LARGEST`.
@@ -95,8 +102,8 @@ def measured(values: Array) -> Array:
     return values if good.all() else values[good]
 
 
-def list_rows(rows: Rows | Sequence[int], word: str = "line", shown: int = 4) -> str:
-    """Name the first few rows and the number of the others.
+def list_rows(rows: Rows | Sequence[int], word: str = "line", count: int = 0, shown: int = SHOWN) -> str:
+    """Name the first few rows and the number of the others; `count` if there are more rows than were kept.
 
     Examples
     --------
@@ -104,7 +111,7 @@ def list_rows(rows: Rows | Sequence[int], word: str = "line", shown: int = 4) ->
     ('line 3', 'lines 3, 4, 9, 12 and 2 more')
     """
     numbers = [str(int(row)) for row in rows[:shown]]
-    more = len(rows) - len(numbers)
+    more = max(count, len(rows)) - len(numbers)
     text = f"{word}{'s' if len(rows) != 1 else ''} {', '.join(numbers)}"
     return f"{text} and {more} more" if more > 0 else text
 

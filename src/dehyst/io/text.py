@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import re
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import BinaryIO
 
 import dehyst._native as _native
 from dehyst.errors import LogError
@@ -14,33 +17,27 @@ MEGABYTE = 1 << 20
 EXPANSION_LIMIT = 100
 EXPANSION_FREE = 8 * MEGABYTE
 SIZE_LIMIT = 1024 * MEGABYTE
+BLOCK = MEGABYTE  # bytes of text at a time
+PACKED = BLOCK // 4  # bytes of gzip at a time
+GZIP = b"\x1f\x8b"
 
 
 def expand(data: bytes, name: str) -> bytes:
-    """Undo gzip, member by member, up to a limit.
+    """Undo gzip, up to a limit.
 
     Raises
     ------
     LogError
         If the stream is damaged, ends early, or expands to more than 100 times its size (and 8 MB), or 1 GB.
     """
-    if not data.startswith(b"\x1f\x8b"):
+    if not data.startswith(GZIP):
         return data
     limit = min(SIZE_LIMIT, max(EXPANSION_FREE, EXPANSION_LIMIT * len(data)))
     parts: list[bytes] = []
     size = 0
-    rest = data
-    while rest.startswith(b"\x1f\x8b"):
-        stream = zlib.decompressobj(wbits=31)
-        try:
-            parts.append(stream.decompress(rest, limit - size + 1))
-        except zlib.error as fault:
-            raise LogError(
-                f"log '{name}' is damaged: its gzip data cannot be expanded ({fault}). Copy the file again, or "
-                f"save what can be saved with: gzip -dc {name} > log.csv",
-                file=name,
-            ) from None
-        size += len(parts[-1])
+    for block in unpacked(io.BytesIO(data), name):
+        parts.append(block)
+        size += len(block)
         if size > limit:
             raise LogError(
                 f"log '{name}' expands from {len(data)} bytes to more than {limit // MEGABYTE} MB; no log of a test "
@@ -48,20 +45,44 @@ def expand(data: bytes, name: str) -> bytes:
                 file=name,
                 limit=limit,
             )
-        if not stream.eof:
+    return b"".join(parts)
+
+
+def unpacked(stream: BinaryIO, name: str) -> Iterator[bytes]:
+    """Blocks of the text of a gzip file, member by member."""
+    data, size = stream.read(PACKED), 0
+    while data:
+        data += stream.read(PACKED) if len(data) < len(GZIP) else b""
+        if not data.startswith(GZIP):
+            left = len(data) + len(stream.read())
             raise LogError(
-                f"log '{name}' is damaged: its gzip data ends early, after {size} bytes of text. Copy the file "
-                f"again, or save what is there with: gzip -dc {name} > log.csv",
+                f"log '{name}' is damaged: {left} bytes follow its gzip data that do not belong to it. "
+                f"Copy the file again.",
                 file=name,
             )
-        rest = stream.unused_data.lstrip(b"\0")
-    if rest:
-        raise LogError(
-            f"log '{name}' is damaged: {len(rest)} bytes follow its gzip data that do not belong to it. "
-            f"Copy the file again.",
-            file=name,
-        )
-    return b"".join(parts)
+        member = zlib.decompressobj(wbits=31)
+        while not member.eof:
+            try:
+                block = member.decompress(data, BLOCK)
+            except zlib.error as fault:
+                raise LogError(
+                    f"log '{name}' is damaged: its gzip data cannot be expanded ({fault}). Copy the file again, or "
+                    f"save what can be saved with: gzip -dc {name} > log.csv",
+                    file=name,
+                ) from None
+            data = member.unconsumed_tail or stream.read(PACKED)
+            size += len(block)
+            if block:
+                yield block
+            elif not data and not member.eof:
+                raise LogError(
+                    f"log '{name}' is damaged: its gzip data ends early, after {size} bytes of text. Copy the file "
+                    f"again, or save what is there with: gzip -dc {name} > log.csv",
+                    file=name,
+                )
+        data = (member.unused_data + data).lstrip(b"\0")
+        while not data and (more := stream.read(PACKED)):
+            data = more.lstrip(b"\0")
 
 
 def _utf16(data: bytes) -> str | None:
@@ -101,7 +122,7 @@ def decode(data: bytes, name: str) -> str:
     if control > max(2, 0.02 * len(head)):
         raise LogError(
             f"log '{name}' is not text: {control} of its first {len(head)} characters are control characters. "
-            f"Known formats are .csv .txt .tsv .dat (also .gz), .mat, .npz, .npy, .bag, .db3, .mcap, .mf4, .mdf, "
+            f"Known formats are .csv .txt .tsv .dat (also .gz), .mat, .h5, .npz, .npy, .bag, .db3, .mcap, .mf4, .mdf, "
             f".parquet and .feather; give the file the ending of its format.",
             file=name,
         )
