@@ -29,11 +29,11 @@ from target.random_blocks import Trial, trials
 from dehyst.export import core_files, subject_of
 from dehyst.export.c import unit_files
 from dehyst.export.compilers import version_of
-from dehyst.export.plays import BlockNumbers
 
 RESULTS = Path(__file__).resolve().parent / "results" / "exports.json"
 BUILDS = tuple((compiler, level) for compiler in ("gcc", "clang") for level in ("-O0", "-O1", "-O2", "-O3"))
 TOLERANCE = 1e-5  # in float, of the output's range
+FUNCTIONS = tuple(f"dehyst_block_{name}" for name in ("reset", "step", "save", "restore"))
 
 UNIT = """
 static void run_{name}(const dehyst_real *x, const unsigned char *on, dehyst_real *y, uint32_t *flags, long samples)
@@ -98,7 +98,7 @@ class Outcome:
 def write_sources(runs: list[Trial], folder: Path) -> None:
     """Write the core, the generated files of all models, and a program that runs them all."""
     real, samples = runs[0].real, runs[0].case.x.size
-    for name, text in core_files.needed(BlockNumbers.functions).items():
+    for name, text in core_files.needed(FUNCTIONS).items():
         (folder / name).write_text(text, encoding="utf-8")
     names = [f"unit_{k}" for k in range(len(runs))]
     program = ["#include <stdio.h>"]
@@ -125,7 +125,7 @@ def outcome(runs: list[Trial], folder: Path, compiler: str, level: str, standard
     """Compile, run, compare."""
     begin = time.perf_counter()
     program = folder / f"program{compiler}{level}"
-    core = sorted(str(folder / name) for name in core_files.needed(BlockNumbers.functions) if name.endswith(".c"))
+    core = sorted(str(folder / name) for name in core_files.needed(FUNCTIONS) if name.endswith(".c"))
     command = [compiler, standard, level, "-ffp-contract=off", "-I", str(folder), "-o", str(program)]
     subprocess.run([*command, str(folder / "program.c"), *core], check=True)
     said = subprocess.run([str(program)], input=signals(runs), capture_output=True, check=True).stdout

@@ -15,12 +15,12 @@ from block_samples import operator_of
 from dehyst.control import Block, JointControllerParameters, load_controller, save_controller
 from dehyst.errors import ModelFileError, OutputError, ParameterError
 from dehyst.export import TARGETS, compilers, core_files, export, joint_subject, subject_of
-from dehyst.export.joint import joint_run
+from dehyst.export.joint_run import joint_run
 from dehyst.export.names import check_name, identifier
-from dehyst.export.numbers import bits, in_real, inward, literal
-from dehyst.export.plays import block_numbers
+from dehyst.export.precision import in_real, inward, literal, pattern
 from dehyst.export.rendering import comment, string_literal
 from dehyst.export.signal import from_csv, same_bits, to_csv
+from dehyst.export.units import block_numbers
 from export_samples import CARD, MODELS, large_model, mapped_model, play_model
 
 C_TARGETS = ("c", "c-header")
@@ -264,7 +264,7 @@ def test_text_of_a_log_cannot_leave_a_comment_or_a_string(tmp_path):
 @pytest.mark.parametrize("value", [0.0, -0.0, 0.1, -3.0, 5e-324, 1.7976931348623157e308, 2**-1022, 1 / 3])
 def test_a_constant_is_the_number_to_the_bit(value):
     assert same_bits(np.array([float.fromhex(literal(value, "double"))]), np.array([value]))
-    assert int(bits(value).rstrip("u"), 16) == int(np.float64(value).view(np.uint64))
+    assert int(pattern(value).rstrip("u"), 16) == int(np.float64(value).view(np.uint64))
 
 
 def test_rounding_to_float_leaves_no_range_and_lets_nothing_out():

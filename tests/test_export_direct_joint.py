@@ -16,7 +16,8 @@ from dehyst.control.joint import FLAGS, SWITCHES, direct_parameters
 from dehyst.errors import ParameterError
 from dehyst.export import export, joint_subject, verify
 from dehyst.export.iec import load
-from dehyst.export.joint import _OUT, controller_of, joint_run
+from dehyst.export.joint import controller_of
+from dehyst.export.joint_run import ANSWERS, joint_run
 from dehyst.export.numbers import direct_numbers
 from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.ports import DIRECT_JOINT
@@ -61,7 +62,7 @@ def test_structured_text_has_the_bits_of_the_core(seed, form):
         row = dict(zip(DIRECT_JOINT.inputs, [*readings, *reference.as_tuple()], strict=True))
         row |= {name: bool(switches & bit) for name, bit in DIRECT_JOINT.switches.items()}
         found = unit.call(**row, Restart=restart)
-        expected = [getattr(out, name) for name in _OUT]
+        expected = [getattr(out, name) for name in ANSWERS]
         assert [struct.pack("d", found[x]) for x in DIRECT_JOINT.outputs] == [struct.pack("d", y) for y in expected]
         assert found["FlagWord"] == out.flags
 

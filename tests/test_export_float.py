@@ -9,7 +9,7 @@ import dehyst
 from dehyst.control import Block, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export import export, joint_subject, subject_of, verify
-from dehyst.export.numbers import FLOAT_LIMIT
+from dehyst.export.precision import FLOAT_LIMIT
 from dehyst.models import ModelCard, SignalCard
 from export_samples import MODELS, play_model
 

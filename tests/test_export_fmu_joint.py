@@ -8,9 +8,8 @@ import pytest
 from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import OutputError
 from dehyst.export import export, joint_subject, verify
-from dehyst.export.c import scales
 from dehyst.export.fmu.loader import Instance
-from dehyst.export.joint import REFERENCE, SENSORS
+from dehyst.export.joint_run import REFERENCE, SENSORS
 from dehyst.models import PrandtlIshlinskii
 from fmu_tools import NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences
 
@@ -60,7 +59,9 @@ def test_single_precision_is_near_enough(weights, tmp_path):
     """Also where it meets a limit a period earlier or later, as it does with the first and the last of these."""
     thresholds = [0.0, 0.02, 0.05, 0.1][: len(weights)]
     subject = joint_subject(PrandtlIshlinskii(thresholds, weights), TOLD, name="joint_1", real="float")
-    assert all(np.array(scales(subject))[2:11] < 4e-3 * np.abs(subject.test.outputs).max(axis=0)[2:11])  # and no looser
+    assert all(
+        np.array(subject.tolerances)[2:11] < 4e-3 * np.abs(subject.test.outputs).max(axis=0)[2:11]
+    )  # and no looser
     export(subject, "fmu3", tmp_path / "out")
     checks = verify(tmp_path / "out")
     assert all(check.ok for check in checks), checks

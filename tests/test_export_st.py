@@ -18,11 +18,11 @@ from dehyst.export import export, subject_of, verify
 from dehyst.export import st as target
 from dehyst.export.iec import load
 from dehyst.export.names import RESERVED, type_name
-from dehyst.export.plays import block_numbers
 from dehyst.export.plc.block import function_block
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.plcopen import SPACE, plcopen_xml, text_of
 from dehyst.export.plc.pou import Pou, Variable, plain, siemens_scl, structured_text
+from dehyst.export.units import block_numbers
 
 FORMS = {
     "text": structured_text,

@@ -13,7 +13,8 @@ from dehyst import _native
 from dehyst.control import JointController, JointControllerParameters, JointReference
 from dehyst.export import export, joint_subject, verify
 from dehyst.export.iec import load
-from dehyst.export.joint import _OUT, compensator_numbers
+from dehyst.export.joint import compensator_numbers
+from dehyst.export.joint_run import ANSWERS
 from dehyst.export.plc.joint import joint_block
 from dehyst.export.plc.ports import JOINT
 from dehyst.export.plc.pou import siemens_scl, structured_text
@@ -74,7 +75,7 @@ def test_every_output_has_the_bits_of_the_core(seed, compensated, form):
         row = dict(zip(JOINT.inputs, [*readings, *reference.as_tuple()], strict=True))
         row |= {name: bool(switches & bit) for name, bit in JOINT.switches.items()}
         found = unit.call(**row, Restart=restart)
-        expected = [getattr(out, name) for name in _OUT]
+        expected = [getattr(out, name) for name in ANSWERS]
         assert [struct.pack("d", found[name]) for name in JOINT.outputs] == [struct.pack("d", y) for y in expected]
         assert found["FlagWord"] == out.flags
 

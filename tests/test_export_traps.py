@@ -12,7 +12,7 @@ import dehyst
 from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError, UnitError
 from dehyst.export import export, joint_subject, subject_of
-from dehyst.export.joint_units import in_radians, unit_findings
+from dehyst.export.joint import in_radians, unit_findings
 from dehyst.export.names import check_name, identifier, why_prefixed
 from dehyst.export.rendering import comment
 from dehyst.models import ModelCard

@@ -35,7 +35,7 @@ INNER = {  # floors inside large rooms, of what is named
         {"direct", "shear", "stream"},
         {"plays"},
     ),
-    "export": ({"iec"}, {"unit"}, {"subject"}, {"plc", "fmu"}, {"fmu2", "fmu3", "st"}, {"verification"}),
+    "export": ({"iec"}, {"units"}, {"subject"}, {"plc", "fmu"}, {"fmu2", "fmu3", "st"}, {"verification"}),
     "families": ({"base"}, {"elements"}, {"columns"}, {"choice"}, {"rows"}, {"best"}),
     "report": ({"figures"}, {"rendering"}, {"page", "compare", "drift"}),
 }

@@ -11,7 +11,8 @@ from scipy.optimize import linprog
 
 from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
-from dehyst.export.plays import BlockNumbers, block_in, block_numbers
+from dehyst.export.numbers import UnitNumbers
+from dehyst.export.units import block_in, block_numbers
 from dehyst.families.elements import Element, ElementModel
 from dehyst.models import ModelCard, SignalCard
 from target.jobs import Array, Case
@@ -31,7 +32,7 @@ MIX = (
 MIXED = (10, 40)
 
 
-def inverse(n: int, real: str) -> BlockNumbers:
+def inverse(n: int, real: str) -> UnitNumbers:
     """Return the inverse of n operators with thresholds 0 .. 1, far from any limit."""
     weights = np.concatenate([[1.0], 0.5 + 0.5 * np.cos(np.arange(n - 1))]) / n
     model = PrandtlIshlinskii(np.linspace(0.0, 1.0, n), weights)
@@ -39,26 +40,26 @@ def inverse(n: int, real: str) -> BlockNumbers:
     return block_in(numbers, real)
 
 
-def held(numbers: BlockNumbers, real: str) -> BlockNumbers:
+def held(numbers: UnitNumbers, real: str) -> UnitNumbers:
     """Return the same with an output limit that is met when about half of the operators are on their way."""
     limit = 0.5 * (numbers.model.loading[-1] + numbers.model.slope[-1]) + 1e-3
     limits = {"output_low": -limit, "output_high": limit, "reach_low": -limit, "reach_high": limit}
     return block_in(replace(numbers, **limits), real)
 
 
-def beyond(numbers: BlockNumbers, real: str) -> BlockNumbers:
+def beyond(numbers: UnitNumbers, real: str) -> UnitNumbers:
     """Return the same where every output is beyond the limit: the way back is searched to its end at every step."""
     far = {"output_low": -2.0 * FAR, "output_high": -FAR, "reach_low": -2.0 * FAR, "reach_high": -FAR}
     return block_in(replace(numbers, **far), real)
 
 
-def with_maps(numbers: BlockNumbers, points: int) -> BlockNumbers:
+def with_maps(numbers: UnitNumbers, points: int) -> UnitNumbers:
     """Return the same with a map in front of the operator and one behind it."""
     u = tuple(float(x) for x in np.linspace(-FAR, FAR, points))
     return replace(numbers, model=replace(numbers.model, before=(u, u), after=(u, u)))
 
 
-def turns(numbers: BlockNumbers) -> Array:
+def turns(numbers: UnitNumbers) -> Array:
     """Return inputs that drag all operators, then every number of them the other way, in both directions."""
     r = np.asarray(numbers.model.threshold)
     top = 2.0 * r[-1] + 1.0
@@ -68,14 +69,14 @@ def turns(numbers: BlockNumbers) -> Array:
     return np.concatenate([one_way, -one_way])
 
 
-def pushes(numbers: BlockNumbers) -> Array:
+def pushes(numbers: UnitNumbers) -> Array:
     """Return inputs far beyond the limit, each after a way back that dragged another number of operators."""
     x = turns(numbers)
     top = np.max(np.abs(x))
     return np.column_stack([np.where(x > 0, 50.0 * top, -50.0 * top), x * 0.5, np.sign(x) * 50.0 * top]).ravel()
 
 
-def loops(numbers: BlockNumbers, samples: int = 200) -> Array:
+def loops(numbers: UnitNumbers, samples: int = 200) -> Array:
     """Return a slow signal: nested loops of 50 samples each that shrink to a fifth."""
     k = np.arange(samples)
     top = 1.5 * numbers.model.threshold[-1] + 0.5
@@ -103,7 +104,7 @@ def cases(n: int, real: str) -> dict[str, Case]:
     }
 
 
-def _on(numbers: BlockNumbers, x: Array) -> Case:
+def _on(numbers: UnitNumbers, x: Array) -> Case:
     return Case(numbers, x, np.ones(x.size, dtype=bool))
 
 

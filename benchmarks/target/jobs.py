@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.export import Subject
-from dehyst.export.plays import BlockNumbers
+from dehyst.export.numbers import UnitNumbers
 
 Array = npt.NDArray[np.float64]
 KIND = {"double": 0x64685008, "float": 0x64685004}  # block_image.c
@@ -23,7 +23,7 @@ REST = (*LIMITS, "line_slope", "line_offset", "fade")
 class Case:
     """A block with the signal to run it over from its reset on."""
 
-    block: BlockNumbers
+    block: UnitNumbers
     x: Array
     on: npt.NDArray[np.bool_]
 
@@ -50,12 +50,12 @@ def word(value: int) -> bytes:
     return np.array(value, "<u4").tobytes()
 
 
-def image(block: BlockNumbers, real: str) -> bytes:
+def image(block: UnitNumbers, real: str) -> bytes:
     """Return parameters as dehyst_block_load takes them."""
     model = block.model
     maps = [values for pair in (model.before, model.after) for values in pair or ((), ())]
     rest = (model.center, model.offset, *(getattr(block, name) for name in REST))
-    head = [KIND[real], model.operators, *model.points, block.fingerprint]
+    head = [KIND[real], model.parts, *model.points, block.fingerprint]
     parts = (model.threshold, model.slope, model.loading, model.start, *maps, rest)
     body = np.array(head, "<u4").tobytes() + b"".join(np.asarray(part, TYPE[real]).tobytes() for part in parts)
     return body + word(zlib.crc32(body))
@@ -87,7 +87,7 @@ def answers(content: bytes, cases: Sequence[Case], real: str) -> list[Answer]:
     for case in cases:
         rows = np.frombuffer(content, [("y", TYPE[real]), ("flags", "<u4")], case.x.size, at)
         at += rows.nbytes
-        state = np.frombuffer(content, TYPE[real], case.block.model.operators, at)
+        state = np.frombuffer(content, TYPE[real], case.block.model.parts, at)
         at += state.nbytes
         found.append(Answer(rows["y"].astype(float), rows["flags"], state.astype(float)))
     if at != len(content):

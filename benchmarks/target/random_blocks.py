@@ -8,7 +8,7 @@ import numpy as np
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
 from dehyst.control import Block
-from dehyst.export.plays import block_in, block_numbers
+from dehyst.export.units import block_in, block_numbers
 from dehyst.models import HysteresisModel
 from target.jobs import Array, Case
 

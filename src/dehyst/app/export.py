@@ -15,11 +15,11 @@ from dehyst.app.terminal import ask_progress, print_findings, print_json, termin
 from dehyst.control import load_adaptation, load_controller
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, subject_of
-from dehyst.export.excerpt import ALL, Part, read_excerpt, use_findings, use_of
 from dehyst.export.folder import refuse_folder
-from dehyst.export.joint import OUTPUTS, REFERENCE, SENSORS
-from dehyst.export.joint_units import unit_findings
+from dehyst.export.joint import unit_findings
+from dehyst.export.joint_run import OUTPUTS, REFERENCE, SENSORS
 from dehyst.export.names import check_name, identifier, why_prefixed
+from dehyst.export.signal import ALL, Part, read_excerpt, use_findings, use_of
 from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice
 from dehyst.export.targets import target
 from dehyst.findings import Finding

@@ -34,7 +34,7 @@ BOARDS = {  # compiler -> flags, what it stands for
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the library, its two sketches, and a check that needs no board."""
-    core = core_files.needed(c.core_functions(subject))
+    core = core_files.needed(subject.numbers.functions)
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
     sources |= c.unit_files(subject, "src/")
     values = c.template_values(subject) | template_values(subject)
@@ -68,10 +68,18 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "sketch": "".join(word.capitalize() for word in subject.name.split("_")),
         "release": ".".join([*re.findall(r"\d+", __version__), "0", "0"][:3]),
         "short": short_signal(subject),
-        "tolerance": f"{subject.tolerance:.8e}f",
-        "avr_ram": cast(UnitNumbers, subject.block).avr_ram(AVR_FIXED),
+        "tolerance": f"{subject.tolerances[0]:.8e}f",
+        "avr_ram": avr_ram(cast(UnitNumbers, subject.block)),
         "avr_fixed": AVR_FIXED,
     }
+
+
+def avr_ram(block: UnitNumbers) -> int:
+    """Return bytes of RAM on AVR, where constants are copied there."""
+    if block.core == "block":
+        return 20 * block.parts + 8 * sum(block.map_points) + AVR_FIXED
+    constants, state, _ = block.bytes(4)
+    return constants + state
 
 
 def short_signal(subject: Subject) -> Signal:

@@ -9,15 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from dehyst.export.precision import BYTES
 from dehyst.export.subject import Subject
 
 _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
-# Reals of dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding
-# on a 32-bit target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
-JOINT_PARAMETERS, JOINT_REST = 72, {4: 24, 8: 32}
-MODEL_REST = {4: 40, 8: 48}
-IMAGE_OF_DIRECT = 89  # DEHYST_JOINT_WORDS of core/dehyst.h
-JOINT_REALS, JOINT_COUNTS = 132, {4: 48, 8: 64}
 
 
 @dataclass(frozen=True)
@@ -65,24 +60,7 @@ class Budget:
 
 def budget(subject: Subject) -> Budget:
     """Return what the unit costs."""
-    size = 4 if subject.real == "float" else 8
-    words = size // 4
-    if subject.block is not None:
-        own, offset = subject.block.bytes(size), subject.block.offset
-        more = offset.bytes(size) if offset else (0, 0, 0)
-        constants, state, image = (a + b for a, b in zip(own, more, strict=True))
-        return Budget(constants, state, image if subject.block.saved else 0, _instructions(subject))
-    assert subject.joint is not None  # one of both
-    direct, model = subject.joint.direct, subject.joint.compensator
-    n, points = (model.operators, sum(model.points)) if model else (0, 0)
-    constants = size * (4 * n + 2 * points + JOINT_PARAMETERS) + JOINT_REST[size] + (MODEL_REST[size] if model else 0)
-    reals, image_reals = n + JOINT_REALS, n + 40
-    if direct is not None:
-        constants += direct.bytes(size)
-        reals += 2 * max(1, direct.memory)
-        image_reals += IMAGE_OF_DIRECT + 2 * direct.memory
-    image = 4 * (16 + words * image_reals)
-    return Budget(constants, size * reals + JOINT_COUNTS[size], image, _instructions(subject))
+    return Budget(*subject.numbers.bytes(BYTES[subject.real]), _instructions(subject))
 
 
 @cache
@@ -92,8 +70,8 @@ def _measured() -> dict[str, Any]:
 
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
-    kind = subject.block.core if subject.block else "direct" if subject.direct else "joint"
-    maps = sum(points > 0 for points in subject.map_points)
+    kind = "direct" if subject.joint and subject.direct else subject.numbers.core
+    maps = sum(points > 0 for points in subject.numbers.map_points)
     found = {}
     for name, entry in _measured().get("targets", {}).items():
         line = entry.get(kind, {}).get(subject.real)

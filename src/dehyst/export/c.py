@@ -6,24 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from dehyst.control.joint import FLAGS
 from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
-from dehyst.export.numbers import FLOAT_LIMIT
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.findings import Grade, grade_of
 from dehyst.version import __version__
 
-# In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
-# pressures of 1e5 Pa over a period; everything else 6e-5, where limits are met in the same periods.
-VALVE_TOLERANCE, JOINT_TOLERANCE = 2e-2, 1e-4
-_LIMITS = FLAGS["pressure-limit"] | FLAGS["valve-limit"]
-SLIPS = 4  # limits that are met a period earlier or later and not forgotten yet; measured: 1 or 2
 JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4 and limits to a period"}
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
 
@@ -31,7 +22,7 @@ WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the files of an export folder, without those that every target has."""
     values = template_values(subject)
-    core = core_files.needed(core_functions(subject))
+    core = core_files.needed(subject.numbers.functions)
     sources: dict[str, str | bytes] = {f"src/{name}": text for name, text in core.items()}
     sources |= unit_files(subject, "src/")
     rules = [{"stem": Path(name).stem, "source": name} for name in sorted(sources) if name.endswith(".c")]
@@ -50,13 +41,6 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
         "README.md": with_warning(render("c/README.md.j2", single=False, **values), subject),
     }
-
-
-def core_functions(subject: Subject) -> tuple[str, ...]:
-    """Return the functions of the core that the unit calls."""
-    if subject.block is None:
-        return core_files.JOINT
-    return (*subject.block.functions, *(subject.block.offset.functions if subject.block.offset else ()))
 
 
 def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
@@ -83,7 +67,6 @@ def companions(subject: Subject, implementation: bool = False) -> dict[str, str 
 
 def template_values(subject: Subject) -> dict[str, Any]:
     """Return what the templates of C files are filled with."""
-    block = subject.block
     common = {
         "version": __version__,
         "name": subject.name,
@@ -104,58 +87,27 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "budget": budget(subject),
         "subject": subject,
     }
-    if subject.joint is not None:
-        numbers, direct = subject.joint.compensator, subject.joint.direct
+    joint, block = subject.joint, subject.block
+    if joint is not None:
         return {
             **common,
-            "m": numbers,
-            "n": numbers.operators if numbers else 0,
-            "d": direct,
-            "adaptation": subject.joint.adaptation,
-            "j": subject.joint.values,
-            "fingerprint": subject.joint.fingerprint,
+            "m": joint.compensator,
+            "n": joint.compensator.parts if joint.compensator else 0,
+            "d": joint.direct,
+            "adaptation": joint.adaptation,
+            "j": joint.values,
+            "fingerprint": joint.fingerprint,
             "indent": " " * len(f"void {subject.name}_step("),
-            "scales": scales(subject),
             "words": JOINT_WORDS[subject.real],
         }
     assert block is not None  # one of both
     return {**common, "b": block, "n": block.parts, "d": None, "samples": round(1 / block.fade)}
 
 
-def scales(subject: Subject) -> list[float]:
-    """Return the largest error of each output in float: a share of its largest size in the test signal.
-
-    On top of it, in what the integrator enters: what it gains when a limit is met a period earlier or later.
-    """
-    tolerances = [VALVE_TOLERANCE] * 2 + [JOINT_TOLERANCE] * (subject.test.outputs.shape[1] - 2)
-    sizes = [max(abs(float(x)) for x in column) or 1.0 for column in subject.test.outputs.T]
-    torque, pressure = slip(subject)
-    extra = [0.0, 0.0, pressure, pressure, pressure, torque, torque, *[0.0] * 6]
-    return [tolerance * size + SLIPS * more for tolerance, size, more in zip(tolerances, sizes, extra, strict=True)]
-
-
-def slip(subject: Subject) -> tuple[float, float]:
-    """Return what one period more or less at a limit makes in torque [Nm] and pressure difference [Pa].
-
-    The last digit decides when a valve or a pressure meets its limit. From then on the integrator loses, in a period T,
-    min(k_w T, 1) B(q) (dp_d - dp) by back-calculation; the largest loss next to a beginning or end of a limit counts.
-    """
-    told, test = subject.parameters, subject.test
-    assert told is not None  # a joint controller has parameters
-    change = np.flatnonzero(np.diff(test.flags & _LIMITS))
-    near = np.union1d(change, change + 1)
-    near = near[(np.abs(test.inputs[near, 1:3]) < FLOAT_LIMIT).all(axis=1)]
-    b = np.polynomial.Polynomial(told.b)(np.clip(test.outputs[:, 8], told.angle_low, told.angle_high))
-    lost = np.abs(test.outputs[near, 4] - (test.inputs[near, 1] - test.inputs[near, 2])) * b[near]
-    torque = min(told.windup_gain * told.period, 1.0) * float(lost.max(initial=0.0))
-    return torque, torque / float(b.min())
-
-
 def provenance_lines(subject: Subject) -> list[str]:
     """Return what is known of the model's origin, one line an entry."""
-    return [f"{key}: {value}" for key, value in sorted(subject.provenance.items()) if value not in (None, "", [], {})][
-        :20
-    ]
+    told = sorted(subject.provenance.items())
+    return [f"{key}: {value}" for key, value in told if value not in (None, "", [], {})][:20]
 
 
 def with_warning(readme: str, subject: Subject) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.export import core_files
-from dehyst.export.c import companions, core_functions, template_values, unit_files, with_warning
+from dehyst.export.c import companions, template_values, unit_files, with_warning
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import render
@@ -43,7 +43,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def header(subject: Subject) -> str:
     """Return the whole unit as one header."""
-    core = core_files.needed(core_functions(subject))
+    core = core_files.needed(subject.numbers.functions)
     text = core["dehyst.h"]
     sources = {name: body for name, body in core.items() if name.endswith(".c")}
     functions = core_files.defined(sources.values())

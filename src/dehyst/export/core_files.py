@@ -9,9 +9,6 @@ from pathlib import Path
 
 from dehyst.errors import OutputError
 
-JOINT = ("dehyst_joint_reset", "dehyst_joint_step", "dehyst_joint_save", "dehyst_joint_restore")
-"""Functions of the core that a joint controller calls; those of other units stand with their numbers."""
-
 CONFIG = "dehyst_config.h"
 _DEFINED = re.compile(r"(?m)^(?!static\b)[a-z][\w \t*]*?\b(dehyst_\w+)\([^;{]*\)\s*\{")
 _NAMED = re.compile(r"\bdehyst_\w+")

@@ -1,40 +1,18 @@
-"""Numbers of a block or a joint controller as the core's structures hold them, in double or float, and as C text."""
+"""Numbers of an exported unit: records with the fields of the core's structures in C, whatever the precision."""
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, ClassVar, TypeAlias, TypeVar, cast
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
-from dehyst.arrays import Array
-from dehyst.export.signal import Whole, moving_input
-from dehyst.models import SignalCard
+from dehyst.export.precision import Floats, Tables, in_real, inward
+from dehyst.families.element_machine import ElementBlockParameters
+from dehyst.families.elements import KINDS
 
-Floats = tuple[float, ...]
-Tables: TypeAlias = Iterable[tuple[str, Floats]]
 Map = tuple[Floats, Floats]
-
-INPUT_LIMIT = {"double": 1e100, "float": 1e15}  # DEHYST_INPUT_LIMIT of core/dehyst.h
-FLOAT_LIMIT = float(np.float32(INPUT_LIMIT["float"]))
-TOLERANCE = 1e-5  # of the output's range, in float
-LIMITS = ("input", "output", "reach")
-T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A constant that a target shows to people."""
-
-    name: str
-    about: str
-    unit: str
-    values: Floats
-    array: bool = True
 
 
 @dataclass(frozen=True)
@@ -61,7 +39,7 @@ class ModelNumbers:
     after: Map | None = None
 
     @property
-    def operators(self) -> int:
+    def parts(self) -> int:
         """Return n."""
         return len(self.threshold)
 
@@ -78,174 +56,18 @@ class ModelNumbers:
             for what, values in zip(("breakpoints", "values"), points or (), strict=False):
                 yield f"{what} of the map {place} the hysteresis", values
 
-    def constants(self, unit: str) -> Iterator[Constant]:
-        """Return its numbers by name; `unit` is that of its argument."""
-        yield Constant("threshold", "thresholds of the play operators", unit, self.threshold)
-        yield Constant("slope", "running sums of their weights", "", self.slope)
-        yield Constant("loading", "loading curve at the thresholds", "", self.loading)
-        yield Constant("start", "play states after a reset", unit, self.start)
-        yield Constant("center", "subtracted from the input", unit, (self.center,), False)
-        yield Constant("offset", "added to the output", "", (self.offset,), False)
-        for place, points in (("before", self.before), ("after", self.after)):
-            for axis, values in zip(("from", "to"), points or (), strict=False):
-                yield Constant(f"{place}_{axis}", f"map {place} the hysteresis, breakpoints: {axis}", "", values)
 
+def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
+    """Return the numbers of the core's model from a mapping of arrays."""
 
-def read(member: str, name: str) -> Any:
-    """Return a property that reads a number of a member, by its key or as its attribute."""
+    def floats(name: str) -> Floats:
+        return tuple(float(value) for value in np.asarray(values[name]).ravel())
 
-    def value(self: Any) -> float:
-        held = getattr(self, member)
-        return float(held[name] if isinstance(held, Mapping) else getattr(held, name))
-
-    return property(value, doc=f"`{name}` of its {member}.")
-
-
-@dataclass(frozen=True)
-class OffsetUnit:
-    """``dehyst_offset``, fields named as there, and whether it is added behind a forward block."""
-
-    limit: float
-    turn: float
-    part: float
-    fingerprint: int
-    forward: bool
-    functions = (
-        "dehyst_offset_reset", "dehyst_offset_next", "dehyst_offset_step", "dehyst_offset_save",
-        "dehyst_offset_restore",
+    before, after = ((floats(f"{place}_u"), floats(f"{place}_v")) for place in ("before", "after"))
+    return ModelNumbers(
+        floats("threshold"), floats("slope"), floats("loading"), floats("start"), float(values["center"]),
+        float(values["offset"]), before if before[0] else None, after if after[0] else None,
     )  # fmt: skip
-
-    def bytes(self, size: int) -> tuple[int, int, int]:
-        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
-        return {4: 16, 8: 32}[size], 6 * size + 16, 4 * (7 + 6 * size // 4)
-
-
-class UnitNumbers(ABC):
-    """What a unit says to the templates of its targets, whatever block of the core it holds.
-
-    Attributes
-    ----------
-    core
-        Its structure and functions are called ``dehyst_<core>``.
-    functions
-        Of the core, that the unit calls.
-    tables
-        Template with the macros ``arrays`` and ``structure`` of its constants.
-    leading, given
-        C names of the inputs of a step; behind the first ones those that the core takes as an array.
-    takes_given
-        Whether it does.
-    memory
-        (member of the core's state, name, size) of each array that the unit owns; a size is one of `sizes`.
-    sizes
-        (name, C expression, comment) of the unit's constants.
-    saved
-        Whether its state has an image.
-    parts, kind
-        How many of what it has, for people.
-    what
-        It is exported as, "" for what was asked for.
-    tolerance
-        Largest error in float. [output]
-    offset
-        That follows the last cycle, or None.
-    """
-
-    core: ClassVar[str] = "block"
-    functions: ClassVar[tuple[str, ...]] = ()
-    tables: ClassVar[str] = "c/block_tables.j2"
-    leading: ClassVar[tuple[str, ...]] = ("x",)
-    takes_given: ClassVar[bool] = False
-    saved: ClassVar[bool] = True
-    kind: ClassVar[str] = "operators"
-    what: ClassVar[str] = ""
-    given: tuple[str, ...] = ()
-    tolerance: float = 0.0
-    offset: OffsetUnit | None = None
-    fade: float
-    input_low: float
-    input_high: float
-    output_low: float
-    output_high: float
-    line_slope: float
-    line_offset: float
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """C names of all inputs of a step."""
-        return (*self.leading, *self.given, *(("measured",) if self.offset else ()))
-
-    @property
-    def least(self) -> float:
-        """No answer lies below. [output]"""
-        return self._within(self.output_low, -1.0)
-
-    @property
-    def most(self) -> float:
-        """No answer lies above. [output]"""
-        return self._within(self.output_high, 1.0)
-
-    def _within(self, end: float, side: float) -> float:
-        return end + side * self.offset.limit if self.offset and self.offset.forward else end
-
-    @property
-    def allowed(self) -> float:
-        """Largest error of an answer in float, the offset's part included. [output]"""
-        if not self.offset:
-            return self.tolerance
-        if self.offset.forward:
-            return 3.0 * self.tolerance + TOLERANCE * self.offset.limit
-        own = TOLERANCE * (self.input_high - self.input_low)
-        return self.tolerance + 10.0 * abs(self.line_slope) * own
-
-    @property
-    def rising(self) -> Tables:
-        """Tables and ranges of which neighbours differ."""
-        yield "ends of the input", (self.input_low, self.input_high)
-        yield "ends of the output", (self.output_low, self.output_high)
-
-    def signal(self, others: Sequence[SignalCard], ramp: int, real: str) -> tuple[Array, Whole]:
-        """Return the test signal, inputs (T, m) and on/off (T,); `others` are the inputs behind the first."""
-        ranges = [None if card.low is None or card.high is None else (card.low, card.high) for card in others]
-        return moving_input(self.input_low, self.input_high, ranges, ramp, real)
-
-    def avr_ram(self, fixed: int) -> int:
-        """Return bytes of RAM on AVR, where constants are copied there; `fixed` of plays beside their operators."""
-        constants, state, _ = self.bytes(4)
-        return constants + state
-
-    @property
-    def direct_inverse(self) -> DirectNumbers | None:
-        """The direct inverse, if it is one."""
-        return None
-
-    @property
-    def map_points(self) -> tuple[int, ...]:
-        """Breakpoints of the maps in front of its memory and behind it."""
-        return ()
-
-    @property
-    @abstractmethod
-    def memory(self) -> tuple[tuple[str, str, str], ...]:
-        """Arrays of the state."""
-
-    @property
-    @abstractmethod
-    def sizes(self) -> tuple[tuple[str, str, str], ...]:
-        """Constants of the header."""
-
-    @property
-    @abstractmethod
-    def parts(self) -> int:
-        """How many operators, or what it has in their place."""
-
-    @abstractmethod
-    def bytes(self, size: int) -> tuple[int, int, int]:
-        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
-
-    def constants(self, unit: str) -> Iterable[Constant]:
-        """Return the numbers of its model by name; `unit` is that of the input."""
-        return ()
 
 
 @dataclass(frozen=True)
@@ -301,98 +123,28 @@ class DirectNumbers:
         yield "ends of the output", (self.output_low, self.output_high)
 
     @property
+    def parts(self) -> int:
+        """Stops, path lags and creep lags."""
+        return len(self.radius) + len(self.length) + len(self.gain)
+
+    @property
     def sets(self) -> int:
         """Number of sets of weights."""
         return max(1, 2 * len(self.source))
 
     @property
     def terms(self) -> int:
-        """Weights of a set."""
-        return self.coefficients + self.lags
-
-    @property
-    def lags(self) -> int:
-        """Terms behind the polynomial: stops, paths, creeps and rate."""
-        return len(self.radius) + len(self.length) + len(self.gain) + 1
+        """Weights of a set: polynomial, lags and rate."""
+        return self.coefficients + self.parts + 1
 
     @property
     def memory(self) -> int:
-        """Reals that a state remembers."""
-        return 2 * (self.lags - 1)
+        """Reals that a state remembers, two of each."""
+        return 2 * self.parts
 
     def bytes(self, size: int) -> int:
         """Return bytes of its constants on a 32-bit target, by the size of a real."""
-        tables = len(self.radius) + len(self.length) + len(self.gain) + len(self.weight)
-        return size * (tables + 11) + 4 * len(self.group) + {4: 60, 8: 64}[size]
-
-
-@dataclass(frozen=True)
-class JointNumbers:
-    """``dehyst_joint``: its numbers by the names of the core's fields, and the tables of its compensator.
-
-    Attributes
-    ----------
-    values
-        Of the parameters.
-    compensator
-        Model of the angle -> pressure difference, or None.
-    fingerprint
-        Of all of it: images of another one are refused.
-    direct
-        Direct inverse, angle -> torque, or None.
-    adaptation
-        How it learns, by the names of `Adaptation`; without a direct inverse nobody reads it.
-    """
-
-    values: Mapping[str, Any]
-    compensator: ModelNumbers | None
-    fingerprint: int
-    direct: DirectNumbers | None
-    adaptation: Mapping[str, float]
-
-
-def rounded(value: float, real: str) -> float:
-    """Return the nearest number of the precision, as a double."""
-    if real == "double":
-        return float(value)
-    with np.errstate(over="ignore"):  # infinity is refused where all of a unit is looked at
-        return float(np.float32(value))
-
-
-def in_real(value: T, real: str) -> T:
-    """Return a record, table or number with every real number in the precision; its values stay doubles."""
-    if real == "double":
-        return value
-    made: Any = value
-    if isinstance(value, tuple):
-        made = tuple(in_real(part, real) for part in value)
-    elif isinstance(value, Mapping):
-        made = {name: in_real(part, real) for name, part in value.items()}
-    elif isinstance(value, float):
-        made = rounded(value, real)
-    elif is_dataclass(value) and not isinstance(value, type):
-        made = replace(value, **{entry.name: in_real(getattr(value, entry.name), real) for entry in fields(value)})
-    return cast(T, made)
-
-
-def inward(low: float, high: float, real: str) -> tuple[float, float]:
-    """Return a range of numbers of the precision within low .. high: rounding never exceeds a limit."""
-    below, above = rounded(low, real), rounded(high, real)
-    if below < low:
-        below = float(np.nextafter(np.float32(below), np.float32(math.inf)))
-    if above > high:
-        above = float(np.nextafter(np.float32(above), np.float32(-math.inf)))
-    return below, above
-
-
-def outward(low: float, high: float, real: str) -> tuple[float, float]:
-    """Return a range of numbers of the precision that holds low .. high."""
-    below, above = rounded(low, real), rounded(high, real)
-    if below > low:
-        below = float(np.nextafter(np.float32(below), np.float32(-math.inf)))
-    if above < high:
-        above = float(np.nextafter(np.float32(above), np.float32(math.inf)))
-    return below, above
+        return size * (self.parts + len(self.weight) + 11) + 4 * len(self.group) + {4: 60, 8: 64}[size]
 
 
 def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
@@ -415,34 +167,224 @@ def direct_in(numbers: DirectNumbers, real: str) -> DirectNumbers:
     )  # fmt: skip
 
 
-def literal(value: float, real: str) -> str:
-    """Return the C constant of a number, to the bit.
+@dataclass(frozen=True)
+class ElementNumbers:
+    """``dehyst_element_sum``, and what its block has beside it; values stay doubles."""
 
-    Examples
-    --------
-    >>> literal(3.0, "double"), literal(0.1, "float"), literal(-0.0, "double")
-    ('0x1.8p+1', '0x1.99999ap-4f', '-0x0p+0')
+    parameters: ElementBlockParameters
+
+    @property
+    def rising(self) -> Tables:
+        """Maps and schedules."""
+        p = self.parameters
+        yield from (("breakpoints of an element", points[0]) for points in p.maps)
+        yield from (("numbers of a map", side) for points in (p.before, p.after) for side in points)
+        yield from (("ends of a schedule", pair) for pair in zip(p.schedule_low, p.schedule_high, strict=True))
+
+    @property
+    def elements(self) -> list[dict[str, Any]]:
+        """Kind, numbers and place of the map of each element."""
+        p, at, rows = self.parameters, 0, []
+        for k, kind in enumerate(p.kind):
+            points = len(p.maps[k][0])
+            rows.append(
+                {"kind": f"DEHYST_{KINDS[kind].upper()}", "number": kind, "schedule": p.schedule[k],
+                 "radius": p.radius[k], "gain": p.gain[k], "weight": p.weight[k], "points": points, "at": at}
+            )  # fmt: skip
+            at += points
+        return rows
+
+    @property
+    def points(self) -> Map:
+        """Breakpoints of all maps of elements, one behind the other."""
+        u, v = (tuple(x for points in self.parameters.maps for x in points[side]) for side in (0, 1))
+        return u, v
+
+
+@dataclass(frozen=True)
+class OffsetUnit:
+    """``dehyst_offset``, fields named as there, and whether it is added behind a forward block."""
+
+    limit: float
+    turn: float
+    part: float
+    fingerprint: int
+    forward: bool
+    functions: ClassVar = tuple(f"dehyst_offset_{name}" for name in ("reset", "next", "step", "save", "restore"))
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target, by the size of a real."""
+        return {4: 16, 8: 32}[size], 6 * size + 16, 4 * (7 + 6 * size // 4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitNumbers:
+    """A block of the core as a unit: what templates of targets ask of it, whatever runs in it.
+
+    Attributes
+    ----------
+    core
+        Its structure and functions are called ``dehyst_<core>``: "block" of plays, "direct_block" or "element_block".
+    model
+        Its tables.
+    input_low, input_high, output_low, output_high, reach_low, reach_high
+        Limits; reach: of the output in front of the last map, where the input is held back.
+    line_slope, line_offset, fade
+        Of the straight line that answers while it is off; share of a switching that one sample makes.
+    fingerprint
+        Of the model: images of another one are refused.
+    leading, given
+        C names of the inputs of a step; behind the first ones those that the core takes as an array.
+    takes_given
+        Whether it does.
+    saved
+        Whether its state has an image.
+    kind, parts
+        What it has in the place of operators, and how many.
+    map_points
+        Breakpoints of the maps in front of its memory and behind it.
+    memory
+        (member of the core's state, name, size) of each array that the unit owns; a size is one of `sizes`.
+    sizes
+        (name, C expression, comment) of the unit's constants.
+    held_bytes
+        Of constants, state and image on a 32-bit target, without an offset.
+    tolerance
+        Largest error of the block in float. [output]
+    offset
+        That follows the last cycle, or None.
     """
-    digits, _, exponent = rounded(value, real).hex().partition("p")
-    digits = digits.rstrip("0").rstrip(".") if "." in digits else digits
-    return f"{digits}p{exponent}{'f' if real == 'float' else ''}"
+
+    core: str
+    model: ModelNumbers | DirectNumbers | ElementNumbers
+    input_low: float
+    input_high: float
+    output_low: float
+    output_high: float
+    reach_low: float
+    reach_high: float
+    line_slope: float
+    line_offset: float
+    fade: float
+    fingerprint: int
+    leading: tuple[str, ...] = ("x",)
+    given: tuple[str, ...] = ()
+    takes_given: bool = False
+    saved: bool = True
+    kind: str
+    parts: int
+    map_points: tuple[int, ...] = ()
+    memory: tuple[tuple[str, str, str], ...]
+    sizes: tuple[tuple[str, str, str], ...]
+    held_bytes: tuple[int, int, int]
+    tolerance: float
+    offset: OffsetUnit | None = None
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """Of the core, that the unit calls."""
+        names = ("reset", "step", "save", "restore") if self.saved else ("reset", "step")
+        return (*(f"dehyst_{self.core}_{name}" for name in names), *(self.offset.functions if self.offset else ()))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """C names of all inputs of a step."""
+        return (*self.leading, *self.given, *(("measured",) if self.offset else ()))
+
+    @property
+    def direct(self) -> DirectNumbers | None:
+        """The direct inverse, if it is one."""
+        return self.model if isinstance(self.model, DirectNumbers) else None
+
+    @property
+    def least(self) -> float:
+        """No answer lies below. [output]"""
+        return self._within(self.output_low, -1.0)
+
+    @property
+    def most(self) -> float:
+        """No answer lies above. [output]"""
+        return self._within(self.output_high, 1.0)
+
+    def _within(self, end: float, side: float) -> float:
+        return end + side * self.offset.limit if self.offset and self.offset.forward else end
+
+    @property
+    def rising(self) -> Tables:
+        """Tables and ranges of which neighbours differ."""
+        yield from self.model.rising
+        yield "ends of the input", (self.input_low, self.input_high)
+        yield "ends of the output", (self.output_low, self.output_high)
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target; `size` is that of a real."""
+        constants, state, image = self.held_bytes
+        more = self.offset.bytes(size) if self.offset else (0, 0, 0)
+        return constants + more[0], state + more[1], image + more[2] if self.saved else 0
 
 
-def table(values: Sequence[float] | npt.NDArray[np.float64], real: str, columns: int = 4) -> str:
-    """Return rows of C constants, for the braces of an array."""
-    words = [literal(float(value), real) for value in values]
-    rows = [words[k : k + columns] for k in range(0, len(words), columns)]
-    return ",\n".join("    " + ", ".join(row) for row in rows)
+# Reals of dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding on a 32-bit
+# target, by the size of a real. tests/test_export_c.py asks a compiler for such a target.
+JOINT_PARAMETERS, JOINT_REST = 72, {4: 24, 8: 32}
+MODEL_REST = {4: 40, 8: 48}
+IMAGE_OF_DIRECT = 89  # DEHYST_JOINT_WORDS of core/dehyst.h
+JOINT_REALS, JOINT_COUNTS = 132, {4: 48, 8: 64}
 
 
-def bits(value: float) -> str:
-    """Return the pattern of a double as a C constant."""
-    return f"0x{int(np.float64(value).view(np.uint64)):016x}u"
+@dataclass(frozen=True)
+class JointNumbers:
+    """``dehyst_joint``: its numbers by the names of the core's fields, and the tables of its compensator.
 
+    Attributes
+    ----------
+    values
+        Of the parameters.
+    table
+        Of the compensator: a model of plays, angle -> pressure difference, or a direct inverse, angle -> torque.
+    fingerprint
+        Of all of it: images of another one are refused.
+    adaptation
+        How it learns, by the names of `Adaptation`; without a direct inverse nobody reads it.
+    """
 
-def pattern(value: float, real: str) -> str:
-    """Return the pattern of a number in its own precision as a C constant."""
-    if real == "double":
-        return bits(value)
-    with np.errstate(over="ignore"):
-        return f"0x{int(np.float32(value).view(np.uint32)):08x}u"
+    values: Mapping[str, Any]
+    table: ModelNumbers | DirectNumbers
+    fingerprint: int
+    adaptation: Mapping[str, float]
+    core: ClassVar = "joint"
+    saved: ClassVar = True
+    functions: ClassVar = tuple(f"dehyst_joint_{name}" for name in ("reset", "step", "save", "restore"))
+
+    @property
+    def compensator(self) -> ModelNumbers | None:
+        """The model of plays, if it is one."""
+        return self.table if isinstance(self.table, ModelNumbers) else None
+
+    @property
+    def direct(self) -> DirectNumbers | None:
+        """The direct inverse, if it is one."""
+        return self.table if isinstance(self.table, DirectNumbers) else None
+
+    @property
+    def parts(self) -> int:
+        """Operators of the compensator, or stops and lags of the direct inverse."""
+        return self.table.parts
+
+    @property
+    def map_points(self) -> tuple[int, ...]:
+        """Breakpoints of the maps of the compensator."""
+        return self.table.points if isinstance(self.table, ModelNumbers) else ()
+
+    def bytes(self, size: int) -> tuple[int, int, int]:
+        """Return bytes of constants, state and image on a 32-bit target; `size` is that of a real."""
+        table = self.table
+        constants, reals, image = size * JOINT_PARAMETERS + JOINT_REST[size], JOINT_REALS, 40
+        if isinstance(table, DirectNumbers):
+            constants += table.bytes(size)
+            reals += 2 * max(1, table.memory)
+            image += IMAGE_OF_DIRECT + 2 * table.memory
+        else:
+            n = table.parts
+            constants += size * (4 * n + 2 * sum(table.points)) + MODEL_REST[size]
+            reals, image = n + reals, n + image
+        return constants, size * reals + JOINT_COUNTS[size], 4 * (16 + size // 4 * image)

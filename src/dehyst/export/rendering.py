@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jinja2
 
-from dehyst.export import numbers
+from dehyst.export import precision
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -27,9 +27,9 @@ def _environment() -> jinja2.Environment:
     environment.filters |= {
         "comment": comment,
         "string_literal": string_literal,
-        "literal": numbers.literal,
-        "pattern": numbers.pattern,
-        "table": numbers.table,
+        "literal": precision.literal,
+        "pattern": precision.pattern,
+        "table": precision.table,
         "padded": padded,
     }
     return environment

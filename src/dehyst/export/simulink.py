@@ -19,7 +19,7 @@ from dehyst.export.subject import Subject
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return sources, S-function, scripts for MATLAB, and a check that needs none."""
     name = subject.name
-    core = core_files.needed(c.core_functions(subject))
+    core = core_files.needed(subject.numbers.functions)
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
     sources |= c.unit_files(subject, "src/")
     values = c.template_values(subject) | template_values(subject)
@@ -53,7 +53,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "memory": memory_words(subject),
         "type": "SS_DOUBLE" if subject.real == "double" else "SS_SINGLE",
         "matlab_type": "double" if subject.real == "double" else "single",
-        "tolerance": repr(subject.tolerance) if block else "",
+        "tolerance": repr(subject.tolerances[0]) if block else "",
         "inputs": inputs,
         "columns": inputs + outputs + 2,
     }

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.export.c import scales, with_warning
+from dehyst.export.c import with_warning
 from dehyst.export.checks import Check
 from dehyst.export.names import type_name
-from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import INPUT_LIMIT, function_block
 from dehyst.export.plc.direct import direct_function_block
 from dehyst.export.plc.elements import element_function_block
@@ -28,6 +27,7 @@ from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
 from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
 from dehyst.export.plc.template import rendered
 from dehyst.export.plc.verification import check_forms
+from dehyst.export.precision import Floats
 from dehyst.export.signal import Whole
 from dehyst.export.subject import Subject
 from dehyst.version import __version__
@@ -124,13 +124,9 @@ def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
     return told.outputs, told.flags
 
 
-def tolerances(subject: Subject) -> list[float]:
+def tolerances(subject: Subject) -> tuple[float, ...]:
     """Return the largest allowed difference of each output from the model: none in LREAL."""
-    if subject.real == "double":
-        return [0.0] * len(ports_of(subject).outputs)
-    if subject.block is None:
-        return scales(subject)
-    return [subject.tolerance]
+    return tuple(0.0 for _ in subject.tolerances) if subject.real == "double" else subject.tolerances
 
 
 def _cell(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,15 +15,16 @@ from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
-from dehyst.export.signal import Signal, Whole, answers
-from dehyst.export.unit import Asked, Unit, followed, unit_of
+from dehyst.export.signal import MOST_EXCERPT, Signal, Whole, answers
+from dehyst.export.units import Unit, unit_of
 from dehyst.models import Model, SignalCard
+from dehyst.models.machine import Direction
 from dehyst.models.storage import model_to_dict
 
-WHATS = ("inverse", "forward", "joint-controller")  # as typed; a direct inverse is exported as "direct-inverse"
+WHATS = ("inverse", "forward", "joint-controller")  # as typed
+DIRECT = "direct-inverse"  # what a direct inverse alone is exported as
 REALS = ("double", "float")
 RAMP = 500  # samples over which a switching fades, unless said otherwise
-MOST_EXCERPT = 2000  # samples of the user's log
 
 
 @dataclass(frozen=True)
@@ -37,27 +39,21 @@ class Subject:
         C identifier that all names of the exported unit begin with.
     real
         "double" or "float".
-    block
-        Numbers of the block in that precision; None for a joint controller.
-    joint
-        Numbers of the joint controller; None for blocks.
+    numbers
+        Of the block or the joint controller in that precision.
     input, output
         Signals of the unit with their units and the limits that it keeps; of a joint controller those of the
         compensator.
     model
         The identified model: the unit is this one (forward) or its inverse; a direct inverse is one already.
-    model_text
-        Content of ``model.json`` of the folder.
-    checksum
-        sha256 of the model's content.
-    provenance
-        Of the model.
     settings
         What ``subject_of`` was asked for, so that it can be asked again: what, range, ramp, name, real.
-    period
-        Of the samples, where the unit knows it. [s]
     test
         Test signal with the model's answers.
+    tolerances
+        Largest error of each output in float, as the test signal is long. [output]
+    period
+        Of the samples, where the unit knows it. [s]
     excerpt
         Excerpt of the user's log with the model's answers, or None.
     excerpt_source
@@ -77,16 +73,13 @@ class Subject:
     what: str
     name: str
     real: str
-    block: UnitNumbers | None
-    joint: JointNumbers | None
+    numbers: UnitNumbers | JointNumbers
     input: SignalCard
     output: SignalCard
     model: Model
-    model_text: str
-    checksum: str
-    provenance: Mapping[str, Any]
     settings: Mapping[str, Any]
     test: Signal
+    tolerances: tuple[float, ...]
     period: float | None = None
     excerpt: Signal | None = None
     excerpt_source: str = ""
@@ -97,25 +90,43 @@ class Subject:
     extra: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def operators(self) -> int:
-        """Number of play operators, or of what it has in their place."""
-        if self.block:
-            return self.block.parts
-        if self.direct is not None:
-            return self.direct.memory // 2
-        return self.joint.compensator.operators if self.joint and self.joint.compensator else 0
+    def block(self) -> UnitNumbers | None:
+        """Numbers of the block; None for a joint controller."""
+        return self.numbers if isinstance(self.numbers, UnitNumbers) else None
 
     @property
-    def map_points(self) -> tuple[int, ...]:
-        """Breakpoints of its maps."""
-        if self.block:
-            return self.block.map_points
-        return self.joint.compensator.points if self.joint and self.joint.compensator else ()
+    def joint(self) -> JointNumbers | None:
+        """Numbers of the joint controller; None for a block."""
+        return self.numbers if isinstance(self.numbers, JointNumbers) else None
 
     @property
     def direct(self) -> DirectNumbers | None:
         """Numbers of the direct inverse, if it is one or holds one."""
-        return self.block.direct_inverse if self.block else self.joint.direct if self.joint else None
+        return self.numbers.direct
+
+    @property
+    def operators(self) -> int:
+        """Number of play operators, or of what it has in their place."""
+        return self.numbers.parts
+
+    @cached_property
+    def _content(self) -> dict[str, Any]:
+        return model_to_dict(self.model)
+
+    @property
+    def model_text(self) -> str:
+        """Content of ``model.json`` of the folder."""
+        return json.dumps(self._content, indent=1, allow_nan=False) + "\n"
+
+    @property
+    def checksum(self) -> str:
+        """sha256 of the model's content."""
+        return str(self._content["sha256"])
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        """Of the model."""
+        return dict(self.model.card.provenance)
 
     @property
     def more(self) -> tuple[tuple[str, str], ...]:
@@ -133,19 +144,13 @@ class Subject:
         return answers(self.unit.block, inputs, on, (*self.test.input_names, *self.test.output_names))
 
     @property
-    def tolerance(self) -> float:
-        """Largest error of a block's answers in float. [output]"""
-        return self.block.allowed if self.block else 0.0
-
-    @property
     def title(self) -> str:
         """One line: what it is and what it maps."""
         if self.block is None:
             kind = "stops and lags in its direct inverse" if self.direct else "operators in its compensator"
             return f"joint controller with {self.operators} {kind}"
-        kinds = {"inverse": "inverse compensator", "forward": "hysteresis model"}
-        kind = kinds.get(self.what, self.what.replace("-", " "))
-        return f"{kind}: {self.input.label} -> {self.output.label}, {self.operators} {self.block.kind}"
+        kinds = {"inverse": "inverse compensator", "forward": "hysteresis model", DIRECT: "direct inverse"}
+        return f"{kinds[self.what]}: {self.input.label} -> {self.output.label}, {self.operators} {self.block.kind}"
 
 
 def subject_of(
@@ -204,11 +209,11 @@ def subject_of(
     check_choice(what, WHATS[:2], "--what")
     check_choice(real, REALS, "--real")
     check_name(name)
-    asked = Asked(what, real, range, ramp, period, follow_offset)
-    made = followed(unit_of(model, asked), asked)
+    direction: Direction = "forward" if what == "forward" else "inverse"
+    made = unit_of(model, direction, real, range, ramp, period, follow_offset)
     block, numbers = made.block, made.numbers
     names = block.input.name or "input", *made.heads, block.output.name or "output"
-    content = model_to_dict(model)
+    what = DIRECT if numbers.direct else what
     log = None
     if excerpt is not None:
         taken = np.asarray(excerpt, dtype=np.float64)[:MOST_EXCERPT]
@@ -216,19 +221,15 @@ def subject_of(
         log = answers(block, taken[:, None], np.ones(taken.size, dtype=np.int64), names)
     block.reset()
     return Subject(
-        what=numbers.what or what,
+        what=what,
         name=name,
         real=real,
-        block=numbers,
-        joint=None,
+        numbers=numbers,
         input=_limited(block.input, numbers.input_low, numbers.input_high),
         output=_limited(block.output, numbers.least, numbers.most),
         model=model,
-        model_text=json.dumps(content, indent=1, allow_nan=False) + "\n",
-        checksum=str(content["sha256"]),
-        provenance=dict(model.card.provenance),
         settings={
-            "what": numbers.what or what,
+            "what": what,
             "name": name,
             "real": real,
             "range": None if range is None else [float(end) for end in range],
@@ -237,6 +238,7 @@ def subject_of(
             **({} if follow_offset is None else {"follow_offset": float(follow_offset)}),
         },
         test=answers(block, made.inputs, made.on, names),
+        tolerances=(made.allowed,),
         period=made.period,
         excerpt=log,
         excerpt_source=excerpt_source if log else "",

@@ -15,7 +15,6 @@ import numpy as np
 from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.checks import Check
-from dehyst.export.direct import WHAT
 from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
     BUILD,
@@ -31,7 +30,7 @@ from dehyst.export.folder import (
 from dehyst.export.joint import joint_subject
 from dehyst.export.regeneration import regeneration_checks, version_check
 from dehyst.export.signal import from_csv, same_bits
-from dehyst.export.subject import Subject, subject_of
+from dehyst.export.subject import DIRECT, Subject, subject_of
 from dehyst.export.targets import target
 from dehyst.models.storage import model_from_text
 
@@ -231,7 +230,7 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
             excerpt = from_csv(_text(content, EXCERPT), 1, EXCERPT).inputs[:, 0]
         source = str(manifest.get("excerpt_source", ""))
         return subject_of(
-            model, "inverse" if what == WHAT else what, name=name, period=period, real=real, range=range, ramp=ramp,
+            model, "inverse" if what == DIRECT else what, name=name, period=period, real=real, range=range, ramp=ramp,
             excerpt=excerpt, excerpt_source=source, follow_offset=followed,
         )  # fmt: skip
     except (KeyError, TypeError, IndexError, ValueError, OverflowError) as fault:

@@ -9,13 +9,13 @@ from dataclasses import fields
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.export.c import JOINT_WORDS, WORDS, scales, with_warning
+from dehyst.export.c import JOINT_WORDS, WORDS, with_warning
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
 from dehyst.export.fmu.variables import Variable
 from dehyst.export.joint import controller_of
-from dehyst.export.numbers import bits
+from dehyst.export.precision import pattern
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal, Whole
 from dehyst.export.subject import Subject
@@ -97,20 +97,13 @@ def _expected(package: Package) -> str:
         outputs=references(package, "real", "output")[: subject.test.outputs.shape[1]],
         switches=references(package, "truth", "input"),
         flags=references(package, "whole", "output")[0],
-        tolerances=[] if subject.real == "double" else [repr(value) for value in tolerances(subject)],
+        tolerances=[] if subject.real == "double" else [repr(value) for value in subject.tolerances],
         tables={name: [_row(signal, k) for k in range(signal.samples)] for name, signal in tables.items()},
     )
 
 
-def tolerances(subject: Subject) -> list[float]:
-    """What single precision may be off, by output."""
-    if subject.block is None:
-        return scales(subject)
-    return [subject.tolerance]
-
-
 def _row(signal: Signal, k: int) -> list[str]:
-    inputs, outputs = (list(map(bits, map(float, table[k]))) for table in (signal.inputs, signal.outputs))
+    inputs, outputs = (list(map(pattern, table[k])) for table in (signal.inputs, signal.outputs))
     return [*inputs, f"{int(signal.switch[k])}u", *outputs, f"{int(signal.flags[k])}u"]
 
 

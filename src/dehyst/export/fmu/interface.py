@@ -9,8 +9,10 @@ from dataclasses import fields
 from dehyst.control.joint import FLAGS, SWITCHES, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
 from dehyst.export.fmu.variables import Variable
-from dehyst.export.numbers import INPUT_LIMIT, Constant, UnitNumbers
+from dehyst.export.numbers import ElementNumbers, ModelNumbers, UnitNumbers
+from dehyst.export.precision import INPUT_LIMIT
 from dehyst.export.subject import Subject
+from dehyst.families.elements import KINDS
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 BEYOND = {real: f"{limit:g}".replace("+", "") for real, limit in INPUT_LIMIT.items()}
@@ -97,7 +99,7 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
         ),
         Variable("flags", "whole", "output", "1 rejected, 2 rejected ever, 4 limited, 8 limited ever", "", (0.0,)),
         *_limits(numbers, subject),
-        *(_constant(one) for one in numbers.constants(subject.input.unit)),
+        *_constants(numbers, subject.input.unit),
     )
 
 
@@ -126,9 +128,44 @@ def _limits(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
         yield Variable(name, "real", "constant", text, unit, (float(value),))
 
 
-def _constant(one: Constant, prefix: str = "") -> Variable:
-    """A constant of the model, readable and no more."""
-    return Variable(f"{prefix}{one.name}", "real", "constant", one.about, one.unit, one.values, array=one.array)
+def _constants(numbers: UnitNumbers, unit: str) -> Iterable[Variable]:
+    """Numbers of the model, readable and no more; `unit` is that of the input."""
+    model = numbers.model
+    if isinstance(model, ModelNumbers):
+        yield from _of_plays(model, "" if model.before else unit)
+    elif isinstance(model, ElementNumbers):
+        yield from _of_elements(model)
+
+
+def _of_plays(model: ModelNumbers, unit: str, prefix: str = "") -> Iterable[Variable]:
+    """Numbers of a model of plays; `unit` is that of its argument."""
+    yield _table(f"{prefix}threshold", model.threshold, "thresholds of the play operators", unit)
+    yield _table(f"{prefix}slope", model.slope, "running sums of their weights")
+    yield _table(f"{prefix}loading", model.loading, "loading curve at the thresholds")
+    yield _table(f"{prefix}start", model.start, "play states after a reset", unit)
+    yield Variable(f"{prefix}center", "real", "constant", "subtracted from the input", unit, (model.center,))
+    yield Variable(f"{prefix}offset", "real", "constant", "added to the output", "", (model.offset,))
+    for place, points in (("before", model.before), ("after", model.after)):
+        for axis, values in zip(("from", "to"), points or (), strict=False):
+            yield _table(f"{prefix}{place}_{axis}", values, f"map {place} the hysteresis, breakpoints: {axis}")
+
+
+def _of_elements(model: ElementNumbers) -> Iterable[Variable]:
+    p, (u, v) = model.parameters, model.points
+    for name, about in (
+        ("kind", f"of the elements: {', '.join(f'{k} {kind}' for k, kind in enumerate(KINDS))}"),
+        ("schedule", "whose share weighs them: 0 none, odd 1 - xi, even xi"),
+        ("radius", "of the elements"),
+        ("gain", "at the period"),
+        ("weight", "of the elements"),
+    ):
+        yield _table(name, getattr(p, name), about)
+    tables = (("map_from", u), ("map_to", v), ("before_from", p.before[0]), ("before_to", p.before[1]),
+              ("after_from", p.after[0]), ("after_to", p.after[1]), ("start", p.start))  # fmt: skip
+    yield from (_table(name, values, f"table {name.replace('_', ': ')}") for name, values in tables if values)
+    for name in ("center", "half_range", "level", "amplitude"):
+        about = f"{name.replace('_', ' ')} of the scaling"
+        yield Variable(name, "real", "constant", about, "", (p.numbers[name],))
 
 
 def _joint(subject: Subject) -> tuple[Variable, ...]:
@@ -153,7 +190,7 @@ def _joint(subject: Subject) -> tuple[Variable, ...]:
         ),
         Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)),
         *_parameters(told),
-        *(_constant(one, "compensator_") for one in (compensator.constants("") if compensator else ())),
+        *(_of_plays(compensator, "", "compensator_") if compensator else ()),
     )
 
 
@@ -180,5 +217,5 @@ def _parameters(told: JointControllerParameters) -> Iterable[Variable]:
                 yield Variable(f"{prefix}{item.name}", "real", "constant", text, unit, (float(value),))
 
 
-def _table(name: str, values: tuple[float, ...], text: str) -> Variable:
-    return Variable(name, "real", "constant", text, "", tuple(float(v) for v in values), array=True)
+def _table(name: str, values: Iterable[float], text: str, unit: str = "") -> Variable:
+    return Variable(name, "real", "constant", text, unit, tuple(float(v) for v in values), array=True)

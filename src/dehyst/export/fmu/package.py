@@ -12,7 +12,7 @@ from html import escape
 
 from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
-from dehyst.export.c import core_functions, unit_files
+from dehyst.export.c import unit_files
 from dehyst.export.fmu.binaries import Binaries, compile_binaries
 from dehyst.export.fmu.description import Description, Version, build_description, model_description
 from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input
@@ -104,7 +104,7 @@ def step_of(subject: Subject) -> float:
 
 
 def _core(subject: Subject) -> dict[str, str]:
-    core = core_files.needed(core_functions(subject))
+    core = core_files.needed(subject.numbers.functions)
     return core | {name: text if isinstance(text, str) else text.decode() for name, text in unit_files(subject).items()}
 
 

@@ -14,7 +14,6 @@ from dehyst.arrays import Array
 from dehyst.errors import OutputError
 from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
-from dehyst.export.fmu.companions import tolerances
 from dehyst.export.fmu.interface import interface
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import step_of
@@ -46,7 +45,7 @@ def _stepped(path: Path, subject: Subject, words: str, signal: Signal) -> Check:
         return Check(
             claim, "passed" if good else "failed", f"{signal.samples} samples, {'' if good else 'not the '}bits"
         )
-    good = bool((off <= tolerances(subject)).all())
+    good = bool((off <= subject.tolerances).all())
     return Check(claim, "passed" if good else "failed", f"{signal.samples} samples, {off.max():.3g} at most")
 
 

@@ -5,23 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from dehyst.export import numbers as of_core
+from dehyst.export import precision
 from dehyst.export.numbers import ModelNumbers, OffsetUnit, UnitNumbers
-from dehyst.export.plays import BlockNumbers
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered, used
 
-INPUT_LIMIT = {"LREAL": of_core.INPUT_LIMIT["double"], "REAL": of_core.INPUT_LIMIT["float"]}
+INPUT_LIMIT = {"LREAL": precision.INPUT_LIMIT["double"], "REAL": precision.INPUT_LIMIT["float"]}
 
 
 def shape(model: ModelNumbers) -> dict[str, object]:
     """Return the sizes of a model as the templates want them."""
     before, after = model.points
-    return {"n": model.operators, "dead_zone": model.threshold[0] > 0, "before": before, "after": after}
+    return {"n": model.parts, "dead_zone": model.threshold[0] > 0, "before": before, "after": after}
 
 
-def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str, str]) -> Pou:
+def function_block(name: str, real: str, numbers: UnitNumbers, words: dict[str, str]) -> Pou:
     """Return the function block.
 
     Parameters
@@ -35,14 +34,16 @@ def function_block(name: str, real: str, numbers: BlockNumbers, words: dict[str,
     words
         ``input`` and ``output``: signals with units; ``about``: comment on top.
     """
+    model = numbers.model
+    assert isinstance(model, ModelNumbers)  # of plays
     reach = number("ReachLow", real, numbers.reach_low, "the same in front of the last map")
     own = (
-        *model_tables(real, numbers.model),
+        *model_tables(real, model),
         *limits(real, numbers, (reach, number("ReachHigh", real, numbers.reach_high))),
-        *model_variables(real, len(numbers.model.threshold)),
+        *model_variables(real, model.parts),
         *frame_variables(real),
     )
-    return unit_of(name, real, words, rendered("block.st.j2", **shape(numbers.model)), own, (), numbers.offset)
+    return unit_of(name, real, words, rendered("block.st.j2", **shape(model)), own, (), numbers.offset)
 
 
 def unit_of(

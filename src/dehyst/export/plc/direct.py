@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dehyst.export.direct import DirectBlockNumbers
-from dehyst.export.numbers import DirectNumbers
+from dehyst.export.numbers import DirectNumbers, UnitNumbers
 from dehyst.export.plc.block import frame_variables, limits, number, table, unit_of
 from dehyst.export.plc.ports import signal_names
 from dehyst.export.plc.pou import Pou, Variable
@@ -12,9 +11,11 @@ from dehyst.export.plc.template import names, rendered
 GROUPS = 8  # DEHYST_GROUPS of core/dehyst.h
 
 
-def direct_function_block(name: str, real: str, numbers: DirectBlockNumbers, words: dict[str, str]) -> Pou:
+def direct_function_block(name: str, real: str, numbers: UnitNumbers, words: dict[str, str]) -> Pou:
     """Return the function block, as that of plays."""
-    d, given = numbers.direct, signal_names(numbers.inputs[1 : 2 + len(numbers.given)])
+    d = numbers.direct
+    assert d is not None  # it is one
+    given = signal_names(numbers.inputs[1 : 2 + len(numbers.given)])
     values = {"Eighth": 0.125, "Sixth": 1.0 / 6.0, "TwentyFourth": 1.0 / 24.0}
     own = (
         *direct_tables(real, d), *limits(real, numbers), *direct_states(real, d, "Held"), *direct_work(real),

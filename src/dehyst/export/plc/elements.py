@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from dehyst.export.elements import ElementBlockNumbers
+from dehyst.export.numbers import ElementNumbers, UnitNumbers
 from dehyst.export.plc.block import number, table, unit_of
 from dehyst.export.plc.ports import signal_names
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import names, rendered
+from dehyst.export.precision import INPUT_LIMIT
 
 HALVINGS = {"LREAL": 54, "REAL": 25}  # DEHYST_HALVINGS of core/dehyst.h
 ROUNDING = {"LREAL": 2.2e-16, "REAL": 1.2e-7}  # of core/element_inverse.c
 
 
-def element_function_block(name: str, real: str, numbers: ElementBlockNumbers, words: dict[str, str]) -> Pou:
+def element_function_block(name: str, real: str, numbers: UnitNumbers, words: dict[str, str]) -> Pou:
     """Return the function block, as that of plays."""
-    p, given = numbers.parameters, signal_names(numbers.given)
+    model, given = numbers.model, signal_names(numbers.given)
+    assert isinstance(model, ElementNumbers)  # it is one
+    p = model.parameters
+    holds = not p.solves and numbers.reach_high < INPUT_LIMIT["float"]
     before, after = numbers.map_points
     halvings, kinds = HALVINGS[real], set(p.kind)
     body = rendered(
         "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6, 8}), plays=bool(kinds & {1, 2, 7}),
-        points=bool(numbers.points[0]), start=bool(p.start),
+        points=bool(model.points[0]), start=bool(p.start),
         sources=p.source, given=given, delay=p.delay, before=before, after=after, solves=p.solves,
-        holds=numbers.holds_back, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
+        holds=holds, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
     )  # fmt: skip
-    return unit_of(name, real, words, body, (*_tables(real, numbers), *_work(real, numbers)), given, numbers.offset)
+    return unit_of(
+        name, real, words, body, (*_tables(real, numbers, model, holds), *_work(real, model)), given, numbers.offset
+    )
 
 
-def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
-    p, rows, values = b.parameters, b.elements, b.values
+def _tables(real: str, b: UnitNumbers, model: ElementNumbers, holds: bool) -> tuple[Variable, ...]:
+    p, rows, (u, v) = model.parameters, model.elements, model.points
+    values = p.numbers
     whole = (
         ("KindTable", "number", "0 input, 1 play, 2 stop, 3 creep, 4 relax, 5 past, 6 path, 7 wide"),
         ("ScheduleTable", "schedule", "share that weighs it"),
@@ -36,7 +43,7 @@ def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
     )
     tables = (
         ("RadiusTable", p.radius, "r of the elements"), ("GainTable", p.gain, "for the period"),
-        ("WeightTable", p.weight, ""), ("MapU", b.points[0], "maps: arguments"), ("MapV", b.points[1], "maps: values"),
+        ("WeightTable", p.weight, ""), ("MapU", u, "maps: arguments"), ("MapV", v, "maps: values"),
         ("BeforeU", p.before[0], "map before the sum: arguments"), ("BeforeV", p.before[1], "its values"),
         ("AfterU", p.after[0], "map behind the sum: arguments"), ("AfterV", p.after[1], "its values"),
         ("StartTable", p.start, "memory from where one stroke leads to the first sample"),
@@ -53,7 +60,7 @@ def _tables(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
         ("Rounding", ROUNDING[real], "of a number"), ("Two", 2.0, ""), ("SixtyFour", 64.0, ""),
         ("Eighth", 0.125, ""), ("Sixth", 1.0 / 6.0, ""), ("TwentyFourth", 1.0 / 24.0, ""),
     )  # fmt: skip
-    reach = (("ReachLow", values["reach_low"]), ("ReachHigh", values["reach_high"])) if b.holds_back else ()
+    reach = (("ReachLow", b.reach_low), ("ReachHigh", b.reach_high)) if holds else ()
     return (
         *(_whole(name, [row[key] for row in rows], comment) for name, key, comment in whole),
         *(table(name, real, numbers, comment) for name, numbers, comment in tables if numbers),
@@ -66,10 +73,11 @@ def _whole(name: str, values: list[int], comment: str) -> Variable:
     return Variable("VAR CONSTANT", name, "DINT", tuple(map(str, values)), len(values), comment)
 
 
-def _work(real: str, b: ElementBlockNumbers) -> tuple[Variable, ...]:
+def _work(real: str, model: ElementNumbers) -> tuple[Variable, ...]:
+    p = model.parameters
     arrays = (
-        ("States", b.parts, "memory of the elements"), ("Ring", b.parameters.delay, "inputs that are under way"),
-        ("Shares", 2 * len(b.parameters.source) + 1, "of the schedules"),
+        ("States", len(p.kind), "memory of the elements"), ("Ring", p.delay, "inputs that are under way"),
+        ("Shares", 2 * len(p.source) + 1, "of the schedules"),
     )  # fmt: skip
     reals = names(
         "LastPosition LastStep OnShare Taken Target OffLine Scaled Late Wanted Position Answer Result Way Held Reading "

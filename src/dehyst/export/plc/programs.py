@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst.export.numbers import Floats
 from dehyst.export.plc.block import number
 from dehyst.export.plc.numbers import constant
 from dehyst.export.plc.ports import Ports
 from dehyst.export.plc.pou import Pou, Variable
 from dehyst.export.plc.template import rendered
+from dehyst.export.precision import Floats
 
 _BEYOND = {"LREAL": 1e101, "REAL": 1e16}  # finite, and rejected like a NaN, for which a PLC has no constant
 _SMALLEST = {"LREAL": float(np.finfo(np.float64).tiny), "REAL": float(np.finfo(np.float32).tiny)}
