@@ -24,8 +24,7 @@ from dehyst._native import play_bank
 from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError, RecordingError
 from dehyst.models.arrays import parameter_array, parameter_number, signal_array, strictly_increasing
-from dehyst.robot.muscles.arithmetic import FLOATS
-from dehyst.robot.muscles.base import MuscleModel
+from dehyst.robot.muscles.base import FLOATS, MuscleModel
 from dehyst.robot.muscles.joint import JointCharacteristic, joint_characteristic
 from dehyst.robot.muscles.maker import Maker
 from dehyst.robot.muscles.vo_minh import VoMinh

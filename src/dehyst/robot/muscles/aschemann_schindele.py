@@ -15,14 +15,15 @@ Hysteresis, speed, creep: it is a static map. Polynomials leave the data quickly
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic, polynomial
-from dehyst.robot.muscles.base import MuscleModel, parameter
+from dehyst.robot.muscles.base import Arithmetic, MuscleModel, polynomial
+from dehyst.robot.muscles.parameters import length_row, parameter, parameter_set
 
 _FIT = "fitted, see SETS"
+_A = (1036.8e-5, -237.8e-5, -35150e-5, 86649e-5)
+_B = (67.1, 20759.0, -214268.0, 939766.0, -1494522.0)
 
 
 @dataclass(frozen=True)
@@ -35,37 +36,23 @@ class AschemannSchindele(MuscleModel):
     [3043.0, 1454.0, 54.0]
     """
 
-    length: float = parameter(0.4, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
-    a: tuple[float, ...] = parameter(
-        (1036.8e-5, -237.8e-5, -35150e-5, 86649e-5), "N/Pa", -10.0, 10.0, _FIT, "a_m, pull of pressure"
-    )
-    b: tuple[float, ...] = parameter(
-        (67.1, 20759.0, -214268.0, 939766.0, -1494522.0), "N", -1e8, 1e8, _FIT, "b_n, rubber"
-    )
+    name = "aschemann-schindele"
+    length: float = length_row(0.4)
+    a: tuple[float, ...] = parameter(_A, "N/Pa", -10.0, 10.0, _FIT, "a_m, pull of pressure")
+    b: tuple[float, ...] = parameter(_B, "N", -1e8, 1e8, _FIT, "b_n, rubber")
     root: float = parameter(0.0, "N", -1e6, 1e6, _FIT, "b_r, of the two-thirds power", False)
 
-    name: ClassVar[str] = "aschemann-schindele"
-    SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-40-maker": "fitted to the maker's map of a DMSP-40, 25 N rms",
-        "DMSP-40-bench": "fitted to Sarosi's map of a DMSP-40 on a bench, 8.5 N rms",
-        "DMSP-40-hildebrandt": "variant with the power 2/3, fitted to the maker's map of a DMSP-40, 49 N rms",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "DMSP-40-maker": {},
-        "DMSP-40-bench": {
-            "length": 1.0,
-            "a": (947.9e-5, -3460.1e-5, 3033.5e-5, -6777.6e-5),
-            "b": (189.6, 10683.9, -117893.0, 552851.0, -924496.0),
-        },
-        "DMSP-40-hildebrandt": {
-            "a": (1.10283e-2, -3.53599e-2, -2.22996e-2),
-            "b": (202.298, -21098.34, 90378.51, -229170.2),
-            "root": 9054.04,
-        },
-    }
-
-    def __post_init__(self) -> None:
-        self._check()
+    PUBLISHED = (
+        parameter_set("DMSP-40-maker", "fitted to the maker's map of a DMSP-40, 25 N rms"),
+        parameter_set(
+            "DMSP-40-bench", "fitted to Sarosi's map of a DMSP-40 on a bench, 8.5 N rms", length=1.0,
+            a=(947.9e-5, -3460.1e-5, 3033.5e-5, -6777.6e-5), b=(189.6, 10683.9, -117893.0, 552851.0, -924496.0),
+        ),
+        parameter_set(
+            "DMSP-40-hildebrandt", "variant with the power 2/3, fitted to the maker's map of a DMSP-40, 49 N rms",
+            a=(1.10283e-2, -3.53599e-2, -2.22996e-2), b=(202.298, -21098.34, 90378.51, -229170.2), root=9054.04,
+        ),
+    )  # fmt: skip
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import Field, asdict, dataclass, field, fields, replace
-from inspect import cleandoc
-from typing import Any, ClassVar, Self
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,48 +24,45 @@ import numpy.typing as npt
 from dehyst._native import play_bank
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError
-from dehyst.models.arrays import parameter_array, parameter_number, signal_array
+from dehyst.models.arrays import parameter_number, signal_array
 from dehyst.models.base import make_stepper
-from dehyst.robot.muscles.arithmetic import ARRAYS, FLOATS, Arithmetic
+from dehyst.robot.muscles.parameters import ParameterRecord
 from dehyst.robot.muscles.solve import solve_pressure
 
 PRESSURE_LIMIT = 5e6  # Pa; far beyond the 8 bar of any muscle, so that a wrong unit does not pass
 SPEED_LIMIT = 1e4  # m/s; muscles reach 1
-REFUSED = "ParameterError\n    If a value has no physical meaning."
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One parameter of a model: what the fit, the command line and the pages say about it.
+class Arithmetic:
+    """Functions of one kind of numbers, so that a formula is written once: arrays for logs, floats for a simulation.
 
-    Attributes
-    ----------
-    name
-        Of the field. A field that is a tuple counts as several values with the same bounds.
-    unit
-        SI, "1" for a number.
-    low, high
-        Bounds of a fit; not limits of the record.
-    source
-        Where the default comes from, and how sure it is.
-    meaning
-        In a few words.
-    fitted
-        Whether a fit changes it: not lengths and other facts of the muscle.
+    On floats they are those of `math`: a step costs a microsecond or two and not the ten to thirty of small arrays.
     """
 
-    name: str
-    unit: str
-    low: float
-    high: float
-    source: str
-    meaning: str
-    fitted: bool = True
+    exp: Callable[[Any], Any]
+    sqrt: Callable[[Any], Any]
+    maximum: Callable[[Any, Any], Any]
+    minimum: Callable[[Any, Any], Any]
+    where: Callable[[Any, Any, Any], Any]
 
 
-def parameter(default: Any, *about: Any) -> Any:
-    """Return the field of a parameter, with what a `Parameter` says of it behind its name."""
-    return field(default=default, metadata={"about": about})
+ARRAYS = Arithmetic(np.exp, np.sqrt, np.maximum, np.minimum, np.where)
+FLOATS = Arithmetic(math.exp, math.sqrt, max, min, lambda condition, yes, no: yes if condition else no)
+
+
+def polynomial(coefficients: tuple[float, ...], x: Any) -> Any:
+    """Return the value of a polynomial, coefficients lowest power first.
+
+    Examples
+    --------
+    >>> polynomial((1.0, 2.0, 3.0), 10.0)
+    321.0
+    """
+    value = coefficients[-1] + 0.0 * x
+    for c in reversed(coefficients[:-1]):
+        value = value * x + c
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +84,7 @@ class Memory:
     plays: Array
 
 
-class MuscleModel(ABC):
+class MuscleModel(ParameterRecord, ABC):
     """A muscle: forces from contraction and pressure.
 
     A model gives its formulas, `_static` and where it has one `_resistance`; everything else follows.
@@ -100,7 +96,7 @@ class MuscleModel(ABC):
     name
         As typed on the command line.
     dynamic
-        Whether motion matters: speed, or what happened before.
+        Whether motion matters: speed, or what happened before; by default whether there is a `_resistance`.
     affine_in_pressure
         Whether F = f_a(kappa) p - f_e(kappa).
     PARAMETERS
@@ -110,22 +106,14 @@ class MuscleModel(ABC):
     """
 
     length: float = float("nan")
-    name: ClassVar[str] = ""
     dynamic: ClassVar[bool] = False
     affine_in_pressure: ClassVar[bool] = True
-    PARAMETERS: ClassVar[tuple[Parameter, ...]] = ()
-    SETS: ClassVar[Mapping[str, str]] = {}
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
 
     def __init_subclass__(cls) -> None:
-        """Collect what the fields say of the parameters, and write it into the docstring."""
-        told = [(name, entry.metadata["about"]) for name, entry in vars(cls).items() if isinstance(entry, Field)]
-        if told:
-            cls.PARAMETERS = tuple(Parameter(name, *about) for name, about in told)
-            head, _, rest = cleandoc(cls.__doc__ or "").partition("\n\n")
-            rows = "\n".join(f"{each.name}\n    {each.meaning}. [{each.unit}]" for each in cls.PARAMETERS)
-            raises = "" if "Raises\n" in rest else f"Raises\n------\n{REFUSED}\n\n"
-            cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{raises}{rest}"
+        """Complete what a model declares."""
+        super().__init_subclass__()
+        if "dynamic" not in vars(cls):
+            cls.dynamic = cls._resistance is not MuscleModel._resistance
 
     # -- what a model gives -------------------------------------------------------------------------------------------
 
@@ -146,106 +134,6 @@ class MuscleModel(ABC):
     def limits(self) -> tuple[float, float]:
         """Contractions between which the formulas mean something."""
         return -0.2, 0.9
-
-    # -- parameters ---------------------------------------------------------------------------------------------------
-
-    @classmethod
-    def published(cls, which: str = "") -> Self:
-        """Return the model with a published parameter set, one of `SETS`; the first one if none is named.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such set.
-
-        Examples
-        --------
-        >>> from dehyst.robot.muscles import muscle_class
-        >>> muscle_class("maker").published("DMSP-20").length
-        0.25
-        """
-        name = which or next(iter(cls.SETS))
-        if name not in cls._VALUES:
-            raise ParameterError(
-                f"{cls.name} has no parameter set {name!r:.40}; there are: {', '.join(cls.SETS)}.", which=name
-            )
-        return cls(**cls._VALUES[name])
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the parameters by name, as plain numbers and lists.
-
-        Examples
-        --------
-        >>> from dehyst.robot.muscles import muscle
-        >>> muscle("sarosi").as_dict()["a2"]
-        369.27
-        """
-        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}  # type: ignore[call-overload]
-
-    def vector(self) -> Array:
-        """Return the fitted parameters, (n,): those of `PARAMETERS` that are `fitted`, tuples laid out.
-
-        Examples
-        --------
-        >>> from dehyst.robot.muscles import muscle
-        >>> muscle("maker").vector().round(3).tolist()
-        [6398.4, 0.122, 10.471, 2.023]
-        """
-        parts = [
-            np.atleast_1d(np.asarray(getattr(self, entry.name), float)) for entry in self.PARAMETERS if entry.fitted
-        ]
-        return np.concatenate(parts) if parts else np.zeros(0)
-
-    def with_vector(self, vector: npt.ArrayLike) -> Self:
-        """Return the model with other values of the fitted parameters, in the order of `vector`.
-
-        Raises
-        ------
-        ParameterError
-            If their number is wrong, or a value has no physical meaning.
-
-        Examples
-        --------
-        >>> from dehyst.robot.muscles import muscle
-        >>> muscle("maker").with_vector([6000.0, 0.12, 10.0, 2.0]).force
-        6000.0
-        """
-        values, at, new = np.asarray(vector, float), 0, {}
-        if values.shape != self.vector().shape:
-            raise ParameterError(f"{self.name} has {self.vector().size} fitted parameters, got {values.shape}.")
-        for entry in self.PARAMETERS:
-            if entry.fitted:
-                old = getattr(self, entry.name)
-                count = len(old) if isinstance(old, tuple) else 1
-                part = tuple(values[at : at + count].tolist())
-                new[entry.name] = part if isinstance(old, tuple) else part[0]
-                at += count
-        return replace(self, **new)  # type: ignore[type-var]
-
-    def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of `vector`, (n,) each."""
-        sizes = [np.size(getattr(self, entry.name)) for entry in self.PARAMETERS if entry.fitted]
-        ends = [(entry.low, entry.high) for entry in self.PARAMETERS if entry.fitted]
-        return np.repeat([low for low, _ in ends], sizes), np.repeat([high for _, high in ends], sizes)
-
-    def _check(self, *positive: str) -> None:
-        """Take every number of the record, and insist on positive ones where they are named."""
-        for entry in fields(self):  # type: ignore[arg-type]
-            value, put = getattr(self, entry.name), object.__setattr__
-            if str(entry.type) == "float":
-                put(self, entry.name, parameter_number(value, entry.name))
-            elif str(entry.type).startswith("tuple"):
-                put(self, entry.name, tuple(parameter_array(np.atleast_1d(value), entry.name).tolist()))  # one will do
-        for name in ("length", *positive):
-            if not getattr(self, name) > 0:
-                raise ParameterError(
-                    f"{name} = {getattr(self, name):g} of {self.name} must be positive.", **{name: name}
-                )
-
-    def _not_negative(self, *names: str) -> None:
-        for name in names:
-            if np.min(getattr(self, name)) < 0:
-                raise ParameterError(f"{name} = {getattr(self, name)} of {self.name} is negative; pass 0 or more.")
 
     # -- forces -------------------------------------------------------------------------------------------------------
 
@@ -370,7 +258,7 @@ class MuscleModel(ABC):
         x, p = self._signals(contraction, pressure)
         speed, slip, memory = self._motion(x, self._times(time, x.size, memory), memory)
         with np.errstate(all="ignore"):
-            force = self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS)
+            force = self._moving(x, p, speed, slip, ARRAYS)
         return self._finite(force), memory
 
     def force_after(self, memory: Memory, contraction: float, pressure: float, time: float = float("nan")) -> float:
@@ -401,9 +289,7 @@ class MuscleModel(ABC):
         """
         if not self.limits[0] <= contraction <= self.limits[1]:
             self._checked(contraction, pressure)
-        strains, shares = self._contacts()
-        # a stop operator from a state: the strain since its play moved last, until it slips
-        slip = float(np.clip((contraction - memory.plays) / strains, -1.0, 1.0) @ shares) if strains.size else 0.0
+        slip = float(self._slip(np.float64(contraction), memory.plays)) if memory.plays.size else 0.0
         passed = time - memory.time
         speed = self.length * (contraction - memory.contraction) / passed if passed > 0 else 0.0
         force = self._one_force(contraction, pressure, speed, slip)
@@ -465,13 +351,18 @@ class MuscleModel(ABC):
         x, f = self._signals(contraction, force, "force", np.inf)
         speed, slip, _ = self._motion(x, self._times(time, x.size, memory), memory)
         return solve_pressure(
-            lambda p: self._static(x, p, ARRAYS) - self._resistance(x, p, speed, slip, ARRAYS),
-            f,
-            self.affine_in_pressure,
-            self._about(x),
+            lambda p: self._moving(x, p, speed, slip, ARRAYS), f, self.affine_in_pressure, self._about(x)
         )
 
     # -- inside -------------------------------------------------------------------------------------------------------
+
+    def _moving(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
+        return self._static(kappa, pressure, m) - self._resistance(kappa, pressure, speed, slip, m)
+
+    def _slip(self, kappa: Any, plays: Array) -> Array:
+        """Slip (...) of stop operators from a state: the strain since their plays moved last, until they slip."""
+        strains, shares = self._contacts()
+        return np.asarray(np.clip((kappa[..., None] - plays) / strains, -1.0, 1.0) @ shares)
 
     def _finite(self, force: Any) -> Array:
         """Forces, or what is wrong with the parameters that gave none."""
@@ -486,7 +377,7 @@ class MuscleModel(ABC):
     def _one_force(self, x: float, pressure: float, speed: float, slip: float) -> float:
         """Force of one sample, on plain floats. [N]"""
         try:
-            return float(self._static(x, pressure, FLOATS) - self._resistance(x, pressure, speed, slip, FLOATS))
+            return float(self._moving(x, pressure, speed, slip, FLOATS))
         except OverflowError:
             raise ParameterError(
                 f"{self.name} has no force at contraction {x:g} and {pressure:g} Pa: the pressure, or some parameter, "
@@ -516,15 +407,10 @@ class MuscleModel(ABC):
                     f"{moved[i]:.3g}. Times are in seconds; drop time stamps that nearly repeat.",
                     index=i,
                 )
-        strains, shares = self._contacts()
-        if not strains.size:
-            return (
-                speed,
-                np.zeros(x.size),
-                Memory(float(x[-1]), first if time is None else float(time[-1]), start.plays),
-            )
-        plays, state = play_bank(x, strains, start.plays, np.arange(x.size, dtype=np.int64))
-        slip = np.clip((x[:, None] - plays) / strains, -1.0, 1.0) @ shares
+        slip, state = np.zeros(x.size), start.plays
+        if state.size:
+            plays, state = play_bank(x, self._contacts()[0], state, np.arange(x.size, dtype=np.int64))
+            slip = self._slip(x, plays)
         return speed, slip, Memory(float(x[-1]), first if time is None else float(time[-1]), state)
 
     def _times(self, time: npt.ArrayLike | None, samples: int, memory: Memory | None) -> Array | None:
@@ -589,13 +475,11 @@ class MuscleStepper:
 
     def __init__(self, model: MuscleModel, contraction: float = 0.0) -> None:
         strains, shares = model._contacts()
-        self._model = model
-        self._strains = strains
+        self._model, self._limits, self._strains = model, model.limits, strains
         self._one = float(strains[0]) if strains.size == 1 else 0.0
-        stiffness = shares / strains if strains.size else shares
+        stiffness = shares / strains
         self._thresholds = np.concatenate(([0.0], strains))  # a sum of stops as one of plays, in the core
         self._weights = np.concatenate(([stiffness.sum()], -stiffness))
-        self._limits = model.limits
         self.reset(contraction)
 
     def reset(self, contraction: float) -> None:
@@ -613,7 +497,7 @@ class MuscleStepper:
             If the contraction is outside the model's limits.
         """
         speed, slip = self._move(contraction, period)
-        return self._force(contraction, pressure, speed, slip)
+        return self._model._one_force(contraction, pressure, speed, slip)
 
     def pressure(self, contraction: float, force: float, period: float) -> float:
         """Return the gauge pressure [Pa] that gives a force [N] after moving there within a period [s], and move.
@@ -626,14 +510,12 @@ class MuscleStepper:
             If no pressure gives the force.
         """
         speed, slip = self._move(contraction, period)
-        return float(
-            solve_pressure(
-                lambda p: np.array([self._force(contraction, float(p[0]), speed, slip)]),
-                np.array([float(force)]),
-                self._model.affine_in_pressure,
-                f"{self._model.name} at contraction {contraction:.4g}",
-            )[0]
-        )
+
+        def force_at(p: Array) -> Array:
+            return np.array([self._model._one_force(contraction, float(p[0]), speed, slip)])
+
+        about = f"{self._model.name} at contraction {contraction:.4g}"
+        return float(solve_pressure(force_at, np.array([float(force)]), self._model.affine_in_pressure, about)[0])
 
     def _move(self, x: float, period: float) -> tuple[float, float]:
         """Take the next contraction; return speed and slip."""
@@ -653,9 +535,6 @@ class MuscleStepper:
             slip = max(-1.0, min(1.0, self._slips(x)))
         self._last = x
         return speed, slip
-
-    def _force(self, x: float, pressure: float, speed: float, slip: float) -> float:
-        return self._model._one_force(x, pressure, speed, slip)
 
     @property
     def memory(self) -> Memory:

@@ -24,13 +24,12 @@ Hysteresis, speed, creep: it is a static map. Muscles of another length or diame
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import parameter
-from dehyst.robot.muscles.braid import BraidedMuscle, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import BraidedMuscle
+from dehyst.robot.muscles.parameters import angle_row, length_row, parameter, parameter_set
 
 _PAPER = "Martens, Boblan 2017, found"
 
@@ -48,36 +47,23 @@ class BoblanMartens(BraidedMuscle):
     [1445, 1022, 733]
     """
 
-    length: float = parameter(0.3, "m", 0.02, 10.0, _PAPER, "L_0, length at rest", False)
+    name = "boblan-martens"
+    length: float = length_row(0.3, _PAPER, "L_0")
     diameter: float = parameter(0.02, "m", 2e-3, 0.2, _PAPER, "D_0, diameter at rest", False)
-    angle: float = parameter(math.radians(28.6) - 0.073, "rad", 0.12, 0.94, _PAPER, "theta_0, fibre angle at rest")
+    angle: float = angle_row(math.radians(28.6) - 0.073, _PAPER)
     wall: float = parameter(1.8e-3, "m", 1e-4, 0.01, _PAPER, "H_0, thickness of the wall", False)
     c0: float = parameter(93.232e6, "Pa", -1e10, 1e10, _PAPER, "modulus, constant")
     c1: float = parameter(-715.29e6, "Pa/m", -1e11, 1e11, _PAPER, "modulus, linear")
     c2: float = parameter(1.5483e9, "Pa/m^2", -1e12, 1e12, _PAPER, "modulus, square")
     c3: float = parameter(-502.95e6, "Pa/m^3", -1e13, 1e13, _PAPER, "modulus, cube")
 
-    name: ClassVar[str] = "boblan-martens"
-    SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-20-300": f"{_PAPER}: 20 mm, 300 mm",
-        "DMSP-10-250": f"{_PAPER}: 10 mm, 250 mm",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "DMSP-20-300": {},
-        "DMSP-10-250": {
-            "length": 0.25,
-            "diameter": 0.01,
-            "angle": math.radians(28.6) - 0.1,
-            "c0": 74.085e6,
-            "c1": -689.20e6,
-            "c2": 1.837e9,
-            "c3": -848.79e6,
-        },
-    }
-
-    def __post_init__(self) -> None:
-        self._check("diameter", "angle", "wall")
-        contracting_angle(self.angle)
+    PUBLISHED = (
+        parameter_set("DMSP-20-300", f"{_PAPER}: 20 mm, 300 mm"),
+        parameter_set(
+            "DMSP-10-250", f"{_PAPER}: 10 mm, 250 mm", length=0.25, diameter=0.01, angle=math.radians(28.6) - 0.1,
+            c0=74.085e6, c1=-689.20e6, c2=1.837e9, c3=-848.79e6,
+        ),
+    )  # fmt: skip
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Geometry of fibres that wind around a cylinder, shared by the models that start from it."""
+"""Geometry that several models start from: fibres wound around a cylinder, and a cylinder with conical ends."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from dehyst.errors import ParameterError
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import MuscleModel
+from dehyst.robot.muscles.base import Arithmetic, MuscleModel
 
 NEUTRAL = math.acos(1 / math.sqrt(3))  # 54.7 degrees, where pressure neither pulls nor pushes
 _STEEP = math.radians(80.0)
@@ -74,11 +73,31 @@ class Braid:
         return 1.0 - math.cos(_FLAT) / rest, 1.0 - math.cos(_STEEP) / rest
 
 
-class BraidedMuscle(MuscleModel):
-    """A muscle that is inextensible fibres around a cylinder."""
+class FibreMuscle(MuscleModel):
+    """A muscle of fibres that stand at an angle to the axis, and contracts."""
+
+    angle: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not _FLAT < self.angle < NEUTRAL:
+            raise ParameterError(
+                f"angle = {math.degrees(self.angle):g} degrees: fibres at 5.8 to 54.7 degrees at rest make a muscle "
+                "that contracts. Angles are in rad.",
+                angle=self.angle,
+            )
+
+
+class BraidedMuscle(FibreMuscle):
+    """A muscle that is inextensible fibres around a cylinder, perhaps with a wall inside."""
 
     diameter: float
-    angle: float
+    wall: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 2 * self.wall < self.diameter:
+            raise ParameterError(f"wall = {self.wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
 
     @cached_property
     def braid(self) -> Braid:
@@ -90,27 +109,31 @@ class BraidedMuscle(MuscleModel):
         """Fibres between 5.7 and 80 degrees."""
         return self.braid.limits
 
-    def _refuse_thick(self, wall: float) -> None:
-        if not 2 * wall < self.diameter:
-            raise ParameterError(f"wall = {wall:g} m fills the muscle of {self.diameter:g} m; pass the thickness.")
 
+class ConicalMuscle(FibreMuscle):
+    """A cylinder with conical ends: pi r_0^2 [a (1 - k kappa)^2 - b] for 1 Pa, k = k_0 + k_p exp(-p/1 bar)."""
 
-def contracting_angle(angle: float) -> None:
-    """Raise unless fibres at this angle make a muscle that contracts."""
-    if not _FLAT < angle < NEUTRAL:
-        raise ParameterError(
-            f"angle = {math.degrees(angle):g} degrees: fibres at 5.8 to 54.7 degrees at rest make a muscle that "
-            "contracts. Angles are in rad.",
-            angle=angle,
-        )
+    radius: float
+    shape: float  # k_0
+    shape_pressure: float = 0.0  # k_p
 
+    @property
+    def affine_in_pressure(self) -> bool:  # type: ignore[override]
+        """Whether k is constant."""
+        return self.shape_pressure == 0.0
 
-def conical_pull(kappa: Any, shape: Any, radius: float, angle: float) -> Any:
-    """Return pi r_0^2 [a (1 - k kappa)^2 - b], the force for 1 Pa of a cylinder with conical ends. [m^2]"""
-    a, b = 3.0 / math.tan(angle) ** 2, 1.0 / math.sin(angle) ** 2
-    return math.pi * radius**2 * (a * (1.0 - shape * kappa) ** 2 - b)
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Fibres along the axis; and 1/k, beyond which the square rises again."""
+        return 1.0 - 1.0 / math.cos(self.angle), min(0.9, 1.0 / (self.shape + self.shape_pressure))
 
+    @property
+    def largest_contraction(self) -> float:
+        """(1 - sqrt(b/a))/k, at which it stops to pull, for a high pressure."""
+        return (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(self.angle))) / self.shape
 
-def conical_limit(shape: float, angle: float) -> float:
-    """Return the contraction (1 - sqrt(b/a))/k at which it stops to pull."""
-    return (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(angle))) / shape
+    def pull(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
+        """Return the force for 1 Pa at a contraction; the pressure is the one that bends the ends. [m^2]"""
+        k = self.shape + (self.shape_pressure * m.exp(-pressure / 1e5) if self.shape_pressure else 0.0)
+        a, b = 3.0 / math.tan(self.angle) ** 2, 1.0 / math.sin(self.angle) ** 2
+        return math.pi * self.radius**2 * (a * (1.0 - k * kappa) ** 2 - b)

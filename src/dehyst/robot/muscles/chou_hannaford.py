@@ -24,13 +24,12 @@ pressure; loops inside loops.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import parameter
-from dehyst.robot.muscles.braid import NEUTRAL, BraidedMuscle, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import NEUTRAL, BraidedMuscle
+from dehyst.robot.muscles.parameters import AT_HAND, angle_row, length_row, parameter, parameter_set, presliding_row
 
 _PAPER = "Chou, Hannaford 1996"
 
@@ -47,34 +46,23 @@ class ChouHannaford(BraidedMuscle):
     True
     """
 
-    length: float = parameter(0.2, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
-    diameter: float = parameter(0.015, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
-    angle: float = parameter(
-        math.radians(23.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
-    )
+    name = "chou-hannaford"
+    length: float = length_row(0.2)
+    diameter: float = parameter(0.015, "m", 2e-3, 0.2, AT_HAND, "D_0, diameter at rest")
+    angle: float = angle_row(math.radians(23.0))
     wall: float = parameter(0.0, "m", 0.0, 0.01, f"{_PAPER}: option", "t, thickness of the wall")
     band: float = parameter(3.0, "N", 0.0, 1e3, f"{_PAPER}, 2 to 5 N; own knowledge, low", "F_c, Coulomb friction")
-    presliding: float = parameter(
-        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
-    )
+    presliding: float = presliding_row()
 
-    name: ClassVar[str] = "chou-hannaford"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "braid-15": "braided muscle of 15 mm: dimensions are assumptions, band 2 to 5 N (own knowledge, low)",
-        "DMSP-40": "fibre geometry of a DMSP-40, 28.6 degrees and 40 mm (Martens, Boblan 2017, found); band 80 N "
-        "(assumption)",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "braid-15": {},
-        "DMSP-40": {"length": 0.4, "diameter": 0.04, "angle": math.radians(28.6), "band": 80.0},
-    }
-
-    def __post_init__(self) -> None:
-        self._check("diameter", "angle", "presliding")
-        contracting_angle(self.angle)
-        self._not_negative("wall", "band")
-        self._refuse_thick(self.wall)
+    PUBLISHED = (
+        parameter_set(
+            "braid-15", "braided muscle of 15 mm: dimensions are assumptions, band 2 to 5 N (own knowledge, low)"
+        ),
+        parameter_set(
+            "DMSP-40", "fibre geometry of a DMSP-40, 28.6 degrees and 40 mm (Martens, Boblan 2017, found); band 80 N "
+            "(assumption)", length=0.4, diameter=0.04, angle=math.radians(28.6), band=80.0,
+        ),
+    )  # fmt: skip
 
     @property
     def largest_contraction(self) -> float:

@@ -26,16 +26,16 @@ Rubber; loops inside loops, which need more than one slip strain; dependence on 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from dehyst.errors import ParameterError
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import parameter
-from dehyst.robot.muscles.braid import BraidedMuscle, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import BraidedMuscle
+from dehyst.robot.muscles.parameters import AT_HAND, angle_row, length_row, parameter, parameter_set, presliding_row
 
 _PAPER = "Davis, Caldwell 2006"
+_CONTACT = "assumption: friction of 17 N at 3 bar"
 
 
 @dataclass(frozen=True)
@@ -54,48 +54,33 @@ class DavisCaldwell(BraidedMuscle):
     7.0
     """
 
-    length: float = parameter(0.3, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
-    diameter: float = parameter(0.02, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
-    angle: float = parameter(
-        math.radians(25.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
-    )
-    strands: float = parameter(60.0, "1", 2.0, 1000.0, "assumption: of the muscle at hand", "N, each way", False)
-    strand: float = parameter(3e-4, "m", 1e-5, 5e-3, "assumption: of the muscle at hand", "d, thickness", False)
+    name = "davis-caldwell"
+    length: float = length_row(0.3)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, AT_HAND, "D_0, diameter at rest")
+    angle: float = angle_row(math.radians(25.0))
+    strands: float = parameter(60.0, "1", 2.0, 1000.0, AT_HAND, "N, each way", False)
+    strand: float = parameter(3e-4, "m", 1e-5, 5e-3, AT_HAND, "d, thickness", False)
     friction: float = parameter(0.15, "1", 0.0, 2.0, f"{_PAPER}: 0.1 to 0.2 for nylon, low", "mu")
-    contact: float = parameter(
-        0.5, "1", 0.01, 1.0, "assumption: friction of 17 N at 3 bar", "w, width of contact", False
-    )
+    contact: float = parameter(0.5, "1", 0.01, 1.0, _CONTACT, "w, width of contact", False)
     exponent: float = parameter(0.0, "1", 0.0, 2 / 3, "0: constant width; 2/3: Hertz", "e, of the pressure")
     reference_pressure: float = parameter(3e5, "Pa", 1e4, 1e6, "assumption", "p_r", False)
-    presliding: float = parameter(
-        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
-    )
+    presliding: float = presliding_row()
 
-    name: ClassVar[str] = "davis-caldwell"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "nylon": f"{_PAPER}: structure; dimensions are assumptions, friction 17 N at 3 bar",
-        "hertz": f"{_PAPER}: structure; as nylon, contacts that widen with the power 2/3 of the pressure",
-        "DMSP-40": f"{_PAPER}: structure; fibre geometry of a DMSP-40 (Martens, Boblan 2017, found); strands are "
-        "assumptions, friction 80 N at 3 bar",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "nylon": {},
-        "hertz": {"exponent": 2 / 3},
-        "DMSP-40": {
-            "length": 0.4,
-            "diameter": 0.04,
-            "angle": math.radians(28.6),
-            "strands": 100.0,
-            "strand": 4.5e-4,
-            "presliding": 1e-3,
-        },
-    }
+    PUBLISHED = (
+        parameter_set("nylon", f"{_PAPER}: structure; dimensions are assumptions, friction 17 N at 3 bar"),
+        parameter_set(
+            "hertz", f"{_PAPER}: structure; as nylon, contacts that widen with the power 2/3 of the pressure",
+            exponent=2 / 3,
+        ),
+        parameter_set(
+            "DMSP-40", f"{_PAPER}: structure; fibre geometry of a DMSP-40 (Martens, Boblan 2017, found); strands are "
+            "assumptions, friction 80 N at 3 bar", length=0.4, diameter=0.04, angle=math.radians(28.6), strands=100.0,
+            strand=4.5e-4, presliding=1e-3,
+        ),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        self._check("diameter", "angle", "strands", "strand", "contact", "reference_pressure", "presliding")
-        contracting_angle(self.angle)
-        self._not_negative("friction", "exponent")
+        super().__post_init__()
         if self._packing >= 1 or not self.locking_angle < self.angle < math.pi / 2 - self.locking_angle:
             raise ParameterError(
                 f"{self.strands:g} strands of {self.strand:g} m each way do not fit around {self.diameter:g} m at "

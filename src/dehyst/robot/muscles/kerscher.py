@@ -22,21 +22,21 @@ Hysteresis at low speed; forces of the rubber without pressure.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import MuscleModel, parameter
-from dehyst.robot.muscles.braid import conical_pull, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import ConicalMuscle
+from dehyst.robot.muscles.parameters import angle_row, length_row, parameter, parameter_set
 
 _PAPER = "Kerscher and others 2006"
 _FIT = "fitted to the map of Martens, Boblan 2017"
+_SIZE = f"{_PAPER}, size low: calibrate"
 _RATE = 40.0
 
 
 @dataclass(frozen=True)
-class Kerscher(MuscleModel):
+class Kerscher(ConicalMuscle):
     """Kerscher: corrected geometry and a damper.
 
     Examples
@@ -50,57 +50,29 @@ class Kerscher(MuscleModel):
     200
     """
 
-    length: float = parameter(0.3, "m", 0.02, 10.0, "DMSP-20-300", "l_0, length at rest", False)
+    name = "kerscher"
+    length: float = length_row(0.3, "DMSP-20-300")
     radius: float = parameter(0.01, "m", 1e-3, 0.1, "DMSP-20", "r_0, radius at rest", False)
-    angle: float = parameter(
-        math.radians(28.6), "rad", 0.12, 0.94, "Martens, Boblan 2017", "theta_0, fibre angle at rest", False
-    )
+    angle: float = angle_row(math.radians(28.6), "Martens, Boblan 2017", fitted=False)
     shape: float = parameter(1.3209, "1", 0.5, 3.0, _FIT, "epsilon_0")
     shape_pressure: float = parameter(2.0, "1", 0.0, 4.0, f"{_FIT}, bounded", "epsilon_1, without pressure")
     factor: float = parameter(1.14795, "1", 0.1, 3.0, _FIT, "mu_0")
     factor_long: float = parameter(0.44420, "1", -1.0, 3.0, _FIT, "mu_1, at rest length")
-    damping: float = parameter(100.0, "N s/m", 0.0, 1e4, f"{_PAPER}, size low: calibrate", "d_0")
-    damping_pressure: float = parameter(100e-5, "N s/(m Pa)", 0.0, 0.1, f"{_PAPER}, size low: calibrate", "d_1")
+    damping: float = parameter(100.0, "N s/m", 0.0, 1e4, _SIZE, "d_0")
+    damping_pressure: float = parameter(100e-5, "N s/(m Pa)", 0.0, 0.1, _SIZE, "d_1")
 
-    name: ClassVar[str] = "kerscher"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-20": f"{_PAPER}: structure; factors {_FIT}, 79 N rms; damper 400 N s/m at 3 bar, low",
-        "DMSP-40": f"{_PAPER}: structure; factors fitted to the maker's map of a DMSP-40 where it pulls, 180 N rms; "
-        "damper 600 N s/m at 3 bar, low",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "DMSP-20": {},
-        "DMSP-40": {
-            "length": 0.4,
-            "radius": 0.02,
-            "shape": 1.44277,
-            "factor": 1.48271,
-            "factor_long": -0.09027,
-            "damping": 150.0,
-            "damping_pressure": 150e-5,
-        },
-    }
-
-    def __post_init__(self) -> None:
-        self._check("radius", "angle", "shape", "factor")
-        contracting_angle(self.angle)
-        self._not_negative("shape_pressure", "damping", "damping_pressure")
-
-    @property
-    def affine_in_pressure(self) -> bool:  # type: ignore[override]
-        """Whether epsilon is constant."""
-        return self.shape_pressure == 0.0
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Fibres along the axis; and 1/epsilon, beyond which the square rises again."""
-        return 1.0 - 1.0 / math.cos(self.angle), min(0.9, 1.0 / (self.shape + self.shape_pressure))
+    PUBLISHED = (
+        parameter_set("DMSP-20", f"{_PAPER}: structure; factors {_FIT}, 79 N rms; damper 400 N s/m at 3 bar, low"),
+        parameter_set(
+            "DMSP-40", f"{_PAPER}: structure; factors fitted to the maker's map of a DMSP-40 where it pulls, 180 N "
+            "rms; damper 600 N s/m at 3 bar, low", length=0.4, radius=0.02, shape=1.44277, factor=1.48271,
+            factor_long=-0.09027, damping=150.0, damping_pressure=150e-5,
+        ),
+    )  # fmt: skip
 
     def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
-        shape = self.shape + (self.shape_pressure * m.exp(-pressure / 1e5) if self.shape_pressure else 0.0)
         factor = self.factor + self.factor_long * m.exp(-_RATE * kappa)
-        return factor * pressure * conical_pull(kappa, shape, self.radius, self.angle)
+        return factor * pressure * self.pull(kappa, pressure, m)
 
     def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
         return (self.damping + self.damping_pressure * m.maximum(pressure, 0.0)) * speed

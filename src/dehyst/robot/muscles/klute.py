@@ -26,15 +26,18 @@ Hysteresis at low speed: both terms vanish there. A bladder that is slack before
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import parameter
-from dehyst.robot.muscles.braid import BraidedMuscle, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import BraidedMuscle
+from dehyst.robot.muscles.parameters import AT_HAND, angle_row, length_row, parameter, parameter_set
 
 _PAPER = "Klute, Czerniecki, Hannaford 2002"
+_LATEX = "Klute, Hannaford 2000; own knowledge, medium"
+_WALL = "Klute, Hannaford 2000: 1/16 inch of latex; own knowledge, low"
+_ORIFICE = f"{_PAPER}, structure; size low: calibrate"
+_TRICEPS = f"{_PAPER}: actuator with a damper in parallel; dimensions and c are assumptions (low)"
 
 
 @dataclass(frozen=True)
@@ -48,44 +51,22 @@ class Klute(BraidedMuscle):
     True
     """
 
-    length: float = parameter(0.2, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
-    diameter: float = parameter(0.02, "m", 2e-3, 0.2, "assumption: of the muscle at hand", "D_0, diameter at rest")
-    angle: float = parameter(
-        math.radians(20.0), "rad", 0.12, 0.94, "assumption: of the muscle at hand", "theta_0, fibre angle at rest"
-    )
-    wall: float = parameter(
-        1.6e-3, "m", 0.0, 0.01, "Klute, Hannaford 2000: 1/16 inch of latex; own knowledge, low", "bladder"
-    )
-    c10: float = parameter(
-        118.4e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_10 of the bladder"
-    )
-    c01: float = parameter(
-        105.7e3, "Pa", 0.0, 1e7, "Klute, Hannaford 2000; own knowledge, medium", "C_01 of the bladder"
-    )
-    damper: float = parameter(
-        2000.0, "N s^2/m^2", 0.0, 1e6, f"{_PAPER}, structure; size low: calibrate", "c of the orifice"
-    )
+    name = "klute"
+    length: float = length_row(0.2)
+    diameter: float = parameter(0.02, "m", 2e-3, 0.2, AT_HAND, "D_0, diameter at rest")
+    angle: float = angle_row(math.radians(20.0))
+    wall: float = parameter(1.6e-3, "m", 0.0, 0.01, _WALL, "bladder")
+    c10: float = parameter(118.4e3, "Pa", 0.0, 1e7, _LATEX, "C_10 of the bladder")
+    c01: float = parameter(105.7e3, "Pa", 0.0, 1e7, _LATEX, "C_01 of the bladder")
+    damper: float = parameter(2000.0, "N s^2/m^2", 0.0, 1e6, _ORIFICE, "c of the orifice")
     hill_ratio: float = parameter(0.25, "1", 0.05, 1.0, f"{_PAPER} and Hill 1938: 0.25, high", "alpha = a/F_0")
     hill_speed: float = parameter(0.0, "m/s", 0.0, 10.0, "assumption: v_max a/F_0 of the muscle", "b, 0 for none")
 
-    name: ClassVar[str] = "klute"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "triceps": f"{_PAPER}: actuator with a damper in parallel; dimensions and c are assumptions (low)",
-        "bare": f"{_PAPER}: actuator alone, independent of speed",
-        "muscle": "Hill 1938: a/F_0 = 0.25; v_max = 1 m/s is an assumption",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "triceps": {},
-        "bare": {"damper": 0.0},
-        "muscle": {"damper": 0.0, "hill_speed": 0.25},
-    }
-
-    def __post_init__(self) -> None:
-        self._check("diameter", "angle", "hill_ratio")
-        contracting_angle(self.angle)
-        self._not_negative("wall", "c10", "c01", "damper", "hill_speed")
-        self._refuse_thick(self.wall)
+    PUBLISHED = (
+        parameter_set("triceps", _TRICEPS),
+        parameter_set("bare", f"{_PAPER}: actuator alone, independent of speed", damper=0.0),
+        parameter_set("muscle", "Hill 1938: a/F_0 = 0.25; v_max = 1 m/s is an assumption", damper=0.0, hill_speed=0.25),
+    )
 
     @property
     def affine_in_pressure(self) -> bool:  # type: ignore[override]

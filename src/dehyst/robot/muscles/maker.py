@@ -18,14 +18,15 @@ Hysteresis, speed, creep: it is a static map. A bench muscle differs from it by 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from functools import cached_property
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import MuscleModel, parameter
+from dehyst.robot.muscles.base import Arithmetic, MuscleModel
+from dehyst.robot.muscles.parameters import length_row, parameter, parameter_set
 
 _BOLEN = "maker's tool as fitted by Bolen, found"
+_GROWS = f"{_BOLEN}; force grows with the length"
 
 
 @dataclass(frozen=True)
@@ -38,57 +39,34 @@ class Maker(MuscleModel):
     [3096.0, 1469.0, 65.0]
     """
 
-    length: float = parameter(0.4, "m", 0.02, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
+    name = "maker"
+    length: float = length_row(0.4)
     force: float = parameter(6398.4, "N", 10.0, 1e5, _BOLEN, "F_infinity, scale of all forces")
     length_rate: float = parameter(0.0, "1/m", 0.0, 100.0, _BOLEN, "c, how the force grows with the length", False)
     end_length: float = parameter(0.0, "m", 0.0, 0.1, _BOLEN, "l_e, length that does not pull", False)
     passive: float = parameter(0.122366, "1", 0.0, 2.0, _BOLEN, "a_0, share that rubber takes")
-    decay: float = parameter(10.47143, "1", 0.1, 40.0, _BOLEN, "a_1, how soon it does so")
+    decay: float = parameter(10.47143, "1", 0.1, 40.0, _BOLEN, "a_1, how soon it does so", least=0.0)
     bell: float = parameter(2.023288, "1", 0.0, 10.0, _BOLEN, "a_3, how the pull of pressure falls")
     contraction: float = parameter(0.25, "1", 0.05, 0.5, _BOLEN, "kappa_m, largest contraction", False)
     reference_pressure: float = parameter(620e3, "Pa", 1e4, 1e6, _BOLEN, "p_r", False)
 
-    name: ClassVar[str] = "maker"
-    SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-40": f"{_BOLEN}; length independent",
-        "DMSP-20": f"{_BOLEN}; force grows with the length",
-        "DMSP-10": f"{_BOLEN}; force grows with the length",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "DMSP-40": {},
-        "DMSP-20": {
-            "length": 0.25,
-            "force": 620 * 1.4877,
-            "length_rate": 620 * 0.0248,
-            "end_length": 0.0075,
-            "passive": 0.257853,
-            "decay": 6.476614,
-            "bell": 1.320877,
-        },
-        "DMSP-10": {
-            "length": 0.25,
-            "force": 620 * 0.4895,
-            "length_rate": 620 * 0.03068,
-            "end_length": 0.0075,
-            "passive": 0.568208,
-            "decay": 4.254425,
-            "bell": 0.559728,
-        },
-    }
+    PUBLISHED = (
+        parameter_set("DMSP-40", f"{_BOLEN}; length independent"),
+        parameter_set(
+            "DMSP-20", _GROWS, length=0.25, force=620 * 1.4877, length_rate=620 * 0.0248, end_length=0.0075,
+            passive=0.257853, decay=6.476614, bell=1.320877,
+        ),
+        parameter_set(
+            "DMSP-10", _GROWS, length=0.25, force=620 * 0.4895, length_rate=620 * 0.03068, end_length=0.0075,
+            passive=0.568208, decay=4.254425, bell=0.559728,
+        ),
+    )  # fmt: skip
 
-    def __post_init__(self) -> None:
-        self._check("force", "contraction", "reference_pressure")
-        scale = self.force * (
-            math.atan(self.length_rate * (self.length - self.end_length)) if self.length_rate else 1.0
-        )
-        object.__setattr__(self, "_scale", scale)
-        self._not_negative("length_rate", "end_length", "passive", "decay", "bell")
-
-    @property
+    @cached_property
     def largest_force(self) -> float:
         """F_m, at rest length and reference pressure. [N]"""
-        scale: float = self._scale  # type: ignore[attr-defined]
-        return scale
+        rate = self.length_rate
+        return self.force * (math.atan(rate * (self.length - self.end_length)) if rate else 1.0)
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -16,17 +16,23 @@ opens loops that vanish with the speed. That makes it a baseline: what it cannot
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, strictly_increasing
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import MuscleModel, parameter
+from dehyst.robot.muscles.base import Arithmetic, MuscleModel
+from dehyst.robot.muscles.parameters import length_row, parameter, parameter_set
 
 _FIRST = "Reynolds and others 2003, 207 to 621 kPa; own knowledge, high"
 _SECOND = "Serres and others 2009, 150 to 550 kPa; found"
+_BOTH = f"{_FIRST}; {_SECOND}"
+
+
+def _line(constant: float, slope: float) -> tuple[float, float]:
+    """Values at 207 and 621 kPa of a line over the pressure in kPa."""
+    return constant + slope * 207, constant + slope * 621
 
 
 @dataclass(frozen=True)
@@ -45,40 +51,31 @@ class Reynolds(MuscleModel):
     [467, 1042]
     """
 
-    length: float = parameter(0.3, "m", 0.02, 10.0, "assumption: not published", "l_0, length at rest", False)
-    pressures: tuple[float, ...] = parameter((207e3, 621e3), "Pa", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "knots", False)
-    force: tuple[float, ...] = parameter(
-        (179.2 + 1.39 * 207, 179.2 + 1.39 * 621), "N", -1e4, 1e5, f"{_FIRST}; {_SECOND}", "F_ce at the knots"
-    )
-    stiffness: tuple[float, ...] = parameter(
-        (5710 + 30.7 * 207, 5710 + 30.7 * 621), "N/m", 0.0, 1e7, f"{_FIRST}; {_SECOND}", "K at the knots"
-    )
+    name = "reynolds"
+    affine_in_pressure = False
+    length: float = length_row(0.3, "assumption: not published")
+    pressures: tuple[float, ...] = parameter((207e3, 621e3), "Pa", 0.0, 1e6, _BOTH, "knots", False, least=-math.inf)
+    force: tuple[float, ...] = parameter(_line(179.2, 1.39), "N", -1e4, 1e5, _BOTH, "F_ce at the knots")
+    stiffness: tuple[float, ...] = parameter(_line(5710, 30.7), "N/m", 0.0, 1e7, _BOTH, "K at the knots")
     contracting: tuple[float, ...] = parameter(
-        (1010 + 6.91 * 207, 1010 + 6.91 * 621), "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, contraction"
+        _line(1010, 6.91), "N s/m", 0.0, 1e6, _BOTH, "B at the knots, contraction"
     )
-    relaxing: tuple[float, ...] = parameter(
-        (600 - 0.803 * 207, 600 - 0.803 * 621), "N s/m", 0.0, 1e6, f"{_FIRST}; {_SECOND}", "B at the knots, relaxation"
-    )
+    relaxing: tuple[float, ...] = parameter(_line(600, -0.803), "N s/m", 0.0, 1e6, _BOTH, "B at the knots, relaxation")
 
-    name: ClassVar[str] = "reynolds"
-    dynamic: ClassVar[bool] = True
-    affine_in_pressure: ClassVar[bool] = False
-    SETS: ClassVar[Mapping[str, str]] = {"original": _FIRST, "serres": _SECOND}
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "original": {},
-        "serres": {
-            "pressures": (150e3, 314e3, 372e3, 550e3),
-            "force": tuple(44.6 + 2.91 * p for p in (150, 314, 372, 550)),
-            "stiffness": (32700 - 32.1 * 150, 32700 - 32.1 * 314, 17000 + 17.9 * 372, 17000 + 17.9 * 550),
-            "contracting": (2900.0, 2900.0, 2900.0, 2900.0),
-            "relaxing": (1570.0, 1570.0, 311 + 3.38 * 372, 311 + 3.38 * 550),
-        },
-    }
+    PUBLISHED = (
+        parameter_set("original", _FIRST),
+        parameter_set(
+            "serres", _SECOND, pressures=(150e3, 314e3, 372e3, 550e3),
+            force=tuple(44.6 + 2.91 * p for p in (150, 314, 372, 550)),
+            stiffness=(32700 - 32.1 * 150, 32700 - 32.1 * 314, 17000 + 17.9 * 372, 17000 + 17.9 * 550),
+            contracting=(2900.0, 2900.0, 2900.0, 2900.0),
+            relaxing=(1570.0, 1570.0, 311 + 3.38 * 372, 311 + 3.38 * 550),
+        ),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        self._check()
+        super().__post_init__()
         strictly_increasing(parameter_array(self.pressures, "pressures"), "pressures")
-        self._not_negative("stiffness", "contracting", "relaxing")
         n = len(self.pressures)
         for key in ("force", "stiffness", "contracting", "relaxing"):
             if len(getattr(self, key)) != n or n < 2:

@@ -66,11 +66,16 @@ def _monotone(force_at: Callable[[Array], Array], force: Array, about: str) -> A
             f"{steps[0].flat[i]:.5g} to {steps[-1].flat[i]:.5g} N there. Ask for a force in between.",
             index=i,
         )
+    return halved(force_at, force, low, high)
+
+
+def halved(rising: Callable[[Array], Array], wanted: Array, low: Array, high: Array) -> Array:
+    """Return where a rising function has the values wanted, between two bounds, element by element, to rounding."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        above = np.asarray(force_at(middle), float) > force
+        above = np.asarray(rising(middle), float) > wanted
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return 0.5 * (low + high)
+    return np.asarray(0.5 * (low + high))
 
 
 def _insist(rises: Array, about: str) -> None:

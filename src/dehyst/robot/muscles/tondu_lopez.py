@@ -23,19 +23,20 @@ Loops inside loops (the friction remembers nothing but the direction), creep, a 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from dehyst.robot.muscles.arithmetic import Arithmetic
-from dehyst.robot.muscles.base import MuscleModel, parameter
-from dehyst.robot.muscles.braid import conical_limit, conical_pull, contracting_angle
+from dehyst.robot.muscles.base import Arithmetic
+from dehyst.robot.muscles.braid import ConicalMuscle
+from dehyst.robot.muscles.parameters import angle_row, length_row, parameter, parameter_set, presliding_row
 
 _PAPER = "Tondu, Lopez 2000"
+_MEDIUM = f"{_PAPER}, own knowledge, medium"
+_LOW = "LAAS code and own knowledge, low"
 
 
 @dataclass(frozen=True)
-class TonduLopez(MuscleModel):
+class TonduLopez(ConicalMuscle):
     """Tondu-Lopez: geometry with conical ends, strand friction in proportion to pressure.
 
     Examples
@@ -47,63 +48,34 @@ class TonduLopez(MuscleModel):
     True
     """
 
-    length: float = parameter(0.34, "m", 0.01, 10.0, "assumption: of the muscle at hand", "l_0, length at rest", False)
-    radius: float = parameter(0.0095, "m", 1e-3, 0.1, f"{_PAPER}, own knowledge, medium", "r_0, radius at rest")
-    angle: float = parameter(
-        math.radians(20.0), "rad", 0.12, 0.94, f"{_PAPER}, own knowledge, medium", "alpha_0, fibre angle at rest"
-    )
+    name = "tondu-lopez"
+    length: float = length_row(0.34, low=0.01)
+    radius: float = parameter(0.0095, "m", 1e-3, 0.1, _MEDIUM, "r_0, radius at rest")
+    angle: float = angle_row(math.radians(20.0), _MEDIUM, "alpha_0")
     shape: float = parameter(1.3, "1", 0.8, 2.0, f"{_PAPER}: 1.25 to 1.35", "k_e of the conical ends")
     shape_pressure: float = parameter(0.0, "1", 0.0, 2.0, f"{_PAPER}, refined k(p)", "k_p, falling with pressure")
-    friction_static: float = parameter(0.015, "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_s")
-    friction_kinetic: float = parameter(0.0075, "1", 0.0, 1.0, "LAAS code and own knowledge, low", "f_k")
+    friction_static: float = parameter(0.015, "1", 0.0, 1.0, _LOW, "f_s")
+    friction_kinetic: float = parameter(0.0075, "1", 0.0, 1.0, _LOW, "f_k")
     friction_speed: float = parameter(0.15, "m/s", 1e-3, 10.0, "LAAS code, low", "v_s")
-    presliding: float = parameter(
-        1e-4, "1", 1e-6, 0.05, "assumption, numerical", "strain over which friction builds up", False
-    )
+    presliding: float = presliding_row()
 
-    name: ClassVar[str] = "tondu-lopez"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "rubber-rayon": "Tondu, Lopez 2000: structure; numbers own knowledge, low confidence",
-        "DMSP-40": "geometry of 40 mm and 25 degrees; k fitted to the maker's map from 0.5 to 6 bar, 250 N rms; "
-        "friction set to 80 N at 3 bar (assumption), presliding to 0.4 mm: the muscle is known not to stick and slip",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "rubber-rayon": {},
-        "DMSP-40": {
-            "length": 0.4,
-            "radius": 0.02 * math.sqrt(1.006),
-            "angle": math.radians(25.0),
-            "shape": 1.533,
-            "friction_static": 0.00425,
-            "friction_kinetic": 0.0034,
-            "presliding": 1e-3,
-        },
-    }
-
-    def __post_init__(self) -> None:
-        self._check("radius", "angle", "shape", "friction_speed", "presliding")
-        contracting_angle(self.angle)
-        self._not_negative("shape_pressure", "friction_static", "friction_kinetic")
-
-    @property
-    def affine_in_pressure(self) -> bool:  # type: ignore[override]
-        """Whether k is constant."""
-        return self.shape_pressure == 0.0
+    PUBLISHED = (
+        parameter_set("rubber-rayon", f"{_PAPER}: structure; numbers own knowledge, low confidence"),
+        parameter_set(
+            "DMSP-40", "geometry of 40 mm and 25 degrees; k fitted to the maker's map from 0.5 to 6 bar, 250 N rms; "
+            "friction set to 80 N at 3 bar (assumption), presliding to 0.4 mm: the muscle is known not to stick and "
+            "slip", length=0.4, radius=0.02 * math.sqrt(1.006), angle=math.radians(25.0), shape=1.533,
+            friction_static=0.00425, friction_kinetic=0.0034, presliding=1e-3,
+        ),
+    )  # fmt: skip
 
     @property
     def limits(self) -> tuple[float, float]:
         """Fibres along the axis, and at right angles to it."""
-        return 1.0 - 1.0 / math.cos(self.angle), min(1.0, 1.0 / (self.shape + self.shape_pressure))
-
-    @property
-    def largest_contraction(self) -> float:
-        """At which it stops to pull, for a high pressure."""
-        return conical_limit(self.shape, self.angle)
+        return super().limits[0], min(1.0, 1.0 / (self.shape + self.shape_pressure))
 
     def _static(self, kappa: Any, pressure: Any, m: Arithmetic) -> Any:
-        k = self.shape + (self.shape_pressure * m.exp(-pressure / 1e5) if self.shape_pressure else 0.0)
-        return pressure * conical_pull(kappa, k, self.radius, self.angle)
+        return pressure * self.pull(kappa, pressure, m)
 
     def _resistance(self, kappa: Any, pressure: Any, speed: Any, slip: Any, m: Arithmetic) -> Any:
         f = self.friction_kinetic + (self.friction_static - self.friction_kinetic) * m.exp(

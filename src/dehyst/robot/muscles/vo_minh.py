@@ -23,9 +23,8 @@ Dependence on speed (they found none between 1 and 16 mm/s) and creep; loops who
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +32,8 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_array, strictly_increasing
-from dehyst.robot.muscles.arithmetic import Arithmetic, polynomial
-from dehyst.robot.muscles.base import MuscleModel, parameter
+from dehyst.robot.muscles.base import Arithmetic, MuscleModel, polynomial
+from dehyst.robot.muscles.parameters import length_row, parameter, parameter_set
 
 _FIT = "fitted to the map of Martens, Boblan 2017"
 
@@ -77,28 +76,14 @@ def slips(strains: npt.ArrayLike, forces: npt.ArrayLike) -> tuple[tuple[float, .
 
 
 _STRAINS, _FORCES = _exponential(20.0, 0.0125, 10)
+_A = (2.749018e-3, -9.918849e-3, 2.930764e-3, 1.1262257e-2)
+_B = (16.3675, 8025.2178, -67429.564, 175247.5)
+_SIZE = "assumption: 20 N together, 1.4 % of the largest force"
 
 
 @dataclass(frozen=True)
 class VoMinh(MuscleModel):
     """Vo-Minh: isometric force and Maxwell slip.
-
-    Parameters
-    ----------
-    length
-        l_0. [m]
-    a
-        a_j, lowest power first. [N/Pa]
-    b
-        b_j, lowest power first. [N]
-    slip_strains
-        d_i, (n,), increasing.
-    slip_forces
-        W_i at the reference pressure, (n,). [N]
-    pressure_share
-        sigma, 0 to 1.
-    reference_pressure
-        p_r. [Pa]
 
     Examples
     --------
@@ -111,50 +96,32 @@ class VoMinh(MuscleModel):
     [0.0, 20.0, -20.0]
     """
 
-    length: float = parameter(0.3, "m", 0.02, 10.0, "DMSP-20-300", "l_0, length at rest", False)
-    a: tuple[float, ...] = parameter(
-        (2.749018e-3, -9.918849e-3, 2.930764e-3, 1.1262257e-2),
-        "N/Pa",
-        -1.0,
-        1.0,
-        _FIT,
-        "a_j, isometric pull of pressure",
-    )
-    b: tuple[float, ...] = parameter(
-        (16.3675, 8025.2178, -67429.564, 175247.5), "N", -1e7, 1e7, _FIT, "b_j, isometric force of the rubber"
-    )
+    name = "vo-minh"
+    length: float = length_row(0.3, "DMSP-20-300")
+    a: tuple[float, ...] = parameter(_A, "N/Pa", -1.0, 1.0, _FIT, "a_j, isometric pull of pressure")
+    b: tuple[float, ...] = parameter(_B, "N", -1e7, 1e7, _FIT, "b_j, isometric force of the rubber")
     slip_strains: tuple[float, ...] = parameter(_STRAINS, "1", 1e-6, 0.3, "assumption", "d_i of the elements", False)
-    slip_forces: tuple[float, ...] = parameter(
-        _FORCES, "N", 0.0, 1e4, "assumption: 20 N together, 1.4 % of the largest force", "W_i"
-    )
+    slip_forces: tuple[float, ...] = parameter(_FORCES, "N", 0.0, 1e4, _SIZE, "W_i")
     pressure_share: float = parameter(0.0, "1", 0.0, 1.0, "0: Vo-Minh; 1: Tondu, Lopez; low", "sigma")
     reference_pressure: float = parameter(3e5, "Pa", 1e4, 1e6, "assumption", "p_r", False)
 
-    name: ClassVar[str] = "vo-minh"
-    dynamic: ClassVar[bool] = True
-    SETS: ClassVar[Mapping[str, str]] = {
-        "DMSP-20": f"Vo-Minh and others: structure, friction independent of pressure; isometric force {_FIT}",
-        "DMSP-20-pressure": "the same, friction in proportion to the pressure",
-        "DMSP-40": "Vo-Minh and others: structure; isometric force fitted to the maker's map of a DMSP-40, 33 N rms; "
-        "friction 80 N (assumption)",
-    }
-    _VALUES: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        "DMSP-20": {},
-        "DMSP-20-pressure": {"pressure_share": 1.0},
-        "DMSP-40": {
-            "length": 0.4,
-            "a": (1.03611e-2, -1.65871e-3, -0.362669, 0.907653),
-            "b": (146.885, 14367.9, -98400.1, 208145.0),
-            "slip_forces": tuple(4.0 * force for force in _FORCES),
-        },
-    }
+    PUBLISHED = (
+        parameter_set(
+            "DMSP-20", f"Vo-Minh and others: structure, friction independent of pressure; isometric force {_FIT}"
+        ),
+        parameter_set("DMSP-20-pressure", "the same, friction in proportion to the pressure", pressure_share=1.0),
+        parameter_set(
+            "DMSP-40", "Vo-Minh and others: structure; isometric force fitted to the maker's map of a DMSP-40, 33 N "
+            "rms; friction 80 N (assumption)", length=0.4, a=(1.03611e-2, -1.65871e-3, -0.362669, 0.907653),
+            b=(146.885, 14367.9, -98400.1, 208145.0), slip_forces=tuple(4.0 * force for force in _FORCES),
+        ),
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        self._check("reference_pressure")
+        super().__post_init__()
         strains = parameter_array(self.slip_strains, "slip_strains")
         strictly_increasing(strains, "slip_strains")
-        self._not_negative("slip_forces", "pressure_share")
-        if len(self.slip_forces) != strains.size or not strains[0] > 0 or self.pressure_share > 1:
+        if len(self.slip_forces) != strains.size or self.pressure_share > 1:
             raise ParameterError(
                 f"{strains.size} slip strains from {strains[0]:g}, {len(self.slip_forces)} slip forces, pressure_share "
                 f"= {self.pressure_share:g}: pass a force for each positive strain, and a share of 0 to 1."
