@@ -14,6 +14,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from dehyst.report.figures.play import typical_thresholds
 
 import dehyst
 from dehyst.errors import OutputError
@@ -22,7 +23,6 @@ from dehyst.identification.fit import Candidate, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, PrandtlIshlinskii, StaticCurve
 from dehyst.report import write_report
 from dehyst.report.figures import all_figures, candidates
-from dehyst.report.figures.play import typical_thresholds
 from dehyst.report.judgement import lights, overall
 from dehyst.report.svg import write_figure
 from dehyst.report.theme import TOKENS, fonts

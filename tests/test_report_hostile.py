@@ -19,7 +19,7 @@ from dehyst.findings import Finding
 from dehyst.models import ModelCard, SignalCard
 from dehyst.report.compare import write_comparison_figure, write_comparison_report
 from dehyst.report.drift import write_drift_report
-from dehyst.report.excitation import write_excitation_figure
+from dehyst.report.pictures import write_excitation_figure
 from dehyst.robot.muscles import muscle
 from dehyst.robot.muscles.bench import run_bench
 from dehyst.robot.muscles.bench_log import BenchLog

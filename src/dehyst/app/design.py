@@ -48,7 +48,7 @@ def run_design(request: DesignRequest) -> None:
         refuse_existing(request.out, request.overwrite, content=text)
         write_atomically(request.out, text)
     if request.figure is not None:
-        from dehyst.report.excitation import write_excitation_figure
+        from dehyst.report.pictures import write_excitation_figure
 
         write_excitation_figure(request.figure, designed.plan, designed.name)
     if request.json:

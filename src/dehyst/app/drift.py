@@ -18,7 +18,6 @@ from dehyst.app.targets import PAGE, refuse_clashes
 from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
 from dehyst.design import design_drift_motion
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
-from dehyst.files import write_atomically
 from dehyst.findings import Grade, grade_of
 from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
@@ -95,10 +94,10 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
 
 
 def _report(found: Drift, request: DriftRequest) -> None:
-    from dehyst.report import drift_page
+    from dehyst.report import write_drift_report
 
     assert request.report is not None
-    write_atomically(request.report, drift_page(found, request.model.name))
+    write_drift_report(found, request.report, request.model.name)
 
 
 def _print(found: Drift, request: DriftRequest) -> None:

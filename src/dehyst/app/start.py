@@ -93,7 +93,7 @@ def band_columns(
         "certainty": band.certainty,
     }
     if figure is not None:
-        from dehyst.report.band import write_band
+        from dehyst.report.pictures import write_band
 
         time, across = _abscissa(signal)
         write_band(figure, time, band.low, band.high, band.certainty, across, column(card, prefix))

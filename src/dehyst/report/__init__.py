@@ -2,11 +2,10 @@
 
 from dehyst.report import theme  # noqa: F401 - before anything that draws: it loads matplotlib without its lines
 from dehyst.report.compare import write_comparison_figure, write_comparison_report
-from dehyst.report.drift import drift_page, write_drift_report
-from dehyst.report.page import write_figures, write_report
+from dehyst.report.drift import write_drift_report
+from dehyst.report.fit import write_figures, write_report
 
 __all__ = [
-    "drift_page",
     "write_comparison_figure",
     "write_comparison_report",
     "write_drift_report",

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from dehyst.arrays import Array
-from dehyst.files import write_atomically
 from dehyst.findings import Grade
 from dehyst.monitoring import Drift, LogDrift
 from dehyst.monitoring.parts import NAMES, Subject
 from dehyst.monitoring.result import other_way
-from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
-from dehyst.report.rendering import Sheet, sheet_page
-from dehyst.report.tables import Table
-from dehyst.report.text import number, plain, short, with_unit
+from dehyst.report.drawing import DASHED, Line, chart
+from dehyst.report.page import write_page
+from dehyst.report.parts import Axes, Draw, Figure, Page, Panel, Table, numbered, tables_section, warnings_section
+from dehyst.report.tables import settings_rows
+from dehyst.report.text import bracketed, number, short, with_unit
 from dehyst.report.theme import DATA, FIFTH, MODEL, MUTED, SIXTH, STATIC, TEST, TRAIN, Token
-from dehyst.report.thin import Window
 
 GRADES = {"unchanged": Grade.GOOD, "drifted": Grade.BAD, "not comparable": Grade.CARE, "cannot tell": Grade.CARE}
-# Parts drawn over the cycles, by their unit.
-PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
+# Parts drawn over the cycles in percent.
+PARTS: tuple[tuple[str, Token], ...] = (
     ("hysteresis", TEST),
     ("gain", TRAIN),
     ("creep", SIXTH),
@@ -35,9 +31,7 @@ PERCENT_PARTS: tuple[tuple[str, Token], ...] = (
 )
 
 TELLING = 100.0  # percent: a part that only a larger change would show is noise, not a line
-ERRORS = (("error", "model", TRAIN),)
-INVERSE = (("inverse", "inverse", FIFTH),)
-SHIFT = (("offset", "offset", MODEL),)
+LOGS_SHOWN = 6  # with a table of changes: the last ones
 
 
 def write_drift_report(found: Drift, path: str | os.PathLike[str], model_name: str = "the model") -> Path:
@@ -72,27 +66,23 @@ def write_drift_report(found: Drift, path: str | os.PathLike[str], model_name: s
     >>> page.read_text(encoding="utf-8")[:15]
     '<!DOCTYPE html>'
     """
-    return write_atomically(path, drift_page(found, model_name))
-
-
-def drift_page(found: Drift, model_name: str = "the model") -> str:
-    """Return the text of the page."""
     card = found.model.card
-    return sheet_page(
-        Sheet(
-            kind="Has the actuator changed?",
-            title=short(model_name, 80),
-            relation=f"{short(card.input.name, 60)} → {short(card.output.name, 60)}",
-            subject="drift",
-            badge=found.status,
-            grade=GRADES[found.status],
-            lead=found.verdict,
-            more=() if found.acceptance is None else (found.acceptance.reason,),
-            figures=drift_figures(found),
-            warnings=[*(f for entry in found.logs for f in entry.findings), *found.findings],
-            tables=_tables(found),
-        )
+    page = Page(
+        kind="Has the actuator changed?",
+        title=short(model_name, 80),
+        relation=f"{short(card.input.name, 60)} → {short(card.output.name, 60)}",
+        subject="drift",
+        badge=found.status,
+        grade=GRADES[found.status],
+        lead=found.verdict,
+        more=() if found.acceptance is None else (found.acceptance.reason,),
+        sections=(
+            *drift_figures(found),
+            *warnings_section([*(f for entry in found.logs for f in entry.findings), *found.findings]),
+            tables_section(*_tables(found)),
+        ),
     )
+    return write_page(page, path)
 
 
 def drift_figures(found: Drift) -> tuple[Figure, ...]:
@@ -100,9 +90,8 @@ def drift_figures(found: Drift) -> tuple[Figure, ...]:
     scored = [entry for entry in found.logs if entry.blocks is not None]
     if not scored:
         return ()
-    drawn = [_error_figure(found, scored), _parts_figure(scored)]
-    loop = _loop_figure(scored, Subject.of(found.model))
-    return tuple(figure for figure in (*drawn, loop) if figure is not None)
+    drawn = [_error_figure(found, scored), _parts_figure(scored), _loop_figure(scored, Subject.of(found.model))]
+    return numbered([figure for figure in drawn if figure is not None])
 
 
 def _series(scored: Sequence[LogDrift], part: str) -> list[tuple[Array, Array]]:
@@ -121,29 +110,30 @@ def _error_figure(found: Drift, scored: Sequence[LogDrift]) -> Figure:
     known = found.identified_percent
     line = "" if known is None else f" The dashed line is the error when the model was identified, {number(known)} %."
     way = "forward" if Subject.of(found.model).backward else "as its inverse"
-    drawn = partial(_draw_over_cycles, scored, INVERSE, None, "rms error [% of range]")
-    words = says("RMS error of the model read the other way, over the number of the cycle.")
-    inverse = (Panel(f"Read {way}", drawn, words),) if _series(scored, "inverse") else ()
+    panels = [
+        Panel(
+            "Error of the model",
+            _over_cycles(scored, [("error", "", TRAIN)], known, "rms error [% of range]"),
+            f"RMS error over the number of the cycle.{line}",
+        )
+    ]
+    if _series(scored, "inverse"):
+        draw = _over_cycles(scored, [("inverse", "", FIFTH)], None, "rms error [% of range]")
+        words = "RMS error of the model read the other way, over the number of the cycle."
+        panels.append(Panel(f"Read {way}", draw, words))
     return Figure(
         "error",
         "Error over the cycles",
         "How far the model as identified is from the logs, a dot for each cycle or block of cycles, log after log; "
         f"vertical lines part the logs.{line} On the right the model is read the other way.",
-        (
-            Panel(
-                "Error of the model",
-                partial(_draw_over_cycles, scored, ERRORS, known, "rms error [% of range]"),
-                says("RMS error over the number of the cycle.", line),
-            ),
-            *inverse,
-        ),
+        tuple(panels),
     )
 
 
 def _parts_figure(scored: Sequence[LogDrift]) -> Figure:
     seen = {c.part for entry in scored for c in entry.changes if c.detectable <= TELLING or c.drifted}
-    told = [(part, NAMES[part], token) for part, token in PERCENT_PARTS if part in seen and _series(scored, part)]
-    untold = ", ".join(NAMES[part] for part, _ in PERCENT_PARTS if part not in seen and _series(scored, part))
+    told = [(part, NAMES[part], token) for part, token in PARTS if part in seen and _series(scored, part)]
+    untold = ", ".join(NAMES[part] for part, _ in PARTS if part not in seen and _series(scored, part))
     left_out = f" Not drawn, as no log would show a change below {TELLING:g} %: {untold}." if untold else ""
     unit = next((c.unit for entry in scored for c in entry.changes if c.part == "offset"), "")
     return Figure(
@@ -154,43 +144,54 @@ def _parts_figure(scored: Sequence[LogDrift]) -> Figure:
         (
             Panel(
                 "Parts",
-                partial(_draw_over_cycles, scored, told, 0.0, "change [%]"),
-                says("Changes in percent over the number of the cycle."),
+                _over_cycles(scored, told, 0.0, "change [%]"),
+                "Changes in percent over the number of the cycle.",
             ),
             Panel(
                 "Offset",
-                partial(_draw_over_cycles, scored, SHIFT, 0.0, f"offset [{unit}]" if unit else "offset"),
-                says("Offset over the number of the cycle."),
+                _over_cycles(scored, [("offset", "", MODEL)], 0.0, f"offset{bracketed(unit)}"),
+                "Offset over the number of the cycle.",
             ),
         ),
     )
 
 
-def _draw_over_cycles(
-    scored: Sequence[LogDrift], parts: Sequence[tuple[str, str, Token]], level: float | None, up: str, axes: Axes
-) -> None:
-    drawn = [(name, token, _series(scored, part)) for part, name, token in parts]
-    pairs = [pair for _, _, series in drawn for pair in series]
-    if level is not None and pairs:
-        pairs.append((pairs[0][0][:1], np.array([level])))
-    label_axes(axes, Window.around(*pairs), "cycle", up)
-    for name, token, series in drawn:
-        for k, (cycle, values) in enumerate(series):
-            label = "_nolegend_" if k else name
-            axes.plot(cycle, values, "o-", color=token.light, ms=2.6, mew=0.0, lw=0.7, label=label)
-    if level is not None:
-        axes.axhline(level, color=MUTED.light, lw=0.9, ls=(0, (5, 3)), zorder=1)
+def _over_cycles(
+    scored: Sequence[LogDrift], parts: Sequence[tuple[str, str, Token]], level: float | None, up: str
+) -> Draw:
+    lines = [
+        Line(cycle, values, token, name, 0.7, marker="o")
+        for part, name, token in parts
+        for cycle, values in _series(scored, part)
+    ]
     ends = [float(entry.blocks.cycle[-1]) + 0.5 for entry in scored[:-1] if entry.blocks is not None]
-    for end in ends:
-        axes.axvline(end, color=MUTED.light, lw=0.7, zorder=1)
-    if len(drawn) > 1:
-        add_legend(axes)
+
+    def borders(axes: Axes) -> None:
+        if level is not None:
+            axes.axhline(level, color=MUTED.light, lw=0.9, ls=DASHED, zorder=1)
+        for end in ends:
+            axes.axvline(end, color=MUTED.light, lw=0.7, zorder=1)
+
+    return chart("cycle", up, lines, include=() if level is None else (level,), also=borders)
 
 
 def _loop_figure(scored: Sequence[LogDrift], subject: Subject) -> Figure | None:
     now = next((entry for entry in reversed(scored) if entry.tested), scored[-1])
     if now.recording is None or now.response is None or now.shown[1] <= now.shown[0]:
         return None
+    span, across = slice(*now.shown), subject.drive.label
+    x, measured = (signal[span] for signal in subject.signals(now.recording))
+    model = now.response[span]
+    lines = [
+        Line(x, measured, DATA, "now", 2.2),
+        Line(x, model, MODEL, "then (model)", 1.0, outline=True, order=3.0),
+    ]
+    difference = chart(
+        across,
+        f"now less then{bracketed(subject.response.unit)}",
+        [Line(x, measured - model, TEST, width=0.9)],
+        zero=True,
+    )
     return Figure(
         "loop",
         "The loop then and now",
@@ -198,43 +199,11 @@ def _loop_figure(scored: Sequence[LogDrift], subject: Subject) -> Figure | None:
         "have been.",
         (
             Panel(
-                "Loop",
-                partial(_draw_loop, now, subject),
-                says(f"Measured loop of {now.name} and that of the model."),
+                "Loop", chart(across, subject.response.label, lines), f"Loop of {now.name}, measured and of the model."
             ),
-            Panel(
-                "Difference",
-                partial(_draw_difference, now, subject),
-                says("Measured less model over the same input."),
-            ),
+            Panel("Difference", difference, "Measured less model over the same input."),
         ),
     )
-
-
-def _draw_loop(now: LogDrift, subject: Subject, axes: Axes) -> None:
-    record = now.recording
-    assert record is not None and now.response is not None
-    span = slice(*now.shown)
-    drive, measured = subject.signals(record)
-    x, y, model = drive[span], measured[span], now.response[span]
-    window = Window.around((x, y), (x, model))
-    label_axes(axes, window, subject.drive.label, subject.response.label)
-    draw_path(axes, x, y, window, DATA, label="now", width=2.2)
-    draw_path(axes, x, model, window, MODEL, label="then (model)", width=1.0, outline=True)
-    add_legend(axes)
-
-
-def _draw_difference(now: LogDrift, subject: Subject, axes: Axes) -> None:
-    record = now.recording
-    assert record is not None and now.response is not None
-    span = slice(*now.shown)
-    drive, measured = subject.signals(record)
-    x, missed = drive[span], measured[span] - now.response[span]
-    window = Window.around((x, missed), (x[:1], np.zeros(1)))
-    unit = f" [{subject.response.unit}]" if subject.response.unit else ""
-    label_axes(axes, window, subject.drive.label, f"now less then{unit}")
-    axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
-    draw_path(axes, x, missed, window, TEST, label="difference", width=0.9)
 
 
 def _tables(found: Drift) -> tuple[Table, ...]:
@@ -242,15 +211,9 @@ def _tables(found: Drift) -> tuple[Table, ...]:
         (entry.name, entry.status, str(entry.cycles), number(entry.error_percent), number(entry.inverse_percent))
         for entry in found.logs
     )
-    head = (
-        "log",
-        "verdict",
-        "cycles",
-        "error [% of range]",
-        f"{other_way(Subject.of(found.model).backward)} [% of range]",
-    )
-    logs = Table("Logs", head, rows)
-    changes = tuple(
+    other = other_way(Subject.of(found.model).backward)
+    head = ("log", "verdict", "cycles", "error [% of range]", f"{other} [% of range]")
+    changes = [
         Table(
             f"Changes: {entry.name}",
             ("part", "change", "95 % interval", "effect [% of range]", "would be seen from", "p"),
@@ -264,15 +227,19 @@ def _tables(found: Drift) -> tuple[Table, ...]:
             ),
             "* counts as drift",
         )
-        for entry in found.logs[-6:]
+        for entry in found.logs[-LOGS_SHOWN:]
         if entry.changes
-    )  # fmt: skip
+    ]  # fmt: skip
     trends = tuple(
         (trend.part, with_unit(trend.slope, trend.unit), f"{number(trend.low)} to {number(trend.high)}")
         for trend in found.trends
     )
-    drawn = (Table("Trends in 100 cycles", ("part", "slope", "interval"), trends),) if trends else ()
-    settings = Table("Settings", (), tuple((name, plain(value)) for name, value in found.settings.items()))
     reasons = tuple((entry.name, entry.reason) for entry in found.logs if entry.reason)
-    why = (Table("Not comparable", (), reasons),) if reasons else ()
-    return (logs, *why, *changes, *drawn, settings)
+    made = (
+        Table("Logs", head, rows),
+        Table("Not comparable", (), reasons),
+        *changes,
+        Table("Trends in 100 cycles", ("part", "slope", "interval"), trends),
+        Table("Settings", (), settings_rows(found.settings)),
+    )
+    return tuple(table for table in made if table.rows or table.title in ("Logs", "Settings"))

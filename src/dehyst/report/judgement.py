@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,17 +15,8 @@ from dehyst.identification.certify import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUS
 from dehyst.identification.fit import Fit, LoopFacts, Score, word_of
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import SignalCard
+from dehyst.report.parts import Light
 from dehyst.report.text import count, number, short, with_unit
-
-
-@dataclass(frozen=True, slots=True)
-class Light:
-    """One aspect of a fit: what is judged, the judgement, and the numbers behind it."""
-
-    aspect: str
-    grade: Grade
-    reason: str
-
 
 # Limits between good and care, care and bad; those that decide the verdict are the identification's own.
 RMSE_PERCENT = (GOOD_PERCENT, POOR_PERCENT)
@@ -40,7 +31,7 @@ UNDETERMINED_SHARE = (0.1, 0.5)
 
 def lights(fit: Fit) -> tuple[Light, ...]:
     """Return the judgement of a fit, one light for each aspect."""
-    found = [_accuracy(fit), _against_curve(fit), _unseen(fit), _inverse(fit), _determined(fit), _data(fit)]
+    found = [Light(aspect, *judge(fit)) for aspect, judge in ASPECTS.items()]
     if fit.certificate.kkt_residual > KKT:
         reason = f"KKT residual {number(fit.certificate.kkt_residual)}; below {KKT:g} expected"
         found.append(Light("Optimality", Grade.CARE, reason))
@@ -82,10 +73,13 @@ def _score(fit: Fit) -> tuple[Score, str]:
     return (fit.train, "fitted samples") if fit.test is None else (fit.test, "samples held out")
 
 
-def _accuracy(fit: Fit) -> Light:
+Judged = tuple[Grade, str]
+
+
+def _accuracy(fit: Fit) -> Judged:
     score, where = _score(fit)
     reason = f"RMSE {number(score.rmse_percent)} % of the output's range on {where}"
-    return Light("Accuracy", _grade(score.rmse_percent, RMSE_PERCENT), reason)
+    return _grade(score.rmse_percent, RMSE_PERCENT), reason
 
 
 def improvement(fit: Fit) -> float:
@@ -100,37 +94,37 @@ def curve_fits_better(fit: Fit) -> bool:
     return fit.test is not None and fit.certificate.operators > 0 and fit.train.rmse > fit.static_train.rmse
 
 
-def _against_curve(fit: Fit) -> Light:
+def _against_curve(fit: Fit) -> Judged:
     if not fit.certificate.operators:
-        return Light("Against a curve", Grade.GOOD, "the model is the curve: none with memory did better")
+        return Grade.GOOD, "the model is the curve: none with memory did better"
     times = improvement(fit)
+    grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
     if curve_fits_better(fit) and "static-as-good" not in codes(fit):
         reason = (
             f"on samples held out its error is {number(times, 2)} times smaller than that of the best curve without "
             f"hysteresis, but on those fitted the curve is as good: {number(fit.static_train.rmse_percent)} against "
             f"{number(fit.train.rmse_percent)} % of range"
         )
-        return Light("Against a curve", max(Grade.CARE, _grade(times, BETTER_THAN_CURVE, high_is_good=True)), reason)
-    grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
+        return max(Grade.CARE, grade), reason
     if "static-as-good" in codes(fit):
         grade = Grade.BAD
     if grade is Grade.BAD:
-        return Light("Against a curve", grade, "a curve without hysteresis is as good; the model adds nothing")
+        return grade, "a curve without hysteresis is as good; the model adds nothing"
     reason = f"error {number(times, 2)} times smaller than that of the best curve without hysteresis"
-    return Light("Against a curve", grade, reason)
+    return grade, reason
 
 
-def _unseen(fit: Fit) -> Light:
+def _unseen(fit: Fit) -> Judged:
     if fit.test is None:
-        return Light("Unseen data", Grade.CARE, "nothing was held out; the error on new motions is unknown")
+        return Grade.CARE, "nothing was held out; the error on new motions is unknown"
     if "extrapolation" in codes(fit):
-        return Light("Unseen data", Grade.CARE, "the held-out input leaves the fitted range: a test of extrapolation")
+        return Grade.CARE, "the held-out input leaves the fitted range: a test of extrapolation"
     if fit.test.rmse <= 0.0 or fit.train.rmse <= 0.0:
-        return Light("Unseen data", Grade.GOOD, "no error worth comparing")
+        return Grade.GOOD, "no error worth comparing"
     ratio = fit.test.rmse / fit.train.rmse
     # Twice almost nothing is still almost nothing: a ratio is judged only where the error is felt.
     grade = Grade.GOOD if fit.test.rmse_percent < 1.0 else min(_grade(ratio, TEST_OVER_TRAIN), Grade.CARE)
-    return Light("Unseen data", grade, f"error on held-out samples is {number(ratio, 2)} times that on fitted ones")
+    return grade, f"error on held-out samples is {number(ratio, 2)} times that on fitted ones"
 
 
 def relative_gain(fit: Fit) -> float:
@@ -166,9 +160,9 @@ def inverse_miss(fit: Fit) -> tuple[float, float]:
     return float(np.sqrt(np.mean(miss**2))), float(np.max(np.abs(miss)))
 
 
-def _inverse(fit: Fit) -> Light:
+def _inverse(fit: Fit) -> Judged:
     if fit.model.no_inverse:
-        return Light("Inverse", Grade.BAD, f"there is none: {fit.model.no_inverse.rstrip('.')}")
+        return Grade.BAD, f"there is none: {fit.model.no_inverse.rstrip('.')}"
     miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     share = miss[0] / _input_range(fit)
@@ -188,55 +182,42 @@ def _inverse(fit: Fit) -> Light:
         )
     elif not math.isnan(gain):
         reason += f"; 1 % of output asks for at most {number(gain, 2)} % of input"
-    return Light("Inverse", grade, reason)
+    return grade, reason
 
 
-def _determined(fit: Fit) -> Light:
+def _determined(fit: Fit) -> Judged:
     missing = len(fit.certificate.undetermined)
     if "never-turns" in codes(fit):
-        reason = "the input never turns in the fitted samples: one branch cannot show hysteresis"
-        return Light("Determined", Grade.BAD, reason)
+        return Grade.BAD, "the input never turns in the fitted samples: one branch cannot show hysteresis"
     if not fit.certificate.operators:
-        return Light("Determined", Grade.GOOD, "a curve has no operators; do not go beyond the logged range")
+        return Grade.GOOD, "a curve has no operators; do not go beyond the logged range"
     if missing == 0:
-        return Light(
-            "Determined",
-            Grade.GOOD,
-            f"all {fit.certificate.operators} {word_of(fit.model)} moved in the fitted samples",
-        )
+        return Grade.GOOD, f"all {fit.certificate.operators} {word_of(fit.model)} moved in the fitted samples"
     grade = min(_grade(missing / max(1, fit.certificate.operators), UNDETERMINED_SHARE), Grade.CARE)
     reason = f"{missing} of {fit.certificate.operators} operators never moved; do not go beyond the logged range"
-    return Light("Determined", grade, reason)
+    return grade, reason
 
 
-def _data(fit: Fit) -> Light:
+def _data(fit: Fit) -> Judged:
     facts, found = fit.facts, codes(fit)
-    reasons = []
-    if "clockwise" in found and fit.family not in ("stop", "pi-cumulative"):
-        reasons.append("loops run clockwise, against what this family assumes")
-    if "mixed-loop" in found:
-        reasons.append("loops run in both directions")
-    if "rate-dependent" in found:
-        reasons += facts.depends
-    if "drift" in found:
-        reasons.append(f"{number(abs(facts.drift_percent), 2)} % of range drift")
-    if "two-actuators" in found:
-        reasons.append("the actuator became another one within the log")
-    if found & FEW_LOOPS:
-        reasons.append(f"only {count(facts.loops, 'complete loop')}")
-    if "small-test" in found:
-        reasons.append("too little is held out to test a model on")
-    if "unknown-memory" in found:
-        reasons.append("some samples after gaps do not count")
-    if "unknown-level" in found:
-        reasons.append("of some pieces after gaps the level is unknown")
-    if "one-loop-size" in found:
-        reasons.append("all loops are of one size, so smaller ones are untested")
-    missing = fit.lacking
+    fits_clockwise = fit.family in ("stop", "pi-cumulative")
+    noticed = {
+        "clockwise": [] if fits_clockwise else ["loops run clockwise, against what this family assumes"],
+        "mixed-loop": ["loops run in both directions"],
+        "rate-dependent": facts.depends,
+        "drift": [f"{number(abs(facts.drift_percent), 2)} % of range drift"],
+        "two-actuators": ["the actuator became another one within the log"],
+        **{code: [f"only {count(facts.loops, 'complete loop')}"] for code in FEW_LOOPS},
+        "small-test": ["too little is held out to test a model on"],
+        "unknown-memory": ["some samples after gaps do not count"],
+        "unknown-level": ["of some pieces after gaps the level is unknown"],
+        "one-loop-size": ["all loops are of one size, so smaller ones are untested"],
+    }
+    reasons = [words for code, said in noticed.items() if code in found for words in said]
+    grade = Grade.GOOD
     if reasons:
         grade = Grade.BAD if "two-actuators" in found else Grade.CARE
-        return Light("The data", grade, "; ".join([*reasons, missing] if missing else reasons))
-    return Light("The data", Grade.GOOD, "; ".join(part for part in (_looked_for(facts), missing) if part))
+    return grade, "; ".join(filter(None, [*(reasons or [_looked_for(facts)]), fit.lacking]))
 
 
 def _looked_for(facts: LoopFacts) -> str:
@@ -248,6 +229,16 @@ def _looked_for(facts: LoopFacts) -> str:
     absent = ["drift from cycle to cycle"]
     absent += [f"dependence on {each.words}" for each in facts.evidence if each.told and not each.there]
     return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *facts.depends])
+
+
+ASPECTS = {
+    "Accuracy": _accuracy,
+    "Against a curve": _against_curve,
+    "Unseen data": _unseen,
+    "Inverse": _inverse,
+    "Determined": _determined,
+    "The data": _data,
+}
 
 
 def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:

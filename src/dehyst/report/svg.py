@@ -1,4 +1,4 @@
-"""Panels -> SVG that lives inside the page, and figure files (SVG, PNG)."""
+"""Figures -> SVG that lives inside the page, and picture files (SVG, PNG); margins are computed, not measured."""
 
 from __future__ import annotations
 
@@ -6,23 +6,32 @@ import io
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
+from matplotlib.ticker import AutoLocator
 
 from dehyst.errors import OutputError
 from dehyst.files import write_atomically
-from dehyst.report.figures.panel import Figure, Panel
-from dehyst.report.text import short
-from dehyst.report.theme import INK, PAPER, TOKENS, settings, style
+from dehyst.report.parts import WIDTH, Axes, Figure, Panel
+from dehyst.report.text import short, width
+from dehyst.report.theme import INK, MUTED, PAPER, TOKENS, settings, style
 from dehyst.shell import visible_lines as clean
 
-# Size of a panel: two fit beside each other on a desk, one fills a phone with letters still readable. [inch]
-WIDTH, HEIGHT = 4.7, 3.55
+# Inches around and between axes: least room for tick labels, right edge, the label of the abscissa, the name of an
+# ordinate, a line of the legend, the title of a panel in a file, heading and caption of a file.
+LEFT, RIGHT, BOTTOM, NAME, LEGEND, TITLE, HEADING = 0.5, 0.10, 0.47, 0.30, 0.24, 0.35, 0.62
+SHORT = 2.0  # lower axes have fewer ticks [inch]
+LETTER = 0.62  # width of a letter over its size
+# Letters in a line of a legend for each inch, and how many of them the sample of an entry takes.
+LEGEND_WIDTH, LEGEND_KEY = 13.5, 5
 PNG_DPI = 200
 ENDINGS = (".svg", ".png")
 
@@ -41,35 +50,39 @@ def panel_svg(panel: Panel, prefix: str) -> str:
     it refers to nothing outside.
     """
     with settings(style() | {"svg.hashsalt": prefix}):
-        canvas = Canvas(figsize=(WIDTH, HEIGHT * panel.tall), layout="constrained")
+        canvas = Canvas()
         FigureCanvasSVG(canvas)
-        panel.draw(canvas.add_subplot())
-        return inline_svg(canvas, prefix, panel.alt)
+        draw_panels(canvas, (panel,), 1)
+        stream = io.StringIO()
+        _save(canvas, stream, format="svg", metadata=_NO_METADATA)
+        root = ElementTree.fromstring(_body(stream.getvalue()))
+        _make_inline(root, prefix)
+        root.set("role", "img")
+        root.set("aria-label", " ".join(clean(panel.alt).split()))
+        return ElementTree.tostring(root, encoding="unicode")
 
 
-def inline_svg(canvas: Canvas, prefix: str, alt: str) -> str:
-    """Return what was drawn on an SVG canvas as an element of the page, under the settings it was drawn with."""
-    stream = io.StringIO()
-    _save(canvas, stream, format="svg", metadata=_NO_METADATA)
-    root = ElementTree.fromstring(_body(stream.getvalue()))
-    _make_inline(root, prefix)
-    root.set("role", "img")
-    root.set("aria-label", clean(alt))
-    return ElementTree.tostring(root, encoding="unicode")
-
-
-def write_figure(figure: Figure, folder: Path, number: int) -> list[Path]:
-    """Write a figure with all its panels as SVG and PNG; return the files."""
-    stem = f"figure-{number}-{figure.key}"
+def write_figure(figure: Figure, folder: Path, stem: str) -> list[Path]:
+    """Write a figure with all its panels as STEM.svg and STEM.png; return the files."""
     with settings(paper(stem)):
-        return write_canvas(_drawn(figure), folder, stem, figure.title)
+        canvas = _drawn(figure, headed=False)
+        picture = png_file(canvas, figure.title)
+        return [
+            write_atomically(folder / f"{stem}.svg", svg_file(canvas, figure.title)),
+            write_atomically(folder / f"{stem}.png", picture),
+        ]
 
 
-def write_picture(figure: Figure, path: str | PathLike[str], title: str) -> Path:
-    """Write a figure with all its panels as one file, ``.svg`` or ``.png``; any other ending is refused."""
+def write_picture(figure: Figure, path: str | PathLike[str], title: str, *, headed: bool = False) -> Path:
+    """Write a figure with all its panels as one file, ``.svg`` or ``.png``; any other ending is refused.
+
+    `title` stands in the data of the file; a headed picture shows the figure's own title and caption above the panels.
+    """
     target = require_picture_name(path)
-    with settings(paper(figure.key)):
-        return write_drawn(_drawn(figure), target, title)
+    with settings(paper(clean(figure.key))):
+        canvas = _drawn(figure, headed)
+        png = target.suffix.lower() == ".png"
+        return write_atomically(target, png_file(canvas, title) if png else svg_file(canvas, title))
 
 
 def require_picture_name(path: str | PathLike[str]) -> Path:
@@ -84,39 +97,122 @@ def require_picture_name(path: str | PathLike[str]) -> Path:
     )
 
 
-def write_drawn(canvas: Canvas, target: Path, title: str) -> Path:
-    """Write what was drawn on paper, PNG if the name ends so and SVG otherwise."""
-    png = target.suffix.lower() == ".png"
-    return write_atomically(target, png_file(canvas, title) if png else svg_file(canvas, title))
-
-
 def paper(salt: str) -> dict[str, Any]:
     """Return the settings of a picture that stands in a file of its own."""
     return style() | {"svg.hashsalt": salt, "figure.facecolor": PAPER.light, "savefig.facecolor": PAPER.light}
 
 
-def _drawn(figure: Figure) -> Canvas:
+def _drawn(figure: Figure, headed: bool) -> Canvas:
     """All panels on one canvas, under the settings of the caller."""
-    columns = min(2, len(figure.panels))
-    rows = -(-len(figure.panels) // columns)
-    tall = max(panel.tall for panel in figure.panels)
-    canvas = Canvas(figsize=(WIDTH * columns, HEIGHT * tall * rows + 0.3), layout="constrained")
-    parts = canvas.subfigures(rows, columns, squeeze=False).ravel()
-    for part, panel in zip(parts, figure.panels, strict=False):
-        part.suptitle(short(panel.title, 60), x=0.02, ha="left", fontsize=10.5, fontweight="bold", color=INK.light)
-        panel.draw(part.add_subplot())
-    for part in parts:
-        part.set_facecolor("none")
+    canvas = Canvas()
+    above = 0.0 if not headed else HEADING if figure.caption else 0.6 * HEADING
+    height = draw_panels(
+        canvas, figure.panels, max(1, min(figure.columns, len(figure.panels))), figure.width, TITLE, above
+    )
+    if headed:
+        place = 0.08 / float(canvas.get_figwidth())
+        heads = ((figure.title, 0.08, 12.5, "bold", INK), (figure.caption, 0.36, 8.6, "normal", MUTED))
+        for text, down, size, weight, token in heads:
+            y = 1.0 - down / height
+            canvas.text(place, y, short(text, 90), va="top", fontsize=size, fontweight=weight, color=token.light)
     return canvas
 
 
-def write_canvas(canvas: Canvas, folder: Path, stem: str, title: str) -> list[Path]:
-    """Write what was drawn as STEM.svg and STEM.png; return the files."""
-    picture = png_file(canvas, title)
-    return [
-        write_atomically(folder / f"{stem}.svg", svg_file(canvas, title)),
-        write_atomically(folder / f"{stem}.png", picture),
-    ]
+@dataclass
+class _Drawn:
+    """A panel on the canvas, before its axes have a place."""
+
+    panel: Panel
+    axes: list[Axes]
+    left: float
+    legends: int
+
+    @property
+    def height(self) -> float:
+        """Of the whole. [inch]"""
+        return sum(self.panel.heights) + sum(map(_room_for_name, self.axes)) + LEGEND * self.legends + BOTTOM
+
+    def place(self, canvas: Canvas, x: float, top: float, across: float) -> None:
+        """Put the axes below `top`, between `x` and `x + across`, measured from the lower left corner. [inch]"""
+        size = canvas.get_size_inches()
+        top -= LEGEND * self.legends
+        for axes, height in zip(self.axes, self.panel.heights, strict=False):
+            top -= _room_for_name(axes) + height
+            box = (x + self.left, top, across - self.left - RIGHT, height)
+            axes.set_position([box[0] / size[0], box[1] / size[1], box[2] / size[0], box[3] / size[1]])
+            axes.xaxis.set_label_coords(0.5, -0.26 / height)
+        legend = self.axes[0].get_legend() if self.axes else None
+        if legend is not None:
+            above = (_room_for_name(self.axes[0]) + 0.01) / self.panel.heights[0]
+            legend.set_bbox_to_anchor((0.0, 1.0 + above), transform=self.axes[0].transAxes)
+
+
+def _room_for_name(axes: Axes) -> float:
+    return NAME if axes.get_title(loc="left") else 0.08
+
+
+def draw_panels(
+    canvas: Canvas, panels: Sequence[Panel], columns: int, across: float = WIDTH, title: float = 0.0, above: float = 0.0
+) -> float:
+    """Draw panels in rows of `columns`, `title` inches for the title of each; return the height of the whole. [inch]"""
+    drawn = [_draw(canvas, panel, across) for panel in panels]
+    lines = [drawn[k : k + columns] for k in range(0, len(drawn), columns)]
+    heads = [title if any(each.panel.title for each in line) else 0.1 for line in lines]
+    heights = [max(each.height for each in line) + head for line, head in zip(lines, heads, strict=True)]
+    top = sum(heights) + above
+    canvas.set_size_inches(across * columns, max(top, 0.1))
+    total, wide = top, across * columns
+    top -= above
+    for line, height in zip(lines, heights, strict=True):
+        for k, each in enumerate(line):
+            if title and each.panel.title:
+                x, y = (k * across + 0.08) / wide, (top - 0.06) / total
+                name = short(each.panel.title, int(13 * across))
+                canvas.text(x, y, name, va="top", fontsize=10.5, fontweight="bold", color=INK.light)
+            each.place(canvas, k * across, top - height + each.height, across)
+        top -= height
+    return total
+
+
+def _draw(canvas: Canvas, panel: Panel, across: float) -> _Drawn:
+    axes: list[Axes] = []
+    for draw, height in zip(panel.rows, panel.heights, strict=False):
+        one = canvas.add_axes((0.0, 0.0, 1.0, 1.0), sharex=axes[0] if axes else None)
+        draw(one)
+        if height < SHORT and isinstance(one.yaxis.get_major_locator(), AutoLocator):
+            one.locator_params(axis="y", nbins=4)
+        axes.append(one)
+    for one in axes[:-1]:
+        one.tick_params(labelbottom=False)
+        one.set_xlabel("")
+    labels = [label for one in axes for label in one.yaxis.get_majorticklabels()]
+    widest = max((width(label.get_text()) * LETTER * label.get_fontsize() / 72.0 for label in labels), default=0.0)
+    left = max(panel.left, LEFT, 0.12 + widest)
+    return _Drawn(panel, axes, left, _add_legend(axes, across - left) if panel.legend else 0)
+
+
+def _add_legend(axes: Sequence[Axes], room: float) -> int:
+    """Put one legend for all axes above the first, in as many columns as fit; return its lines."""
+    entries: dict[tuple[str, str], Any] = {}
+    for one in axes:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            entries.setdefault((label, str(getattr(handle, "get_color", str)())), handle)
+    names = [label for label, _ in entries]
+    if not names:
+        return 0
+    fitting = (n for n in range(len(names), 1, -1) if _legend_width(names, n) <= LEGEND_WIDTH * room)
+    columns = next(fitting, 1)
+    legend = axes[0].legend([*entries.values()], names, loc="lower left", ncols=columns, labelcolor=INK.light)
+    for handle in legend.legend_handles:
+        if handle is not None and hasattr(handle, "set_linewidth"):
+            handle.set_linewidth(max(1.6, handle.get_linewidth()))
+    return -(-len(names) // columns)
+
+
+def _legend_width(labels: list[str], columns: int) -> int:
+    """Letters across a legend that is filled column by column, the first columns one longer."""
+    held = (chunk.tolist() for chunk in np.array_split(np.array([width(label) for label in labels]), columns))
+    return sum(max(widths) + LEGEND_KEY for widths in held)
 
 
 def png_file(canvas: Canvas, title: str) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dehyst.shell import visible_lines
@@ -93,6 +94,11 @@ def with_unit(value: float | None, unit: str, digits: int = 3) -> str:
     return f"{number(value, digits)}\u00a0{unit}" if unit and value is not None else number(value, digits)
 
 
+def bracketed(unit: str) -> str:
+    """Return a unit as it follows a name, " [bar]", or ""."""
+    return f" [{unit}]" if unit else ""
+
+
 def plain(value: Any) -> str:
     """Return a setting or provenance value in words.
 
@@ -113,6 +119,46 @@ def plain(value: Any) -> str:
         shown = ", ".join(plain(item) for item in value[:12])
         return f"{shown}, {ELLIPSIS} ({len(value)} values)" if len(value) > 12 else shown or "none"
     return str(value)
+
+
+def opened(table: Mapping[Any, Any], joint: str = ".", before: str = "") -> dict[str, Any]:
+    """Return nested tables with joined names.
+
+    Examples
+    --------
+    >>> opened({"joint": {"1": {"radius_m": 0.05}}, "name": "arm"})
+    {'joint.1.radius_m': 0.05, 'name': 'arm'}
+    """
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        found |= (
+            opened(value, joint, f"{before}{key}{joint}") if isinstance(value, Mapping) else {f"{before}{key}": value}
+        )
+    return found
+
+
+def listed(names: Sequence[object]) -> str:
+    """Return names as they are listed in a sentence.
+
+    Examples
+    --------
+    >>> listed([1]), listed([1, 2]), listed([1, 2, 4])
+    ('1', '1 and 2', '1, 2 and 4')
+    """
+    *others, last = map(str, names)
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def between(low: float, high: float, unit: str = "") -> str:
+    """Return an interval, or the number that both ends are printed as.
+
+    Examples
+    --------
+    >>> between(26.0, 33.4, " %"), between(-1.0, 2.0), between(3.0, 3.0)
+    ('26.0–33.4 %', '−1.00 to 2.00', '3.00')
+    """
+    a, b = number(low), number(high)
+    return f"{a}{unit}" if a == b else f"{a}{'–' if low >= 0.0 else ' to '}{b}{unit}"
 
 
 def count(n: int, noun: str) -> str:

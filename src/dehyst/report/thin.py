@@ -21,6 +21,10 @@ ACROSS, UP = 640, 440
 CELLS = (1.0, 2.0, 3.0)
 # Longest outline of an area, in cells; a rougher one is drawn on a coarser grid.
 RIM = 12_000
+# Points of a series at most: the extremes of every stretch.
+SERIES = 2000
+# A point is left out when it is closer than this to the straight line between its neighbours. [cells of the panel]
+FLAT, PASSES = 0.3, 6
 # Cells that may be filled while drawing an area; beyond it the samples are drawn without the lines between them.
 WORK = 30_000_000
 
@@ -161,7 +165,40 @@ def _filled_in(u: Array, v: Array) -> tuple[Array, Array]:
     )
 
 
-def thin_series(y: Array, limit: int = LIMIT) -> Index:
+def joined(x: Array, y: Array, window: Window) -> tuple[Array, Array]:
+    """Return a path without the points that lie on the straight line between their neighbours.
+
+    In every pass each second point is tried, so no point moves the line by more than `PASSES` times `FLAT`. The first,
+    the last and the extreme points stay.
+
+    Examples
+    --------
+    >>> x = np.linspace(0.0, 1.0, 1000)
+    >>> kept = joined(x, np.abs(x - 0.5), Window(0.0, 1.0, 0.0, 1.0))
+    >>> kept[0].size < 40, bool(kept[1].min() == np.abs(x - 0.5).min())
+    (True, True)
+    """
+    u, v = window.cells(x, y)
+    kept = np.arange(x.size)
+    extremes = {int(f(s)) for s in (x, y) for f in (np.nanargmin, np.nanargmax)} if x.size else set()
+    fixed = np.zeros(x.size, dtype=np.bool_)
+    fixed[list(extremes)] = True
+    for _ in range(PASSES):
+        if kept.size < 3:
+            break
+        middle = np.arange(1, kept.size - 1, 2)
+        a, m, b = kept[middle - 1], kept[middle], kept[middle + 1]
+        du, dv = u[b] - u[a], v[b] - v[a]
+        length = np.hypot(du, dv)
+        off = np.abs(du * (v[m] - v[a]) - dv * (u[m] - u[a])) / np.maximum(length, 1e-9)
+        # A point beyond its neighbours is a turn, however close to their line.
+        along = ((u[m] - u[a]) * du + (v[m] - v[a]) * dv) / np.maximum(length, 1e-9) ** 2
+        flat = (off < FLAT) & (along >= 0.0) & (along <= 1.0) & ~fixed[m]
+        kept = np.delete(kept, middle[flat])
+    return x[kept], y[kept]
+
+
+def thin_series(y: Array, limit: int = SERIES) -> Index:
     """Return indices that keep the smallest and largest value of every stretch of a series.
 
     Parameters

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dehyst.report.tables import Table
-from dehyst.report.text import number, plain, short
+from dehyst.report.parts import Section, Step, Table
+from dehyst.report.text import listed, number, opened, plain, short
 from dehyst.robot.experiments.results import ACCEPTABLE, Reproduction
-from dehyst.robot.report.numbers import NO_HYSTERESIS, listed
+from dehyst.robot.report.numbers import NO_HYSTERESIS
 from dehyst.robot.report.words import MECHANISMS
 from dehyst.shell import visible_lines as clean
 
@@ -19,15 +19,14 @@ MAXIMUM_LOGS = 400
 Logs = Mapping[str, "str | Sequence[str]"]
 
 
-def about_tables(result: Reproduction, logs: Logs | None) -> tuple[Table, ...]:
-    """Return the tables: run, changed parameters, all parameters, versions, log files."""
-    made = (_run(result), _changes(result), _versions(result), _parameters(result), _logs(logs))
-    return tuple(table for table in made if table is not None)
-
-
-def command(result: Reproduction) -> str:
-    """Return the line to type to repeat the run, or ""."""
-    return clean(result.settings.get("command", ""))
+def about_section(result: Reproduction, logs: Logs | None) -> Section:
+    """Return what the experiment is: words, the line to repeat it, run, parameters, versions, log files."""
+    command = clean(result.settings.get("command", ""))
+    tables = (_run(result), _changes(result), _versions(result), _parameters(result), _logs(logs))
+    steps = (Step("To repeat it:", command),) if command else ()
+    return Section(
+        "about", "What this is", (*honesty(result), *steps, *(table for table in tables if table is not None))
+    )
 
 
 def honesty(result: Reproduction) -> tuple[str, ...]:
@@ -57,7 +56,7 @@ def honesty(result: Reproduction) -> tuple[str, ...]:
 
 def _wrong_on_purpose(result: Reproduction) -> str:
     """What the controller knows wrongly, and what its sensors do not tell; "" if the parameters are not known."""
-    values = flat(_table_of(result, "parameters"))
+    values = opened(_table_of(result, "parameters"))
     parts = []
     for key, what, less, more in (
         ("controller.inertia_error", "the rigid body", "lighter", "heavier"),
@@ -92,7 +91,7 @@ def _seeds(result: Reproduction) -> str:
         if len(seeds) == 1
         else f"Seeds {listed(seeds)} each draw the noise of the sensors anew"
     )
-    values = flat(_table_of(result, "parameters"))
+    values = opened(_table_of(result, "parameters"))
     hysteresis, force = values.get("tolerance.hysteresis"), values.get("tolerance.force")
     if isinstance(hysteresis, (int, float)) and isinstance(force, (int, float)):
         text += (
@@ -103,23 +102,6 @@ def _seeds(result: Reproduction) -> str:
     return f"{text}; curves and pictures are of seed {seeds[0]}." if len(seeds) > 1 else f"{text}."
 
 
-def flat(table: Mapping[Any, Any], before: str = "") -> dict[str, Any]:
-    """Return nested tables with dotted names, as in the parameter file.
-
-    Examples
-    --------
-    >>> flat({"joint": {"1": {"radius_m": 0.05}}, "name": "arm"})
-    {'joint.1.radius_m': 0.05, 'name': 'arm'}
-    """
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            found |= flat(value, f"{before}{key}.")
-        else:
-            found[f"{before}{key}"] = value
-    return found
-
-
 def _table_of(result: Reproduction, name: str) -> Mapping[Any, Any]:
     found = result.settings.get(name)
     return found if isinstance(found, Mapping) else {}
@@ -128,38 +110,39 @@ def _table_of(result: Reproduction, name: str) -> Mapping[Any, Any]:
 def _run(result: Reproduction) -> Table:
     rest = {key: value for key, value in result.settings.items() if key not in OWN}
     rows = [("compensator", ", ".join(result.compensators))]
-    rows += [(NAMES.get(key, key.replace("_", " ")), plain(value)) for key, value in flat(rest).items()]
+    rows += [(NAMES.get(key, key.replace("_", " ")), plain(value)) for key, value in opened(rest).items()]
     rows += [(f"times real time, {short(n, 40)}", number(p.real_time_factor)) for n, p in result.plants.items()]
     note = "Times real time: simulated time over wall time of a trial, median of all, beside whatever else ran."
     return Table("This run", (), tuple(rows), note if result.plants else "")
 
 
 def _changes(result: Reproduction) -> Table | None:
-    changes = flat(_table_of(result, "changes"))
+    changes = opened(_table_of(result, "changes"))
     if not changes:
         return None
-    sources = flat(_table_of(result, "sources"))
+    sources = opened(_table_of(result, "sources"))
     rows = tuple((key, plain(value), clean(sources.get(key, ""))) for key, value in changes.items())
-    return Table("Changed against the packaged arm", ("", "value", "meaning and source"), rows)
+    return Table("Changed against the packaged arm", ("", "value", "meaning and source"), rows, words=True)
 
 
 def _versions(result: Reproduction) -> Table | None:
-    versions = flat(_table_of(result, "versions"))
+    versions = opened(_table_of(result, "versions"))
     rows = tuple((name, plain(value)) for name, value in versions.items())
     return Table("Versions", (), rows) if rows else None
 
 
 def _parameters(result: Reproduction) -> Table | None:
-    values = flat(_table_of(result, "parameters"))
+    values = opened(_table_of(result, "parameters"))
     if not values:
         return None
-    sources = flat(_table_of(result, "sources"))
-    changed = flat(_table_of(result, "changes"))
+    sources = opened(_table_of(result, "sources"))
+    changed = opened(_table_of(result, "changes"))
     rows = tuple(
         (key, plain(value) + (" (changed)" if key in changed else ""), clean(sources.get(key, "")))
         for key, value in values.items()
     )
-    return Table(f"All {len(rows)} parameters", ("", "value", "meaning and source"), rows, folded=True)
+    head = ("", "value", "meaning and source")
+    return Table(f"All {len(rows)} parameters", head, rows, folded=True, words=True)
 
 
 def _logs(logs: Logs | None) -> Table | None:
@@ -176,4 +159,5 @@ def _logs(logs: Logs | None) -> Table | None:
         tuple(rows[:MAXIMUM_LOGS]),
         more,
         folded=True,
+        words=True,
     )

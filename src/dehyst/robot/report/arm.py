@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from markupsafe import escape
 
 from dehyst.arrays import Array
 from dehyst.report.text import number, short
-from dehyst.report.thin import Window
+from dehyst.report.thin import Window, joined
 from dehyst.robot.experiments.results import TRIALS, PlantResult, Reproduction, TrialRun
-from dehyst.robot.report.lines import joined
-from dehyst.robot.report.numbers import OFF, left_off, same_run, trial_name
-from dehyst.robot.report.trials import first_cycle, pair_of
+from dehyst.robot.report.numbers import OFF, first_cycle, left_off, pair_of, same_run, trial_name
+from dehyst.shell import visible_lines as clean
 
 # Seconds that one cycle takes on the page, at most; a shorter one is shown as it is.
 SHOWN = 16.0
@@ -28,6 +28,21 @@ class Scene:
     views: tuple[tuple[str, str], ...]
     caption: str
     sides: tuple[str, ...]
+
+    def __html__(self) -> str:
+        """As it stands on the page."""
+        named = {"off": "tool without compensator", "on": "with compensator"}
+        keys = "".join(
+            f'<span class="key {side}">{words}</span>\n' for side, words in named.items() if side in self.sides
+        )
+        views = (f"<figure>\n<figcaption>{title}</figcaption>\n{svg}\n</figure>\n" for title, svg in self.views)
+        return (
+            '<section class="figure" id="arm">\n'
+            '<input type="checkbox" id="hold"><label for="hold">still picture</label>\n'
+            f'<p class="keys"><span class="key wanted">desired path</span>\n{keys}</p>\n'
+            f'<div class="stage">\n{"".join(views)}</div>\n'
+            f'<p class="caption">{escape(clean(self.caption))}</p>\n</section>\n'
+        )
 
 
 def scene(result: Reproduction) -> Scene | None:

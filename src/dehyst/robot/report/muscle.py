@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.files import write_atomically
-from dehyst.findings import Grade
-from dehyst.report.figures.panel import Axes, Figure, Panel, add_legend, draw_path, label_axes, says
-from dehyst.report.rendering import Sheet, sheet_page
+from dehyst.findings import Finding, Grade
+from dehyst.report.drawing import Line, chart
+from dehyst.report.page import write_page
+from dehyst.report.parts import Draw, Figure, Page, Panel, Table, numbered, tables_section, warnings_section
 from dehyst.report.svg import write_picture
-from dehyst.report.tables import Table
 from dehyst.report.text import number, short
-from dehyst.report.theme import CYCLE, DATA, INK, MODEL, MUTED, TEST, Token
-from dehyst.report.thin import Window
+from dehyst.report.theme import CYCLE, DATA, INK, MODEL, MUTED, TEST
 from dehyst.robot.muscles.bench import Bench
 from dehyst.robot.muscles.fit import MuscleFit
 from dehyst.robot.muscles.force_map import reach
@@ -27,12 +25,12 @@ from dehyst.robot.muscles.loops import STROKE, Loop
 
 TITLE = "dehyst muscle: "  # by which a picture is known that may be drawn anew
 BAR = 1e5
-FEW_DOTS, MANY_DOTS = 120, 500  # of a log on the map
-ONE_ROW = 4  # entries of a legend
+DOTS = 500  # of a log on the map
 NARROW = 1e-4  # percent of the response's range; a narrower loop is none
 NO_LOOPS = "This model has no hysteresis: both ways lie on one line."
 HILL = 2.0  # percent of F_0, by which Hill's curve may miss and still be drawn
 GOOD, USABLE = 2.0, 5.0  # percent of the range of force, on samples left out
+CONTRACTION, PRESSURE, FORCE = "contraction [%]", "pressure [bar]", "force [N]"
 
 
 def write_muscle_report(
@@ -50,7 +48,24 @@ def write_muscle_report(
     >>> page.read_text(encoding="utf-8")[:15]
     '<!DOCTYPE html>'
     """
-    return write_atomically(path, muscle_page(bench, title, fit))
+    badge, grade, lead = _verdict(bench, fit)
+    warnings = () if fit is None else (*fit.log.findings, *fit.findings)
+    page = Page(
+        kind="A muscle model on the bench",
+        title=bench.model.name,
+        relation=title or "contraction, pressure → force",
+        subject="muscle",
+        badge=badge,
+        grade=grade,
+        lead=lead,
+        sections=(
+            *muscle_figures(bench, fit),
+            *warnings_section(warnings),
+            tables_section(*_tables(bench, fit)),
+            *warnings_section([Finding("left out", text) for text in bench.skipped], "Notes", "notes"),
+        ),
+    )
+    return write_page(page, path)
 
 
 def write_muscle_figure(bench: Bench, path: str | os.PathLike[str], fit: MuscleFit | None = None) -> Path:
@@ -58,27 +73,6 @@ def write_muscle_figure(bench: Bench, path: str | os.PathLike[str], fit: MuscleF
     drawn = [figure for figure in muscle_figures(bench, fit) if figure.key != "fit"]
     panels = [replace(figure.panels[0], title=figure.title) for figure in drawn]
     return write_picture(Figure("muscle", bench.model.name, "", tuple(panels)), path, f"{TITLE}{bench.model.name}")
-
-
-def muscle_page(bench: Bench, title: str = "", fit: MuscleFit | None = None) -> str:
-    """Return the text of the page."""
-    badge, grade, lead = _verdict(bench, fit)
-    warnings = () if fit is None else (*fit.log.findings, *fit.findings)
-    return sheet_page(
-        Sheet(
-            kind="A muscle model on the bench",
-            title=bench.model.name,
-            relation=title or "contraction, pressure → force",
-            subject="muscle",
-            badge=badge,
-            grade=grade,
-            lead=lead,
-            figures=muscle_figures(bench, fit),
-            warnings=warnings,
-            tables=_tables(bench, fit),
-            notes=[("left out", text) for text in bench.skipped],
-        )
-    )
 
 
 def _verdict(bench: Bench, fit: MuscleFit | None) -> tuple[str, Grade, str]:
@@ -104,35 +98,74 @@ def muscle_figures(bench: Bench, fit: MuscleFit | None = None) -> tuple[Figure, 
     drawn = [_fit_figure(fit)] if fit is not None else []
     drawn.append(_map_figure(bench, fit))
     if bench.isobaric:
-        drawn.append(_isobaric_figure(bench))
+        drawn.append(
+            _loops_figure(
+                bench.isobaric,
+                False,
+                "Isobaric loops: pressure held, length driven",
+                "An infinitely slow cycle of contraction at each pressure, after one that settles it.",
+                "Lengthening pulls harder than shortening; the right panel shows by how much.",
+            )
+        )
     if bench.isotonic:
-        drawn.append(_isotonic_figure(bench))
+        drawn.append(
+            _loops_figure(
+                bench.isotonic,
+                True,
+                "Isotonic loops: load held, pressure driven",
+                "An infinitely slow cycle of pressure under each load, from where the muscle just carries it: this is "
+                "the loop that a compensator meets.",
+                "On the right the distance of its branches; one that leans to a side is an asymmetric loop.",
+            )
+        )
     if bench.releases:
         drawn.append(_release_figure(bench))
-    return tuple(drawn)
+    return numbered(drawn)
 
 
 def _fit_figure(fit: MuscleFit) -> Figure:
-    what = "points at rest" if fit.log.time is None else "a motion"
+    what, x, used = "points at rest" if fit.log.time is None else "a motion", 100.0 * fit.log.contraction, fit.used
+    measured, fitted, missed = (
+        np.where(used, y, np.nan) for y in (fit.log.force, fit.force, fit.force - fit.log.force)
+    )
+    if fit.log.time is None:
+        lines = [
+            Line(x, measured, DATA, "measured", width=0.0, marker="o"),
+            Line(x, fitted, MODEL, "fitted", width=0.0, marker="x"),
+        ]
+        error = Line(x, missed, TEST, width=0.0, marker="o")
+    else:
+        lines = [
+            Line(x, measured, DATA, "measured", 2.2),
+            Line(x, fitted, MODEL, "fitted", 0.9, outline=True, order=3.0),
+        ]
+        error = Line(x, missed, TEST, width=0.8)
     return Figure(
         "fit",
         "Measured and fitted",
         f"The log as {what}: measured force and that of the fitted model over contraction, and what is left. Samples "
         "at which the muscle hangs loose are not drawn.",
         (
-            Panel("Force", partial(_draw_fit, fit), says("Measured and fitted force over contraction.")),
+            Panel("Force", chart(CONTRACTION, FORCE, lines), "Measured and fitted force over contraction."),
             Panel(
                 "Model less measured",
-                partial(_draw_missed, fit),
-                says(f"Error over contraction, {number(fit.rmse)} N rms."),
+                chart(CONTRACTION, "error [N]", [error], zero=True),
+                f"Error over contraction, {number(fit.rmse)} N rms.",
             ),
         ),
     )
 
 
 def _map_figure(bench: Bench, fit: MuscleFit | None) -> Figure:
-    free = bench.forces.free[-1]
-    words = f"At {_bar(bench.forces.pressure[-1])} it pulls up to {number(100 * free)} % of contraction."
+    model, forces = bench.model, bench.forces
+    low, high = reach(model)
+    most = min(high, 1.05 * float(np.nanmax([*forces.free, forces.contraction[-1]])))
+    k, p = np.linspace(low, most, 161), np.linspace(0.0, float(forces.pressure.max()), 81)
+    over_contraction = [(_bar(each), 100 * k, model.static_force(k, np.full(k.size, each))) for each in forces.pressure]
+    over_pressure = [
+        (f"{100 * each:.3g} %", p / BAR, model.static_force(np.full(p.size, each), p)) for each in forces.contraction
+    ]
+    words = f"At {_bar(forces.pressure[-1])} it pulls up to {number(100 * forces.free[-1])} % of contraction."
     return Figure(
         "forces",
         "Static forces",
@@ -140,62 +173,63 @@ def _map_figure(bench: Bench, fit: MuscleFit | None) -> Figure:
         "straight lines are what a controller can invert in closed form."
         + (" Dots: the log." if fit is not None else ""),
         (
-            Panel("Force over contraction", partial(_draw_map, bench, fit), says("Falling curves.", words)),
-            Panel("Force over pressure", partial(_draw_over_pressure, bench), says("Rising curves.")),
+            Panel(
+                "Force over contraction",
+                chart(CONTRACTION, FORCE, [*_dots(fit), *_pulling(over_contraction)]),
+                f"Falling curves. {words}",
+            ),
+            Panel("Force over pressure", chart(PRESSURE, FORCE, _pulling(over_pressure)), "Rising curves."),
         ),
     )
 
 
-def _isobaric_figure(bench: Bench) -> Figure:
-    loops = bench.isobaric
-    widest = max(loops, key=lambda loop: loop.width)
-    panels = [Panel("Force over contraction", partial(_draw_loops, loops, "force [N]", False), says("Loops."))]
-    if _has_loops(loops):
-        draw = partial(_draw_gaps, loops, "force [N]", False)
-        words = says(f"At {_bar(widest.held)} up to {number(widest.width)} N.")
-        panels.append(Panel("Lengthening less shortening", draw, words))
-        more = "Lengthening pulls harder than shortening; the right panel shows by how much."
+def _pulling(curves: Sequence[tuple[str, Array, Array]]) -> list[Line]:
+    """Curves where the force is not negative, each in its colour; those that never pull are left out."""
+    shown = [(name, x, np.where(force >= 0, force, np.nan)) for name, x, force in curves]
+    return _in_colours([curve for curve in shown if np.isfinite(curve[2]).sum() > 1], 1.5)
+
+
+def _in_colours(curves: Sequence[tuple[str, Array, Array]], width: float) -> list[Line]:
+    return [Line(x, y, CYCLE[i % len(CYCLE)], name, width) for i, (name, x, y) in enumerate(curves)]
+
+
+def _dots(fit: MuscleFit | None) -> list[Line]:
+    """Samples of the log that pull, at most `DOTS` of them."""
+    if fit is None:
+        return []
+    which = np.flatnonzero(fit.used)
+    which = which[:: -(-which.size // DOTS)]
+    return [
+        Line(100 * fit.log.contraction[which], fit.log.force[which], MUTED, width=0.0, alpha=0.7, marker=".", order=3)
+    ]
+
+
+def _loops_figure(loops: Sequence[Loop], isotonic: bool, title: str, caption: str, more: str) -> Figure:
+    """Loops, and the distance of their branches where they have one."""
+    key, across, up = ("isotonic", PRESSURE, CONTRACTION) if isotonic else ("isobaric", CONTRACTION, FORCE)
+    pairs = [(_held(loop, isotonic), *_shown(loop, isotonic)) for loop in loops]
+    name = f"{up.partition(' [')[0]} over {across.partition(' [')[0]}".capitalize()
+    panels = [Panel(name, chart(across, up, _in_colours(pairs, 1.2)), f"Loops of {name}.")]
+    if any(loop.width_percent > NARROW for loop in loops):
+        gaps = [(held, x[: STROKE + 1], y[: STROKE - 1 : -1] - y[: STROKE + 1]) for held, x, y in pairs]
+        widest = max(loops, key=lambda loop: loop.width)
+        wide = f"{100 * widest.width:.3g} %" if isotonic else f"{number(widest.width)} N"
+        words = f"Distance of the branches, at {_held(widest, isotonic)} up to {wide}."
+        name = "Falling less rising pressure" if isotonic else "Lengthening less shortening"
+        panels.append(Panel(name, chart(across, up, _in_colours(gaps, 1.2), include=(0.0,)), words))
     else:
         more = NO_LOOPS
-    return Figure(
-        "isobaric",
-        "Isobaric loops: pressure held, length driven",
-        f"An infinitely slow cycle of contraction at each pressure, after one that settles it. {more}",
-        tuple(panels),
-    )
-
-
-def _isotonic_figure(bench: Bench) -> Figure:
-    loops = bench.isotonic
-    draw = partial(_draw_loops, loops, "contraction [%]", True)
-    panels = [Panel("Contraction over pressure", draw, says("Loops of contraction over pressure."))]
-    if _has_loops(loops):
-        draw = partial(_draw_gaps, loops, "contraction [%]", True)
-        panels.append(Panel("Falling less rising pressure", draw, says("Distance of the branches over pressure.")))
-        more = "On the right the distance of its branches; one that leans to a side is an asymmetric loop."
-    else:
-        more = NO_LOOPS
-    return Figure(
-        "isotonic",
-        "Isotonic loops: load held, pressure driven",
-        "An infinitely slow cycle of pressure under each load, from where the muscle just carries it: this is the loop "
-        f"that a compensator meets. {more}",
-        tuple(panels),
-    )
-
-
-def _has_loops(loops: tuple[Loop, ...]) -> bool:
-    return any(loop.width_percent > NARROW for loop in loops)
+    return Figure(key, title, f"{caption} {more}", tuple(panels))
 
 
 def _release_figure(bench: Bench) -> Figure:
     speed = bench.velocity
-    panels = [
-        Panel("After the release", partial(_draw_releases, bench), says("Contraction over time, one line a load.")),
-    ]
+    released = [(f"{number(each.load)} N", 1e3 * each.time, 100 * each.contraction) for each in bench.releases]
+    draw = chart("time [ms]", CONTRACTION, _in_colours(released, 1.3))
+    panels = [Panel("After the release", draw, "Contraction over time, one line a load.")]
     if speed is not None:
         words = f"Contraction {number(100 * speed.contraction)} %, {_bar(speed.pressure)}."
-        panels.append(Panel("Force over speed of shortening", partial(_draw_speed, bench), says(words)))
+        panels.append(Panel("Force over speed of shortening", _speed(bench), words))
     return Figure(
         "release",
         "Quick release",
@@ -210,135 +244,25 @@ def _bar(pressure: float) -> str:
     return f"{pressure / BAR:.4g}\u00a0bar"
 
 
-def _tokens(count: int) -> list[Token]:
-    return [CYCLE[k % len(CYCLE)] for k in range(count)]
-
-
-def _draw_fit(fit: MuscleFit, axes: Axes) -> None:
-    x = 100.0 * fit.log.contraction
-    if fit.log.time is None:
-        keep = fit.used
-        label_axes(axes, Window.around((x[keep], fit.log.force[keep])), "contraction [%]", "force [N]")
-        axes.plot(x[keep], fit.log.force[keep], "o", ms=5.5, mew=0.0, color=DATA.light, label="measured")
-        axes.plot(x[keep], fit.force[keep], "x", ms=5.0, mew=1.1, color=MODEL.light, label="fitted")
-        add_legend(axes)
-        return
-    measured, fitted = (np.where(fit.used, values, np.nan) for values in (fit.log.force, fit.force))
-    window = Window.around((x, measured), (x, fitted))
-    label_axes(axes, window, "contraction [%]", "force [N]")
-    draw_path(axes, x, measured, window, DATA, label="measured", width=2.2)
-    draw_path(axes, x, fitted, window, MODEL, label="fitted", width=0.9, outline=True)
-    add_legend(axes)
-
-
-def _draw_missed(fit: MuscleFit, axes: Axes) -> None:
-    x, missed = 100.0 * fit.log.contraction, np.where(fit.used, fit.force - fit.log.force, np.nan)
-    window = Window.around((x, missed), (x[:1], np.zeros(1)))
-    label_axes(axes, window, "contraction [%]", "error [N]")
-    axes.axhline(0.0, color=MUTED.light, lw=0.8, zorder=1)
-    if fit.log.time is None:
-        axes.plot(x, missed, "o", ms=4.0, mew=0.0, color=TEST.light)
-    else:
-        draw_path(axes, x, missed, window, TEST, label="error", width=0.8)
-
-
-def _draw_map(bench: Bench, fit: MuscleFit | None, axes: Axes) -> None:
-    model, pressures = bench.model, bench.forces.pressure
-    low, high = reach(model)
-    most = min(high, 1.05 * float(np.nanmax([*bench.forces.free, bench.forces.contraction[-1]])))
-    k = np.linspace(low, most, 161)
-    curves = [model.static_force(k, np.full(k.size, p)) for p in pressures]
-    shown = [np.where(force >= 0, force, np.nan) for force in curves]
-    dots = [] if fit is None else [_dots(fit)]
-    label_axes(axes, Window.around(*((100 * k, force) for force in shown), *dots), "contraction [%]", "force [N]")
-    for x, y in dots:
-        size = 3.2 if x.size <= FEW_DOTS else 1.8
-        axes.plot(x, y, "o", ms=size, mew=0.0, color=MUTED.light, alpha=0.8, zorder=3)
-    for p, force, token in zip(pressures, shown, _tokens(len(shown)), strict=True):
-        axes.plot(100 * k, force, color=token.light, lw=1.5, label=_bar(p))
-    _legend(axes)
-
-
-def _dots(fit: MuscleFit) -> tuple[Array, Array]:
-    """Samples of the log that pull, at most `MANY_DOTS` of them."""
-    which = np.flatnonzero(fit.used)
-    which = which[:: -(-which.size // MANY_DOTS)]
-    return 100 * fit.log.contraction[which], fit.log.force[which]
-
-
-def _draw_over_pressure(bench: Bench, axes: Axes) -> None:
-    p = np.linspace(0.0, float(bench.forces.pressure.max()), 81)
-    places = bench.forces.contraction
-    curves = [bench.model.static_force(np.full(p.size, k), p) for k in places]
-    shown = [(k, np.where(force >= 0, force, np.nan)) for k, force in zip(places, curves, strict=True)]
-    shown = [(k, force) for k, force in shown if np.isfinite(force).sum() > 1]
-    label_axes(axes, Window.around(*((p / BAR, force) for _, force in shown)), "pressure [bar]", "force [N]")
-    for (k, force), token in zip(shown, _tokens(len(shown)), strict=True):
-        axes.plot(p / BAR, force, color=token.light, lw=1.5, label=f"{100 * k:.3g} %")
-    _legend(axes)
-
-
 def _shown(loop: Loop, isotonic: bool) -> tuple[Array, Array]:
     """Drive and response as drawn: contraction in percent, pressure in bar."""
-    if isotonic:
-        return loop.drive / BAR, 100 * loop.response
-    return 100 * loop.drive, loop.response
+    return (loop.drive / BAR, 100 * loop.response) if isotonic else (100 * loop.drive, loop.response)
 
 
 def _held(loop: Loop, isotonic: bool) -> str:
     return f"{number(loop.held)} N" if isotonic else _bar(loop.held)
 
 
-def _draw_loops(loops: tuple[Loop, ...], up: str, isotonic: bool, axes: Axes) -> None:
-    across = "pressure [bar]" if isotonic else "contraction [%]"
-    pairs = [_shown(loop, isotonic) for loop in loops]
-    label_axes(axes, Window.around(*pairs), across, up)
-    for loop, (x, y), token in zip(loops, pairs, _tokens(len(loops)), strict=True):
-        axes.plot(x, y, color=token.light, lw=1.2, label=_held(loop, isotonic))
-    _legend(axes)
-
-
-def _draw_gaps(loops: tuple[Loop, ...], up: str, isotonic: bool, axes: Axes) -> None:
-    across = "pressure [bar]" if isotonic else "contraction [%]"
-    pairs = []
-    for loop in loops:
-        x, y = _shown(loop, isotonic)
-        pairs.append((x[: STROKE + 1], y[: STROKE - 1 : -1] - y[: STROKE + 1]))
-    label_axes(axes, Window.around(*pairs, (pairs[0][0][:1], np.zeros(1))), across, up)
-    for loop, (x, y), token in zip(loops, pairs, _tokens(len(loops)), strict=True):
-        axes.plot(x, y, color=token.light, lw=1.2, label=_held(loop, isotonic))
-    _legend(axes)
-
-
-def _draw_releases(bench: Bench, axes: Axes) -> None:
-    pairs = [(1e3 * each.time, 100 * each.contraction) for each in bench.releases]
-    label_axes(axes, Window.around(*pairs), "time [ms]", "contraction [%]")
-    for each, (x, y), token in zip(bench.releases, pairs, _tokens(len(pairs)), strict=True):
-        axes.plot(x[::5], y[::5], color=token.light, lw=1.3, label=f"{number(each.load)} N")
-    _legend(axes)
-
-
-def _legend(axes: Axes) -> None:
-    """Put the legend above the panel, in two rows where there are many entries."""
-    many = len(axes.get_legend_handles_labels()[1])
-    if many <= ONE_ROW:
-        add_legend(axes)
-        return
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.115), ncols=-(-many // 2), labelcolor=INK.light)
-
-
-def _draw_speed(bench: Bench, axes: Axes) -> None:
+def _speed(bench: Bench) -> Draw:
     found = bench.velocity
     assert found is not None
     a, b = found.hill
-    window = Window.around((found.speed, found.force), (np.zeros(1), np.zeros(1)))
-    label_axes(axes, window, "speed of shortening [m/s]", "force [N]")
-    axes.plot(found.speed, found.force, color=CYCLE[0].light, lw=1.8, label="model")
+    lines = [Line(found.speed, found.force, CYCLE[0], "model", 1.8)]
     if found.hill_percent <= HILL:
         curve = found.isometric * ((1.0 + a) * b / (found.speed + b) - a)
-        axes.plot(found.speed, curve, color=INK.light, lw=1.0, ls=(0, (4, 3)), label=f"Hill, a = {number(a)} of F₀")
-    axes.plot([0.0], [found.isometric], "o", ms=4.5, mew=0.0, color=TEST.light, label="at rest")
-    _legend(axes)
+        lines.append(Line(found.speed, curve, INK, f"Hill, a = {number(a)} of F₀", 1.0, dashes=(0, (4, 3))))
+    lines.append(Line(np.zeros(1), np.array([found.isometric]), TEST, "at rest", width=0.0, marker="o"))
+    return chart("speed of shortening [m/s]", FORCE, lines, include=(0.0,))
 
 
 def _tables(bench: Bench, fit: MuscleFit | None) -> tuple[Table, ...]:

@@ -1,8 +1,8 @@
-"""Figures of a reproduction with their spread over seeds, read from what ``--json`` shows."""
+"""Numbers of a reproduction with their spread over seeds, read from what ``--json`` shows; the runs behind them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -182,16 +182,17 @@ def run_of(plant: PlantResult, trial: str, compensator: str) -> TrialRun | None:
     return next((r for r in plant.runs if r.trial == trial and r.compensator == compensator), None)
 
 
-def listed(names: Sequence[object]) -> str:
-    """Return names as they are listed in a sentence.
+Pair = tuple[TrialRun | None, TrialRun | None]
 
-    Examples
-    --------
-    >>> listed([1]), listed([1, 2]), listed([1, 2, 4])
-    ('1', '1 and 2', '1, 2 and 4')
-    """
-    *others, last = map(str, names)
-    return f"{', '.join(others)} and {last}" if others else last
+
+def pair_of(plant: PlantResult, trial: str, compensator: str) -> Pair:
+    """Return the runs of a trial without and with compensator."""
+    return run_of(plant, trial, OFF), run_of(plant, trial, compensator)
+
+
+def first_cycle(run: TrialRun) -> slice:
+    """Return the samples of the first cycle."""
+    return slice(0, int(np.searchsorted(run.cycle, run.cycle[0] + 1)) if run.cycle.size else 0)
 
 
 def trial_name(trial: str) -> str:

@@ -1,4 +1,4 @@
-"""Where the largest errors lie and what happens there: since the last turn, say: from the runs, no guesses."""
+"""Where the largest errors lie and what happens there, limits and faults: read from the runs, no guesses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.data.loops import turning_points
 from dehyst.report.text import number
-from dehyst.robot.experiments.results import TrialRun
+from dehyst.robot.experiments.results import PlantResult, Reproduction, TrialRun
+from dehyst.robot.report.numbers import OFF, joints_of, pair_of, same_run, seed_figure, trial_name, trials_of
 
 # "Near a turn": within this share of the joint's range of motion. "Large": this many times its rms over the run.
 # "Standing still": slower than this share of the largest speed.
@@ -17,8 +18,16 @@ NEAR, LARGE, STILL = 0.10, 3.0, 0.01
 # A turn is to blame only for an error of which at least this share has come since.
 GROWN = 0.5
 SMALLEST = 0.001  # angle that is given as a number [deg]
-# Flags of the joint controller that say that a pressure or a valve was limited (core/dehyst.h).
-LIMITS = 16 | 32
+BAR = 1e5
+# A push: this share of the compensator's range at least, within this share of the joint's motion at most.
+JUMP, TRAVEL = 0.03, 0.01
+# Bits of the flags, as in core/dehyst.h.
+LIMITS, FAULTS = 16 | 32, 1 | 2 | 4 | 8 | 64 | 128
+KINDS = (
+    (16, "the desired pressure was limited"),
+    (32, "a valve was limited"),
+    (FAULTS, "a fault was flagged"),
+)
 
 
 @dataclass(frozen=True)
@@ -159,11 +168,6 @@ def push_words(turn: Turn) -> str:
     )
 
 
-BAR = 1e5
-# A push: this share of the compensator's range at least, within this share of the joint's motion at most.
-JUMP, TRAVEL = 0.03, 0.01
-
-
 @dataclass(frozen=True)
 class Turn:
     """A joint at a moment, seen from its last turn.
@@ -224,3 +228,45 @@ def turn_before(run: TrialRun, joint: int, k: int) -> Turn:
         pushed_deg=float(-np.sign(change) * np.rad2deg(error[k] - error[last])),
         grown=float((error[k] - error[last]) / error[k]) if error[k] else 0.0,
     )
+
+
+def limit_words(plant: PlantResult) -> str:
+    """Say where limits were reached, or that they were not."""
+    if not plant.runs:
+        return ""
+    found = [words for run in plant.runs for words in _of_run(run)]
+    if not found:
+        return "No pressure or valve was limited and no sensor fault flagged at any logged moment of the trials."
+    return f"Limits and faults at the logged moments: {'; '.join(found)}."
+
+
+def _of_run(run: TrialRun) -> list[str]:
+    side = "without" if run.compensator == OFF else "with compensator"
+    said = []
+    for bits, words in KINDS:
+        hit = (run.flags & bits) != 0
+        if hit.any():
+            joints = ", ".join(str(j + 1) for j in np.flatnonzero(hit.any(axis=0)).tolist())
+            share = number(100 * float(hit.any(axis=1).mean()), 2)
+            said.append(f"{trial_name(run.trial)} {side}: {words} in {share} % of the time (joint {joints})")
+    return said
+
+
+def largest_errors(result: Reproduction, plant: PlantResult) -> tuple[tuple[str, str, bool], ...]:
+    """Return for every joint and trial of the first seed: its name, words about the largest error, whether it rose."""
+    found = []
+    for joint in joints_of(result):
+        for trial in trials_of(result):
+            off, on = pair_of(plant, trial, result.compensator)
+            if off is None or on is None or same_run(off, on):
+                continue
+            place = largest_error(off, on, joint)
+            sizes = [_largest(plant, run, joint) for run in (off, on)]
+            found.append((f"Joint {joint}, {trial_name(trial)}", in_words(place, *sizes), sizes[1] > sizes[0]))
+    return tuple(found)
+
+
+def _largest(plant: PlantResult, run: TrialRun, joint: int) -> float:
+    """Largest error as the tables have it; from the run itself if its seed has no figures. [deg]"""
+    told = seed_figure(plant, run.seed, joint, run.trial, run.compensator, "max_deg")
+    return float(np.rad2deg(np.max(np.abs(run.error[:, joint - 1])))) if told is None else told

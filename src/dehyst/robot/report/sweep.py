@@ -5,28 +5,26 @@ from __future__ import annotations
 import itertools
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure as Canvas
-
-from dehyst.report.svg import paper, require_picture_name, write_drawn
+from dehyst.report.drawing import legend_label
+from dehyst.report.parts import Axes, Figure, Panel
+from dehyst.report.svg import write_picture
 from dehyst.report.text import short
-from dehyst.report.theme import CYCLE, INK, MUTED, settings
-from dehyst.shell import visible_lines as clean
+from dehyst.report.theme import CYCLE, INK, MUTED
 
 TITLE = "dehyst sweep: "  # by which a picture is known that may be drawn anew
-WIDTH, HEIGHT = 3.3, 2.3  # of one panel [inch]
+WIDTH, HEIGHT = 3.3, 1.5  # of a panel and of its axes [inch]
+NARROWEST = 5.2  # of the whole [inch]
 MOST_ROWS = 24  # of panels; more would be no picture
-WIDEST = 30.0  # [inch]
+MOST_COLUMNS = 9
 NO_EFFECT = 1.0  # ratio at which a compensator changes nothing
 MARKERS = "osD^vP"
-HEAD, LEGEND_LINE = 0.56, 0.22  # of title and key, of a line of the legend [inch]
-NARROWEST = 5.2  # [inch]
-ENTRY = 1.45  # of the legend [inch]
 MOST_TICKS = 7
 KEY = "lines: medians; small dots: runs; bars: lowest to highest; dashed: 1, no effect"
 
@@ -60,76 +58,65 @@ class Curve:
 
 def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Curve]) -> Path:
     """Write the picture of a sweep: a row for each study's parameter, a column for each figure."""
-    target = require_picture_name(path)
+    return write_picture(sweep_figure(name, curves), path, f"{TITLE}{name}", headed=True)
+
+
+def sweep_figure(name: str, curves: Sequence[Curve]) -> Figure:
+    """Return the picture: a group has the same colour in every panel, and is named where it first appears."""
     rows = list(dict.fromkeys((curve.study, curve.parameter) for curve in curves))[:MOST_ROWS]
-    columns = list(dict.fromkeys(curve.figure for curve in curves))[: int(WIDEST / WIDTH)]
-    with settings(paper(clean(f"sweep {name}"))):
-        width, height = max(WIDTH * len(columns), NARROWEST), HEIGHT * max(len(rows), 1)
-        across = max(1, int(width / ENTRY))
-        lines = math.ceil(len({group for curve in curves for group in curve.group}) / across)
-        above = HEAD + LEGEND_LINE * max(lines, 1)
-        canvas = Canvas(figsize=(width, height + above), layout="constrained")
-        parts: Any = canvas.subfigures(2, 1, height_ratios=[above, height])
-        handles = _draw(parts[1], rows, columns, curves) if rows and columns else {}
-        _head(parts[0], name, handles, across, above)
-        return write_drawn(canvas, target, f"{TITLE}{name}")
+    columns = list(dict.fromkeys(curve.figure for curve in curves))[:MOST_COLUMNS]
+    groups = {group: k for k, group in enumerate(dict.fromkeys(group for curve in curves for group in curve.group))}
+    tops = {figure: 1.1 * _highest(curves, figure) for figure in columns}
+    placed = {(curve.study, curve.parameter, curve.figure): curve for curve in curves}
+    panels, named = [], set[str]()
+    for row in rows:
+        for figure in columns:
+            curve = placed.get((*row, figure))
+            if curve is None:
+                panels.append(Panel("", (), "", ()))
+                continue
+            new = not named.issuperset(curve.group) and len(groups) > 1
+            named |= set(curve.group)
+            draw = partial(_draw, curve, groups, tops[figure])
+            panels.append(Panel("", draw, f"{figure} over {curve.parameter}", (HEIGHT,), legend=new))
+    return Figure(
+        "sweep",
+        f"sweep {name}",
+        KEY,
+        tuple(panels),
+        columns=len(columns),
+        width=max(WIDTH, NARROWEST / max(len(columns), 1)),
+    )
 
 
-def _head(part: Any, name: str, handles: dict[str, Any], across: int, height: float) -> None:
-    """Name of the sweep, what is drawn, and one legend for all panels."""
-    title = short(f"sweep {name}", 70)
-    part.text(0.012, 1 - 0.06 / height, title, va="top", fontsize=12.5, fontweight="bold", color=INK.light)
-    part.text(0.012, 1 - 0.34 / height, KEY, va="top", fontsize=8.6, color=MUTED.light)
-    if len(handles) > 1 or "" not in handles:
-        part.legend(
-            [*handles.values()],
-            [short(group, 40) for group in handles],
-            loc="lower left",
-            bbox_to_anchor=(0.012, 0.02),
-            ncols=across,
-            fontsize=9.0,
-        )
+def _highest(curves: Sequence[Curve], figure: str) -> float:
+    """The largest number of a figure in all panels; they share their range."""
+    return max((y for curve in curves if curve.figure == figure for y in _told(curve)), default=NO_EFFECT)
 
 
-def _draw(
-    part: Any, rows: Sequence[tuple[str, str]], columns: Sequence[str], curves: Sequence[Curve]
-) -> dict[str, Any]:
-    """Draw all panels; return their lines by name."""
-    grid = part.subplots(len(rows), len(columns), squeeze=False, sharey="col")
-    for axes in grid.ravel():
-        axes.set_axis_off()
-    handles: dict[str, Any] = {}
-    for curve in curves:
-        if (curve.study, curve.parameter) in rows and curve.figure in columns:
-            axes = grid[rows.index((curve.study, curve.parameter)), columns.index(curve.figure)]
-            axes.set_axis_on()
-            handles = {**_panel(axes, curve), **handles}  # joined lines stand before scattered dots
-    for axes in grid[0]:  # the others of a column share its range
-        axes.set_ylim(bottom=0.0)
-    return handles
+def _told(curve: Curve) -> list[float]:
+    return [y for y in curve.y if y is not None and math.isfinite(y)]
 
 
-def _panel(axes: Any, curve: Curve) -> dict[str, Any]:
-    """Draw one panel; return its lines by name, for the one legend of the picture."""
+def _draw(curve: Curve, groups: Mapping[str, int], top: float, axes: Axes) -> None:
     axes.set_title(short(curve.figure, 42), color=INK.light, fontsize=9.5)
     axes.set_xlabel(short(f"{curve.parameter} ({curve.study})", 44), color=MUTED.light, fontsize=9.5)
     places, apart = _abscissa(axes, curve)
     axes.axhline(NO_EFFECT, color=MUTED.light, lw=0.8, ls=(0, (4, 3)), zorder=1)
-    handles = {}
-    groups = list(dict.fromkeys(curve.group))
-    for k, group in enumerate(groups):
-        aside = 0.0 if curve.scattered else apart * (k - (len(groups) - 1) / 2)
+    here = list(dict.fromkeys(curve.group))
+    for k, group in enumerate(here):
+        aside = 0.0 if curve.scattered else apart * (k - (len(here) - 1) / 2)
         dots = [
             (x + aside, y)
             for x, y, g in zip(places, curve.y, curve.group, strict=True)
             if g == group and y is not None and math.isfinite(y)
         ]
-        colour, marker = CYCLE[k % len(CYCLE)].light, MARKERS[k % len(MARKERS)]
-        handles[group] = _line(axes, dots, colour, marker, curve.scattered)
-    return handles
+        colour, marker = CYCLE[groups[group] % len(CYCLE)].light, MARKERS[groups[group] % len(MARKERS)]
+        _line(axes, dots, colour, marker, curve.scattered, legend_label(group))
+    axes.set_ylim(0.0, max(top, 1.05 * NO_EFFECT))
 
 
-def _abscissa(axes: Any, curve: Curve) -> tuple[list[float], float]:
+def _abscissa(axes: Axes, curve: Curve) -> tuple[list[float], float]:
     """Set the ticks; return where each run stands, and how far groups stand apart so that none hides another."""
     texts = not all(isinstance(x, int | float) and not isinstance(x, bool) for x in curve.x)
     if texts:
@@ -147,14 +134,17 @@ def _abscissa(axes: Any, curve: Curve) -> tuple[list[float], float]:
     return places, min([0.012 * span, *(0.15 * step for step in steps)])
 
 
-def _line(axes: Any, dots: Sequence[tuple[float, float]], colour: str, marker: str, scattered: bool) -> Any:
+def _line(
+    axes: Axes, dots: Sequence[tuple[float, float]], colour: str, marker: str, scattered: bool, label: str
+) -> None:
     """Dots of all runs; medians joined and their range as a bar, unless the parameter was drawn at random."""
     x, y = [dot[0] for dot in dots], [dot[1] for dot in dots]
     if scattered:
-        return axes.plot(x, y, marker, color=colour, ms=3.0, mew=0.0, alpha=0.6)[0]
+        axes.plot(x, y, marker, color=colour, ms=3.0, mew=0.0, alpha=0.6, label=label)
+        return
     axes.plot(x, y, marker, color=colour, ms=2.6, mew=0.0, alpha=0.45)
     places = sorted(set(x))
     runs = [[b for a, b in dots if a == place] for place in places]
     axes.vlines(places, [min(run) for run in runs], [max(run) for run in runs], color=colour, lw=1.0, alpha=0.6)
     medians = [statistics.median(run) for run in runs]
-    return axes.plot(places, medians, color=colour, marker=marker, ms=4.5, mew=0.0, lw=1.4)[0]
+    axes.plot(places, medians, color=colour, marker=marker, ms=4.5, mew=0.0, lw=1.4, label=label)

@@ -1,15 +1,15 @@
-"""Tables of the reproduction: figures with their spread over seeds, accepted models, words about largest errors."""
+"""Tables of a plant on the page of the experiment: trials, identification, controllers, accepted models."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst.report.tables import Table
-from dehyst.report.text import count, number, short
-from dehyst.robot.experiments.results import ACCEPTABLE, PlantResult, Reproduction, TrialRun
+from dehyst.findings import Grade
+from dehyst.report.parts import Cell, Section, Table
+from dehyst.report.text import between, count, listed, number, short
+from dehyst.robot.experiments.results import ACCEPTABLE, PlantResult, Reproduction
 from dehyst.robot.report.numbers import (
     NO_HYSTERESIS,
     OFF,
@@ -20,22 +20,24 @@ from dehyst.robot.report.numbers import (
     identification_figure,
     joints_of,
     left_off,
-    listed,
-    run_of,
+    pair_of,
     same_run,
-    seed_figure,
     trial_figure,
     trial_name,
     trial_ratio,
     trials_of,
 )
-from dehyst.robot.report.reasons import in_words, largest_error
-from dehyst.robot.report.tool_tables import tool_tables
+from dehyst.robot.report.tool import tool_tables
 
 
 def plant_tables(result: Reproduction, plant: PlantResult) -> tuple[Table, ...]:
-    """Return the tables of a plant: joints, identification, tool."""
-    made = (_trials(result, plant), *tool_tables(result, plant, spread_note(plant)), _identification(result, plant))
+    """Return the tables of a plant: joints, tool, identification, controllers."""
+    made = (
+        _trials(result, plant),
+        *tool_tables(result, plant, spread_note(plant)),
+        _identification(result, plant),
+        _controllers(result, plant),
+    )
     return tuple(table for table in made if table is not None)
 
 
@@ -100,84 +102,64 @@ def _identification(result: Reproduction, plant: PlantResult) -> Table | None:
     return Table("Identification", head, tuple(rows), note) if rows else None
 
 
-def largest_errors(result: Reproduction, plant: PlantResult) -> tuple[tuple[str, str, bool], ...]:
-    """Return for every joint and trial of the first seed: its name, words about the largest error, whether it rose."""
-    found = []
-    for joint in joints_of(result):
+def _controllers(result: Reproduction, plant: PlantResult) -> Table | None:
+    """Return rms errors of every joint and trial under each controller, off and on; None if the paper's ran alone."""
+    names = [str(name) for name in result.settings.get("controllers", ())]
+    rows = []
+    for joint in joints_of(result) if names else ():
         for trial in trials_of(result):
-            off, on = run_of(plant, trial, OFF), run_of(plant, trial, result.compensator)
-            if off is None or on is None or same_run(off, on):
-                continue
-            place = largest_error(off, on, joint)
-            sizes = [_largest(plant, run, joint) for run in (off, on)]
-            found.append((f"Joint {joint}, {trial_name(trial)}", in_words(place, *sizes), sizes[1] > sizes[0]))
-    return tuple(found)
+            cells = [_off_and_on(plant, name, joint, trial, result.compensator) for name in names]
+            rows.append((f"joint {joint}, {trial_name(trial)}", *cells))
+    tuned = [_tuned(plant, name) for name in names]
+    if not rows or None in tuned:
+        return None
+    rows.append(("numbers to tune", *map(str, tuned)))
+    note = "Each controller: rms error in degrees without compensator | with it; mean of the seeds."
+    return Table("Controllers side by side", ("", *(short(name, 20) for name in names)), tuple(rows), note)
 
 
-def _largest(plant: PlantResult, run: TrialRun, joint: int) -> float:
-    """Largest error as the tables have it; from the run itself if its seed has no figures. [deg]"""
-    told = seed_figure(plant, run.seed, joint, run.trial, run.compensator, "max_deg")
-    return float(np.rad2deg(np.max(np.abs(run.error[:, joint - 1])))) if told is None else told
+def _tuned(plant: PlantResult, name: str) -> int | None:
+    told = (one.get("controllers", {}).get(name) for one in plant.figures.values())
+    return next((one["tuned"] for one in told if one), None)
 
 
-ACCEPTED, REFUSED = "accepted", "not accepted"
+def _off_and_on(plant: PlantResult, name: str, joint: int, trial: str, compensator: str) -> str:
+    said = []
+    for which in (OFF, compensator):
+        found = []
+        for one in plant.figures.values():
+            trials = one.get("controllers", {}).get(name, {}).get("joints", {}).get(str(joint), {}).get("trials", {})
+            found += [trials[trial][which]["rms_deg"]] if which in trials.get(trial, {}) else []
+        said.append(number(float(np.mean(found)), 3) if found else "–")
+    return " | ".join(said)
 
 
-@dataclass(frozen=True)
-class Cell:
-    """What the table says of one joint of one plant: the unexplained share, and what followed from it."""
-
-    share: str
-    verdict: str
-    good: bool
-
-
-@dataclass(frozen=True)
-class Acceptance:
-    """The part of the page.
-
-    Attributes
-    ----------
-    rule
-        What is tested and where the limit lies.
-    head
-        Names of the columns.
-    rows
-        Plant -> one cell a joint, None for a joint that was not identified there.
-    words
-        What followed on the plants where a model was not accepted.
-    """
-
-    rule: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Cell | None, ...]], ...]
-    words: tuple[str, ...]
-
-
-def acceptance(result: Reproduction) -> Acceptance | None:
-    """Return what was accepted, or None if that is not known of any model."""
+def acceptance(result: Reproduction) -> Section | None:
+    """Return which models were accepted, and what followed where one was not; None if that is not known of any."""
     joints = joints_of(result)
-    rows = tuple((short(p.plant, 40), tuple(_cell(p, j) for j in joints)) for p in result.plants.values())
-    if not any(cell for _, cells in rows for cell in cells):
+    rows = tuple((short(p.plant, 40), *(_cell(p, joint) for joint in joints)) for p in result.plants.values())
+    if not any(isinstance(cell, Cell) for row in rows for cell in row):
         return None
     rule = (
-        "Before a compensator is switched on, its model is asked for loops that it was not fitted to. Shown is what it "
+        "Before a compensator is switched on, its model is tested on loops that it was not fitted to. Shown is what it "
         "leaves unexplained: the standard deviation of measured hysteresis − inverse model, in percent of that of the "
         f"hysteresis. With more than {100 * ACCEPTABLE:.0f} % the compensator stays off."
     )
     if any(one.direct is not None for plant in result.plants.values() for one in plant.identifications.values()):
         rule += " Of a direct inverse only the terms without time count, and only loops: creep is no hysteresis."
-    words = tuple(filter(None, (_consequence(result, plant, joints) for plant in result.plants.values())))
-    return Acceptance(rule, tuple(f"joint {joint}" for joint in joints), rows, words)
+    words = filter(None, (_consequence(result, plant, joints) for plant in result.plants.values()))
+    table = Table("", ("plant", *(f"joint {joint}" for joint in joints)), rows)
+    return Section("accepted", "Which models were accepted", (table, *words), rule)
 
 
-def _cell(plant: PlantResult, joint: int) -> Cell | None:
+def _cell(plant: PlantResult, joint: int) -> str | Cell:
     accepted, known = accepted_of(plant, joint)
     if not known:
-        return None
+        return "–"
     some = f"accepted in {accepted} of {count(known, 'seed')}"
-    verdict = ACCEPTED if accepted == known else REFUSED if accepted == 0 else some
-    return Cell(_percent(unexplained_of(plant, joint)), verdict, accepted == known)
+    verdict = "accepted" if accepted == known else "not accepted" if accepted == 0 else some
+    grade = Grade.GOOD if accepted == known else Grade.CARE
+    return Cell(percent_of(unexplained_of(plant, joint)), verdict, grade)
 
 
 def unexplained_of(plant: PlantResult, joint: int) -> Spread | None:
@@ -189,12 +171,12 @@ def unexplained_of(plant: PlantResult, joint: int) -> Spread | None:
     return found
 
 
-def _percent(found: Spread | None) -> str:
+def percent_of(found: Spread | None) -> str:
+    """Return a share in percent, with its range over the seeds in brackets."""
     if found is None:
         return "–"
-    text = f"{number(100 * found.mean)} %"
-    low, high = number(100 * found.low), number(100 * found.high)
-    return text if found.seeds < 2 or low == high else f"{text} ({low}–{high})"
+    text, ends = f"{number(100 * found.mean)} %", between(100 * found.low, 100 * found.high)
+    return text if found.seeds < 2 or "–" not in ends else f"{text} ({ends})"
 
 
 def _consequence(result: Reproduction, plant: PlantResult, joints: Sequence[int]) -> str:
@@ -218,6 +200,6 @@ def _consequence(result: Reproduction, plant: PlantResult, joints: Sequence[int]
 
 
 def _all_equal(result: Reproduction, plant: PlantResult) -> bool:
-    pairs = [(run_of(plant, t, OFF), run_of(plant, t, result.compensator)) for t in trials_of(result)]
-    complete = [(off, on) for off, on in pairs if off is not None and on is not None]
-    return bool(complete) and all(same_run(off, on) for off, on in complete)
+    pairs = [pair_of(plant, trial, result.compensator) for trial in trials_of(result)]
+    complete = [pair for pair in pairs if None not in pair]
+    return bool(complete) and all(same_run(*pair) for pair in complete)

@@ -1,52 +1,70 @@
-"""Figures 7 and 8 of the paper: the trials, compensator off and on, in the joints and at the tool."""
+"""Figures 7 and 8 of the paper: the trials without and with compensator, in the joints and at the tool."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.report.figures.panel import Axes, says
+from dehyst.report.drawing import Line, chart
+from dehyst.report.parts import Axes, Draw, Figure, Panel
 from dehyst.report.text import number, short
-from dehyst.report.theme import INK, MUTED, TEST, TRAIN, Token
+from dehyst.report.theme import INK, MUTED, TEST, TRAIN
 from dehyst.robot.experiments.results import PlantResult, TrialRun
-from dehyst.robot.report.lines import Draw, Line, over_time, shaded
-from dehyst.robot.report.numbers import OFF, run_of, same_run, tool_figures, trial_figure, trial_name
-from dehyst.robot.report.picture import Picture, Plate
+from dehyst.robot.report.numbers import (
+    OFF,
+    Pair,
+    first_cycle,
+    pair_of,
+    same_run,
+    tool_figures,
+    trial_figure,
+    trial_name,
+)
 
 TIME = "time [s]"
 ON_LABEL, OFF_LABEL, SAME_LABEL = "with compensator", "without", "without; with it the same, left off"
-SIDES: tuple[tuple[bool, Token, str, float], ...] = ((False, TEST, OFF_LABEL, 1.3), (True, TRAIN, ON_LABEL, 1.3))
+SIDES = ((TEST, OFF_LABEL), (TRAIN, ON_LABEL))
 
 
-def first_cycle(run: TrialRun) -> slice:
-    """Return the samples of the first cycle."""
-    return slice(0, int(np.searchsorted(run.cycle, run.cycle[0] + 1)) if run.cycle.size else 0)
+def trial_figures(plant: PlantResult, joint: int, others: Sequence[int], pairs: Mapping[str, Pair]) -> list[Figure]:
+    """Return figure 7 of a joint, and the errors of the other joints; nothing without runs.
+
+    `pairs` holds the runs of each trial without and with compensator.
+    """
+    pairs = {trial: pair for trial, pair in pairs.items() if any(pair)}
+    if not pairs:
+        return []
+    run = next(run for pair in pairs.values() for run in pair if run)
+    found = [
+        Figure(
+            "trials",
+            "Trials: angle, error and integrator",
+            f"Joint {joint}, first cycle. {_band_words(run)} Every panel has its own scale. "
+            f"{_integrator_words(pairs, joint)}",
+            tuple(_three_rows(plant, joint, trial, pair) for trial, pair in pairs.items()),
+            columns=3,
+            number="7",
+        )
+    ]
+    if others:
+        same = all(same_run(*pair) for pair in pairs.values())
+        found.append(
+            Figure(
+                "trials-others",
+                f"The same trials, joint{'s' if len(others) > 1 else ''} {' and '.join(map(str, others))}",
+                f"All joints move {'' if same else 'and are compensated '}at once; the paper left these open. Every "
+                "panel has its own scale.",
+                tuple(_error_rows(others, trial, pair) for trial, pair in pairs.items()),
+                columns=3,
+            )
+        )
+    return found
 
 
-def pair_of(plant: PlantResult, trial: str, compensator: str) -> tuple[TrialRun | None, TrialRun | None]:
-    """Return the runs of a trial without and with compensator."""
-    return run_of(plant, trial, OFF), run_of(plant, trial, compensator)
-
-
-def joint_plate(plant: PlantResult, joint: int, trials: Sequence[str], compensator: str) -> Plate | None:
-    """Return figure 7, or None without runs."""
-    pairs = {trial: pair_of(plant, trial, compensator) for trial in trials}
-    pictures = [_three_rows(plant, joint, trial, *pair, compensator) for trial, pair in pairs.items() if any(pair)]
-    if not pictures:
-        return None
-    return Plate(
-        "trials",
-        "Trials: angle, error and integrator",
-        f"Joint {joint}, first cycle. {band_words(next(r for pair in pairs.values() for r in pair if r))} Every "
-        f"picture has its own scale. {_integrator_words(pairs, joint)}",
-        tuple(pictures),
-        columns=3,
-    )
-
-
-def _integrator_words(pairs: Mapping[str, Sequence[TrialRun | None]], joint: int) -> str:
+def _integrator_words(pairs: Mapping[str, Pair], joint: int) -> str:
     """What the integrator has to do in each trial, over all cycles."""
     said = []
     for trial, (off, on) in pairs.items():
@@ -58,153 +76,116 @@ def _integrator_words(pairs: Mapping[str, Sequence[TrialRun | None]], joint: int
     return f"Torque of the integrator, rms: {'; '.join(said)}." if said else ""
 
 
-def _lines(pair: Sequence[TrialRun | None], values: Sequence[Array | None]) -> list[Line]:
-    if same_run(*pair):  # the second would hide the first
-        return [Line(values[0], TEST, SAME_LABEL, 1.3)] if values[0] is not None else []
+def _lines(pair: Pair, values: Sequence[Array | None]) -> list[Line]:
+    """Both sides over time; one line where they are the same run."""
+    off, on = (None if run is None else run.time[first_cycle(run)] for run in pair)
+    if same_run(*pair) and off is not None and values[0] is not None:  # the second would hide the first
+        return [Line(off, values[0], TEST, SAME_LABEL, 1.3)]
     return [
-        Line(value, token, label, width)
-        for run, value, (_, token, label, width) in zip(pair, values, SIDES, strict=True)
-        if run is not None and value is not None
+        Line(t, value, token, label, 1.3)
+        for t, value, (token, label) in zip((off, on), values, SIDES, strict=True)
+        if t is not None and value is not None
     ]
 
 
-def band_words(run: TrialRun) -> str:
-    """Say what the grey bands are."""
+def _rows(pair: Pair, up: str, value: Callable[[TrialRun], Array], reach: float | None = None) -> Draw:
+    """A value of both runs over the first cycle, the figures of the path shaded."""
+    values = [None if run is None else value(run)[first_cycle(run)] for run in pair]
+    return chart(TIME, up, _lines(pair, values), zero=True, reach=reach, bands=_bands(pair))
+
+
+def _band_words(run: TrialRun) -> str:
     order = ", ".join(short(name, 30) for name in run.figures)
     if (run.figure < 0).any():
         return f"Grey bands: figures of the path, in the order {order}; between them the way to the next."
     return f"The path's figures are {order}; grey bands mark every other one."
 
 
-def _bands(run: TrialRun, part: slice) -> list[tuple[float, float]]:
+def _bands(pair: Pair) -> list[tuple[float, float]]:
     """From when to when a figure of the path is followed; of figures without a way between them, every other one."""
-    figure, t = run.figure[part], run.time[part]
+    run = next(run for run in pair if run is not None)
+    figure, t = run.figure[first_cycle(run)], run.time[first_cycle(run)]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(figure)) + 1, [figure.size]]).astype(np.int64)
     pieces = list(zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True))
     shown = [piece for piece in pieces if figure[piece[0]] >= 0] if (figure < 0).any() else pieces[1::2]
     return [(float(t[a]), float(t[b - 1])) for a, b in shown]
 
 
-def _three_rows(
-    plant: PlantResult, joint: int, trial: str, off: TrialRun | None, on: TrialRun | None, compensator: str
-) -> Picture:
-    pair = (off, on)
-    run = off or on
-    assert run is not None
-    part, j = first_cycle(run), joint - 1
-    t, bands = run.time[part], _bands(run, part)
-    wanted = Line(np.rad2deg(run.desired[part, j]), INK, "desired")
-    errors = [None if r is None else np.rad2deg(r.error[first_cycle(r), j]) for r in pair]
-    torques = [None if r is None else r.integrator[first_cycle(r), j] for r in pair]
-    still = all(torque is None or not torque.any() for torque in torques)
-    rows: tuple[Draw, ...] = (
-        over_time(t, (wanted,), TIME, "q_d [°]"),
-        over_time(t, _lines(pair, errors), TIME, "error [°]"),
-        _switched_off(t) if still else over_time(t, _lines(pair, torques), TIME, "integrator [Nm]"),
+def _three_rows(plant: PlantResult, joint: int, trial: str, pair: Pair) -> Panel:
+    j = joint - 1
+    run = next(run for run in pair if run is not None)
+    t = run.time[first_cycle(run)]
+    wanted = Line(t, np.rad2deg(run.desired[first_cycle(run), j]), INK, "desired", 1.15)
+    idle = all(each is None or not each.integrator[first_cycle(each), j].any() for each in pair)
+    rows = (
+        chart(TIME, "q_d [°]", [wanted], bands=_bands(pair)),
+        _rows(pair, "error [°]", partial(_error_deg, joint)),
+        _switched_off(t, pair) if idle else _rows(pair, "integrator [Nm]", lambda each: each.integrator[:, j]),
     )
-    alt = says(
-        f"Trial {trial_name(trial)}, joint {joint}: desired angle, error and integrator over time.",
-        _rms_words(plant, joint, trial, compensator),
-    )
-    shown = _with_legend(rows, _lines(pair, errors))
-    return Picture(trial_name(trial).capitalize(), tuple(shaded(row, bands) for row in shown), alt, (0.95, 1.65, 1.3))
-
-
-def _rms_words(plant: PlantResult, joint: int, trial: str, compensator: str) -> str:
-    found = [
-        (label, trial_figure(plant, joint, trial, name, "rms_deg"))
-        for label, name in ((OFF_LABEL, OFF), (ON_LABEL, compensator))
+    told = [
+        f" Rms {label}: {figure.mean:.3g} degrees."
+        for each, (_, label) in zip(pair, SIDES, strict=True)
+        if each and (figure := trial_figure(plant, joint, trial, each.compensator, "rms_deg"))
     ]
-    return " ".join(f"Rms {label}: {number(value.mean)} degrees." for label, value in found if value is not None)
+    alt = f"Trial {trial_name(trial)}, joint {joint}: desired angle, error and integrator over time.{''.join(told)}"
+    return Panel(trial_name(trial).capitalize(), rows, alt, (0.95, 1.65, 1.3))
 
 
-def _with_legend(rows: tuple[Draw, ...], lines: Sequence[Line]) -> tuple[Draw, ...]:
-    """The first row has its own line only; the legend names those of the rows below."""
-
-    def first(axes: Axes) -> None:
-        rows[0](axes)
-        for line in lines:
-            axes.plot([], [], color=line.token.light, lw=line.width, label=line.label)
-
-    return (first, *rows[1:])
-
-
-def _switched_off(t: Array) -> Draw:
-    flat = over_time(t, (Line(np.zeros_like(t), MUTED, "integrator"),), TIME, "integrator [Nm]", reach=1.0)
-
-    def draw(axes: Axes) -> None:
-        flat(axes)
+def _switched_off(t: Array, pair: Pair) -> Draw:
+    def told(axes: Axes) -> None:
         axes.set_yticks([0.0], ["0"])
         axes.text(0.5, 0.68, "switched off", transform=axes.transAxes, ha="center", va="center", color=MUTED.light)
 
-    return draw
+    flat = [Line(t, np.zeros_like(t), MUTED)]
+    return chart(TIME, "integrator [Nm]", flat, zero=True, reach=1.0, bands=_bands(pair), also=told)
 
 
-def others_plate(plant: PlantResult, joints: Sequence[int], trials: Sequence[str], compensator: str) -> Plate | None:
-    """Return the errors of the other joints as small pictures, or None without runs."""
-    pairs = {trial: pair_of(plant, trial, compensator) for trial in trials}
-    pictures = [_error_rows(joints, trial, pair) for trial, pair in pairs.items() if any(pair) and joints]
-    if not pictures:
-        return None
-    words = " and ".join(map(str, joints))
-    return Plate(
-        "trials-others",
-        f"The same trials, joints {words}" if len(joints) > 1 else f"The same trials, joint {words}",
-        f"{_at_once(pairs.values())}; the paper left these open. Every picture has its own scale.",
-        tuple(pictures),
-        columns=3,
-    )
+def _error_deg(joint: int, run: TrialRun) -> Array:
+    return np.rad2deg(run.error[:, joint - 1])
 
 
-def _at_once(pairs: Iterable[Sequence[TrialRun | None]]) -> str:
-    if all(same_run(*pair) for pair in pairs):
-        return "All joints move at once"
-    return "All joints move and are compensated at once"
+def _tool_error_mm(axis: int, run: TrialRun) -> Array:
+    return 1e3 * (run.tool_desired - run.tool)[:, axis]
 
 
-def _error_rows(joints: Sequence[int], trial: str, pair: Sequence[TrialRun | None]) -> Picture:
-    run = next(r for r in pair if r is not None)
-    part = first_cycle(run)
-    t, bands = run.time[part], _bands(run, part)
-    rows = []
-    for joint in joints:
-        errors = [None if r is None else np.rad2deg(r.error[first_cycle(r), joint - 1]) for r in pair]
-        rows.append(shaded(over_time(t, _lines(pair, errors), TIME, f"error of joint {joint} [°]"), bands))
-    alt = says(f"Trial {trial_name(trial)}: errors of joints {', '.join(map(str, joints))} over time, off and on.")
-    return Picture(trial_name(trial).capitalize(), tuple(rows), alt, (1.2,) * len(rows))
+def _error_rows(joints: Sequence[int], trial: str, pair: Pair) -> Panel:
+    rows = tuple(_rows(pair, f"error of joint {joint} [°]", partial(_error_deg, joint)) for joint in joints)
+    words = ", ".join(map(str, joints))
+    alt = f"Trial {trial_name(trial)}: errors of joints {words} over time, without and with compensator."
+    return Panel(trial_name(trial).capitalize(), rows, alt, (1.2,) * len(rows))
 
 
-def tool_plate(plant: PlantResult, trial: str, compensator: str) -> Plate | None:
+def tool_figure(plant: PlantResult, trial: str, compensator: str) -> Figure | None:
     """Return figure 8, or None without runs of the trial."""
     pair = pair_of(plant, trial, compensator)
     if not any(pair):
         return None
-    run = next(r for r in pair if r is not None)
-    part = first_cycle(run)
-    t, bands = run.time[part], _bands(run, part)
-    errors = [None if r is None else 1e3 * (r.tool_desired - r.tool)[first_cycle(r)] for r in pair]
-    reach = 1.06 * max(float(np.max(np.abs(e))) for e in errors if e is not None)
-    pictures = []
-    for k, axis in enumerate("xyz"):
-        lines = _lines(pair, [None if e is None else e[:, k] for e in errors])
-        row = shaded(over_time(t, lines, TIME, f"error in {axis} [mm]", reach=reach), bands)
-        alt = says(f"Error of the tool in {axis} over time, {trial_name(trial)} trial, off and on.")
-        pictures.append(Picture(f"{axis}, {('forward', 'left', 'up')[k]}", (row,), alt, (1.9,)))
-    return Plate(
+    errors = [1e3 * np.max(np.abs((run.tool_desired - run.tool)[first_cycle(run)])) for run in pair if run]
+    reach = 1.06 * float(max(errors))
+    panels = tuple(
+        Panel(
+            f"{axis}, {direction}",
+            _rows(pair, f"error in {axis} [mm]", partial(_tool_error_mm, k), reach),
+            f"Error of the tool in {axis} over time, {trial_name(trial)} trial, without and with compensator.",
+            (1.9,),
+        )
+        for k, (axis, direction) in enumerate((("x", "forward"), ("y", "left"), ("z", "up")))
+    )
+    return Figure(
         "tool",
         "Errors of the tool",
         f"{trial_name(trial).capitalize()} trial, first cycle, desired less reached at the same moment; the same scale "
         f"for all three directions. {_tool_words(plant, trial, compensator)}",
-        tuple(pictures),
+        panels,
         columns=3,
+        number="8",
     )
 
 
 def _tool_words(plant: PlantResult, trial: str, compensator: str) -> str:
-    found = {c: tool_figures(plant, trial, c).get("tracking_rms_mm") for c in (OFF, compensator)}
-    off, on = found[OFF], found[compensator]
+    off, on = (tool_figures(plant, trial, name).get("tracking_rms_mm") for name in (OFF, compensator))
     if off is None or on is None:
         return ""
-    if same_run(*pair_of(plant, trial, compensator)):
-        return f"Distance from where the tool should be, rms over all cycles: {off} mm; the compensator was left off."
-    return f"Distance from where the tool should be, rms over all cycles: {off} mm without, {on} mm with compensator."
+    same = same_run(*pair_of(plant, trial, compensator))
+    both = "; the compensator was left off" if same else f" without, {on} mm with compensator"
+    return f"Distance from where the tool should be, rms over all cycles: {off} mm{both}."

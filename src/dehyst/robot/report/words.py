@@ -1,11 +1,11 @@
-"""The first screen of the reproduction: what compensation did, in one sentence, a small table, one tile a plant."""
+"""The first screen of the reproduction: what was run, and what compensation did in a sentence, a table and tiles."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from dehyst.report.tables import Table
-from dehyst.report.text import count, number, short
+from dehyst.report.parts import Table, Tile
+from dehyst.report.text import between, count, listed, number, short
 from dehyst.robot.experiments.results import PlantResult, Reproduction
 from dehyst.robot.report.numbers import (
     NO_HYSTERESIS,
@@ -13,14 +13,13 @@ from dehyst.robot.report.numbers import (
     Spread,
     joints_of,
     left_off,
-    listed,
     tool_ratio,
     trial_figure,
     trial_name,
     trial_ratio,
     trials_of,
 )
-from dehyst.robot.report.tool_tables import MEASURES, larger_figures
+from dehyst.robot.report.tool import MEASURES, larger_figures
 
 # A ratio within this of 1 is called unchanged.
 UNCHANGED = 0.02
@@ -41,6 +40,27 @@ def headline_of(result: Reproduction) -> tuple[int, str] | None:
     return (1 if 1 in joints else joints[0]), ("slow" if "slow" in trials else trials[0])
 
 
+def relation(result: Reproduction) -> str:
+    """Return what was run: controllers (if not the paper's alone), compensators, plants, seeds, joints."""
+    seeds = max((len(plant.figures) for plant in result.plants.values()), default=0)
+    controllers = [short(str(name), 20) for name in result.settings.get("controllers", ())]
+    compensators = [short(name, 20) for name in result.compensators if name != result.compensator]
+    said = [
+        _first_of("controller", controllers[:1], controllers[1:]),
+        _first_of("compensator", [short(result.compensator, 40)], compensators),
+        count(len(result.plants), "plant"),
+        count(seeds, "seed"),
+        f"joints {', '.join(map(str, joints_of(result)))}",
+    ]
+    return " · ".join(filter(None, said))
+
+
+def _first_of(noun: str, first: Sequence[str], others: Sequence[str]) -> str:
+    """The one that the page is about, then those that were run beside it."""
+    beside = f", beside {', '.join(others)}" if others else ""
+    return f"{noun} “{first[0]}”{beside}" if first else ""
+
+
 def lead(result: Reproduction) -> str:
     """Return the headline sentence."""
     about = headline_of(result)
@@ -50,7 +70,8 @@ def lead(result: Reproduction) -> str:
     told = [p for p in result.plants.values() if trial_ratio(p, joint, trial, result.compensator, "rms_deg")]
     if not told:
         errors = [trial_figure(p, joint, trial, OFF, "rms_deg") for p in result.plants.values()]
-        found = _range([error.mean for error in errors if error])
+        means = [error.mean for error in errors if error]
+        found = between(min(means), max(means))
         return f"Without compensator, joint {joint} is {found}° off (rms) in the {trial_name(trial)} trial."
     what = f"the rms error of joint {joint} in the {trial_name(trial)} trial"
     said = [_gain(result, told, about, what), _refused(told, joint), _control(result, told, about, what)]
@@ -93,6 +114,40 @@ def _control(result: Reproduction, told: Sequence[PlantResult], about: tuple[int
     way = "as it is" if abs(left - 1.0) <= UNCHANGED else "larger" if left > 1.0 else "smaller"
     verb = "leaves" if way == "as it is" else "makes"
     return f"on the plant without hysteresis the compensator {verb} {what} {way} ({100 * left:.0f} %)"
+
+
+def tiles(result: Reproduction) -> tuple[tuple[Tile, ...], str]:
+    """Return the errors without and with compensator, a tile a plant or a trial, and what they show."""
+    about = headline_of(result)
+    if about is None:
+        return (), ""
+    joint, trial = about
+    if len(result.plants) == 1:
+        plant = next(iter(result.plants.values()))
+        made = (_tile(trial_name(t).capitalize(), plant, joint, t, result.compensator) for t in trials_of(result))
+        return tuple(made), f"Rms error of joint {joint} on plant {short(plant.plant, 30)}"
+    made = (_tile(short(p.plant, 30), p, joint, trial, result.compensator) for p in result.plants.values())
+    return tuple(made), f"Rms error of joint {joint} in the {trial_name(trial)} trial"
+
+
+def _tile(name: str, plant: PlantResult, joint: int, trial: str, compensator: str) -> Tile:
+    off, on = (trial_figure(plant, joint, trial, c, "rms_deg") for c in (OFF, compensator))
+    if left_off(plant, joint):
+        return Tile(name, "", "", "model not accepted, compensator left off", _degrees(off))
+    ratio = trial_ratio(plant, joint, trial, compensator, "rms_deg")
+    remark = "without compensator only" if ratio is None else _way(ratio)
+    return Tile(name, _degrees(on), "", remark, _degrees(off))
+
+
+def _way(ratio: Spread) -> str:
+    same = abs(ratio.mean - 1.0) <= UNCHANGED
+    way = "unchanged (" if same else "down to " if ratio.mean < 1.0 else "up to "
+    text = f"{way}{number(100 * ratio.mean)} %{')' if same else ''}"
+    return text if ratio.seeds < 2 else f"{text} ({between(100 * ratio.low, 100 * ratio.high)}, {ratio.seeds} seeds)"
+
+
+def _degrees(found: Spread | None) -> str:
+    return "" if found is None else f"{number(found.mean)}°"
 
 
 def shares(result: Reproduction) -> Table | None:
@@ -166,11 +221,6 @@ def _ratios(plants: Iterable[PlantResult], compensator: str, joint: int, trial: 
 def about_plant(name: str) -> str:
     """Return what a plant's hysteresis is, or "" for one of the user's own."""
     return MECHANISMS.get(name, "")
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = number(min(values)), number(max(values))
-    return low if low == high else f"{low} to {high}"
 
 
 def _percent(values: Sequence[float]) -> str:
