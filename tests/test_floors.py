@@ -37,7 +37,7 @@ INNER = {  # floors inside large rooms, of what is named
     ),
     "export": ({"iec"}, {"units"}, {"subject"}, {"plc", "fmu"}, {"fmu2", "fmu3", "st"}, {"verification"}),
     "families": ({"base"}, {"elements"}, {"columns"}, {"choice"}, {"rows"}, {"best"}),
-    "report": ({"figures"}, {"rendering"}, {"page", "compare", "drift"}),
+    "report": ({"parts"}, {"drawing", "svg"}, {"figures", "page"}, {"fit", "compare", "drift", "pictures"}),
 }
 FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in rooms}
 HOMES = {
@@ -46,7 +46,7 @@ HOMES = {
     "jinja2": {"export", "report"},
     "markupsafe": {"report", "robot"},  # jinja2's own strings
     "threadpoolctl": {"identification"},
-    "matplotlib": {"report", "robot"},
+    "matplotlib": {"report"},
     "typer": {"cli", "app"},
     "rich": {"cli", "app"},
     "rosbags": {"io"},

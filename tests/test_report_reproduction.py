@@ -12,21 +12,20 @@ import numpy as np
 import pytest
 
 from dehyst.errors import OutputError, ParameterError
+from dehyst.findings import Grade
 from dehyst.report.text import number
-from dehyst.report.thin import Window
+from dehyst.report.thin import Window, joined
 from dehyst.robot.experiments.results import TRIALS
 from dehyst.robot.iso9283 import TestCube, timed
 from dehyst.robot.iso9283 import test_path as path_of_figures
 from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.arm import magnification, scene
-from dehyst.robot.report.lines import joined
 from dehyst.robot.report.numbers import spread, tool_figures, trial_figure, trial_ratio
-from dehyst.robot.report.page import limit_words, rest_study, tiles
-from dehyst.robot.report.reasons import in_words, largest_error
-from dehyst.robot.report.studies import break_even
+from dehyst.robot.report.reasons import in_words, largest_error, limit_words
+from dehyst.robot.report.studies import break_even, rest_study
 from dehyst.robot.report.tables import acceptance
-from dehyst.robot.report.tool_words import worst_corner
-from dehyst.robot.report.words import lead
+from dehyst.robot.report.tool import worst_corner
+from dehyst.robot.report.words import lead, tiles
 from reproduction_samples import SETTINGS, plant_result, sample_reproduction, studies
 from test_report import HOSTILE_NAMES, read
 
@@ -95,7 +94,7 @@ def test_all_figures_of_the_paper_are_there_for_every_plant(page):
 
 
 def test_the_first_plant_is_open_the_others_closed(page):
-    plants = [a for tag, a in read(page).elements if tag == "details" and a.get("class") == "plant"]
+    plants = [a for tag, a in read(page).elements if tag == "details" and a.get("class") == "part"]
     assert [("open" in a) for a in plants] == [True, False]
 
 
@@ -190,7 +189,10 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     told["paper"]["max_deg"] = 1.5 * told["off"]["max_deg"]
     result = replace(sample_reproduction(("maxwell-slip",)), plants={"maxwell-slip": replace(plant, runs=tuple(runs))})
     text = read(write_reproduction_report(result, tmp_path / "r.html")).text
-    assert "of a joint larger in 1 of 3 cases" in text and "Joint 1, fast larger with compensator Largest error" in text
+    assert (
+        "of a joint larger in 1 of 3 cases" in text
+        and "that are larger with compensator Joint 1, fast Largest error" in text
+    )
     assert f"Largest error {number(told['paper']['max_deg'])}° with, {number(told['off']['max_deg'])}° without" in text
     assert (
         "The largest error of a joint grows with the compensator in 1 case: maxwell-slip, joint 1, fast (150 %)" in text
@@ -200,17 +202,19 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
 @pytest.mark.slow
 def test_a_model_that_was_not_accepted_is_said_plainly_and_no_ratio_is_claimed(result, page, tmp_path):
     text = read(page).text
-    cells = acceptance(result).rows[1][1]
-    assert [cell.verdict for cell in cells] == ["not accepted"] * 3 and not any(cell.good for cell in cells)
+    cells = acceptance(result).blocks[0].rows[1][1:]
+    assert [(cell.badge, cell.grade) for cell in cells] == [("not accepted", Grade.CARE)] * 3
     share = 100 * np.mean(
         [f["joints"][2]["identification"]["unexplained_unseen"] for f in seeds(result.plants["none"])]
     )
-    assert cells[1].share.startswith(f"{number(share)} % (") and cells[1].share in text
+    assert cells[1].text.startswith(f"{number(share)} % (") and cells[1].text in text
     assert "the compensator of joints 1, 2 and 4 was never switched on" in text and "equal to the last bit" in text
     assert lead(result).endswith("so the compensator stays off there and changes nothing.") and "100 %)" not in lead(
         result
     )
-    assert ("none", "model not accepted, compensator left off") in {(t[0], t[3]) for t in tiles(result)[0]}
+    assert ("none", "model not accepted, compensator left off") in {
+        (tile.name, tile.remark) for tile in tiles(result)[0]
+    }
     assert "left off" in text and "“on” is without compensator too" in text
     assert "without; with it the same, left off" in page.read_text(encoding="utf-8")  # one line instead of two
     only = replace(result, plants={"none": result.plants["none"]})
@@ -224,8 +228,8 @@ def test_runs_that_differ_are_not_called_equal(result):
     plant = result.plants["none"]
     moved = tuple(replace(r, angle=r.angle + 1e-9) if r.compensator != "off" else r for r in plant.runs)
     other = replace(result, plants={"none": replace(plant, runs=moved)})
-    assert "equal to the last bit" in " ".join(acceptance(result).words)
-    assert "equal to the last bit" not in " ".join(acceptance(other).words)
+    assert "equal to the last bit" in " ".join(acceptance(result).blocks[1:])
+    assert "equal to the last bit" not in " ".join(acceptance(other).blocks[1:])
 
 
 def test_corner_rounding_is_held_against_that_of_the_commanded_path():
@@ -276,10 +280,10 @@ def test_the_rest_study_tells_equal_drift_from_unequal():
     result = sample_reproduction(("dahl",), (0,), (1,))
     t = np.linspace(0.0, 100.0, 50)
     columns = {"time_s": t, "integrator_off_Nm": 4.0 - 0.007 * t, "integrator_on_Nm": 0.5 - 0.007 * t}
-    words = " ".join(rest_study(replace(result, studies={"rest": columns})).words)
+    words = " ".join(rest_study(replace(result, studies={"rest": columns})).points)
     assert "3.50 Nm apart" in words and "−0.00700 Nm/s" in words and "equal to within 1 %" in words
     columns["integrator_on_Nm"] = 0.5 - 0.001 * t
-    assert "not equal" in " ".join(rest_study(replace(result, studies={"rest": columns})).words)
+    assert "not equal" in " ".join(rest_study(replace(result, studies={"rest": columns})).points)
 
 
 def test_break_even_lies_where_the_straight_line_passes_one():
@@ -445,7 +449,7 @@ def test_several_compensators_stand_side_by_side_in_pictures_and_then_in_a_table
     reader = read(write_reproduction_report(result, tmp_path / "several.html"))
     assert reader.faults == []
     page = (tmp_path / "several.html").read_text(encoding="utf-8")
-    assert 0 < page.index('id="compared"') < page.index('id="compared-table"') < page.index('id="p0-plant"')
+    assert 0 < page.index('id="compared"') < page.index("Each compensator against none") < page.index('id="p0"')
     found = result.plants["dahl"].figures[0]["joints"][1]["trials"]["slow"]
     share = found["creep"]["rms_deg"] / found["off"]["rms_deg"]
     assert f"{float(f'{share:.2g}'):g}" in reader.text and "What each compensator leaves over" in reader.text

@@ -8,14 +8,16 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure as Canvas
 
 import dehyst.app.sweep as command
 import sweep_evaluators
 from dehyst.app.status import Status
 from dehyst.app.sweep import SweepRequest, run_sweep_command
 from dehyst.errors import OutputError
+from dehyst.report.svg import draw_panels
 from dehyst.robot.experiments.sweep import run_sweep
-from dehyst.robot.report.sweep import Curve, write_sweep_figure
+from dehyst.robot.report.sweep import Curve, sweep_figure, write_sweep_figure
 
 TEXT = """
 name = "test"
@@ -69,14 +71,23 @@ def test_the_picture_shows_every_run_and_a_line_a_mechanism(request_):
     assert not [word for word in ("http://", "https://") for line in text.splitlines() if f'href="{word}' in line]
 
 
-def test_no_run_lies_outside_its_panel(tmp_path):
-    import dehyst.robot.report.sweep as picture
+def test_no_run_lies_outside_its_panel_and_panels_of_a_figure_share_their_range():
+    canvas = Canvas()
+    curves = [Curve("a", x, "ratio", [1.0, 2.0], [0.2, top], [""] * 2) for x, top in (("x", 3.0), ("y", 0.5))]
+    draw_panels(canvas, sweep_figure("s", curves).panels, 1)
+    for axes in canvas.axes:
+        low, high = axes.get_ylim()
+        assert low == 0.0 and 3.0 < high < 3.5
 
-    canvas = picture.Canvas()
-    curves = [Curve("a", "x", "ratio", [1.0, 2.0], [0.2, top], [""] * 2) for top in (3.0, 0.5)]
-    picture._draw(canvas, [("a", "x")], ["ratio"], curves)
-    low, high = canvas.axes[0].get_ylim()
-    assert low == 0.0 and 3.0 < high < 3.5
+
+def test_a_group_has_one_colour_in_all_panels_and_is_named_once():
+    groups = ["dahl", "preisach"], ["preisach", "preisach"]
+    curves = [Curve("a", x, "ratio", [1.0, 2.0], [0.2, 0.4], each) for x, each in zip("xy", groups, strict=True)]
+    canvas, figure = Canvas(), sweep_figure("s", curves)
+    draw_panels(canvas, figure.panels, 1)
+    colours = [{line.get_color() for line in axes.lines if line.get_label() == "preisach"} for axes in canvas.axes]
+    assert colours[0] == colours[1] and len(colours[0]) == 1
+    assert [panel.legend for panel in figure.panels] == [True, False]
 
 
 def test_a_png_is_a_png_and_another_ending_is_refused(request_, tmp_path):

@@ -283,7 +283,7 @@ def _draw_bar(axes: Axes, k: int, bar: Bar, edge: float, beside: bool) -> None:
     if bar.spread and not cut:
         low, high = min(bar.spread, bar.value), end - bar.value
         axes.errorbar(
-            bar.value, k, xerr=[[low], [high]], fmt="none", ecolor=INK.light, elinewidth=1.1, capsize=2.5, zorder=3
+            bar.value, k, xerr=[[low], [high]], fmt="none", color=INK.light, elinewidth=1.1, capsize=2.5, zorder=3
         )
     if bar.ringed:
         axes.plot([length], [k], "o", mfc="none", mec=INK.light, ms=6.0, mew=1.0, zorder=3)

@@ -58,7 +58,7 @@ def panel_svg(panel: Panel, prefix: str) -> str:
         root = ElementTree.fromstring(_body(stream.getvalue()))
         _make_inline(root, prefix)
         root.set("role", "img")
-        root.set("aria-label", " ".join(clean(panel.alt).split()))
+        root.set("aria-label", clean(panel.alt))
         return ElementTree.tostring(root, encoding="unicode")
 
 
