@@ -1,4 +1,4 @@
-"""CONTRIBUTING shows a new family as one file, one line and one test file: executed here as they stand there."""
+"""CONTRIBUTING shows a new family and a new figure, each a file, a line and its tests: executed as they stand there."""
 
 import importlib.util
 import inspect
@@ -12,11 +12,15 @@ import pytest
 import test_families_conformity as conformity
 from dehyst import Recording, compare, load
 from dehyst.families import STARTS, example, identify_family, registry, rows, table
+from dehyst.report import figures, write_report
+from report_samples import fit_by_hand
 
 PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTION = PAGE.partition("### A family for comparison")[2].partition("\n#")[0]
 ROW = re.search(r"(?ms)^### A row of elements.*?^```text\n(.*?)^```$", PAGE)[1]
 FAMILY, LINE, TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", SECTION)
+DRAWING = PAGE.partition("## Add a report figure")[2].partition("\n## ")[0]
+FIGURE, LINES, FIGURE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", DRAWING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
 
@@ -25,14 +29,28 @@ PROMISES = [value for name, value in vars(conformity).items() if name.startswith
 def registered(tmp_path, monkeypatch):
     """The file and the line of CONTRIBUTING, as if they were part of the package."""
     ((name, module),) = eval("{" + LINE + "}").items()
-    path = tmp_path / "backlash.py"
-    path.write_text(FAMILY, encoding="utf-8")
+    load_shown(module, FAMILY, tmp_path, monkeypatch)
+    monkeypatch.setitem(registry.MODULES, name, module)
+    return name
+
+
+def load_shown(module, text, folder, monkeypatch):
+    path = folder / f"{module.rpartition('.')[2]}.py"
+    path.write_text(text, encoding="utf-8")
     spec = importlib.util.spec_from_file_location(module, path)
     loaded = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, module, loaded)
     spec.loader.exec_module(loaded)
-    monkeypatch.setitem(registry.MODULES, name, module)
-    return name
+
+
+def run_shown(text):
+    """Run the tests of CONTRIBUTING; return how many there are."""
+    shown = {}
+    exec(compile(text, "CONTRIBUTING.md", "exec", dont_inherit=True), shown)
+    tests = [value for name, value in shown.items() if name.startswith("test_")]
+    for test in tests:
+        test()
+    return len(tests)
 
 
 @pytest.fixture
@@ -65,12 +83,7 @@ def test_the_row_shown_is_fitted_inverted_saved_and_loaded(tabled, tmp_path):
 
 
 def test_the_tests_shown_pass(registered):
-    shown = {}
-    exec(compile(TESTS, "CONTRIBUTING.md", "exec", dont_inherit=True), shown)
-    tests = [value for name, value in shown.items() if name.startswith("test_")]
-    assert len(tests) == 2
-    for test in tests:
-        test()
+    assert run_shown(TESTS) == 2
 
 
 @pytest.mark.parametrize("promise", PROMISES, ids=lambda promise: promise.__name__.removeprefix("test_"))
@@ -106,3 +119,32 @@ def test_a_mistake_in_the_family_shown_would_be_noticed(registered, monkeypatch)
     monkeypatch.setattr(record, "run", lambda self, x, dt, memory: whole(self, x, dt, self.rest(float(x[0]))))
     with pytest.raises(AssertionError):
         conformity.test_a_run_cut_in_pieces_is_the_same_run_bit_for_bit(registered)
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """The figure of CONTRIBUTING, as if its lines stood among the figures of a fit."""
+    module, name, entry = re.fullmatch(r"from (\S+) import (\w+)\n    (\w+),\n", LINES).groups()
+    assert entry == name
+    load_shown(module, FIGURE, tmp_path, monkeypatch)
+    monkeypatch.setattr(figures, "MAKERS", (*figures.MAKERS, getattr(sys.modules[module], name)))
+
+
+def test_the_figure_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`((?:src|tests)/\S+\.py)`", DRAWING))
+    assert len(named - {"tests/test_contributing.py", "tests/test_report.py"}) == 3  # those run by themselves
+
+
+def test_the_tests_of_the_figure_shown_pass(drawn):
+    assert run_shown(FIGURE_TESTS) == 2
+
+
+def test_the_figure_shown_is_on_the_page_and_among_the_files(drawn, tmp_path):
+    fit = fit_by_hand()
+    page = write_report(fit, tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")
+    figure = figures.all_figures(fit)[-1]
+    assert f'<section class="figure" id="{figure.key}">' in page and f'<a href="#{figure.key}">' in page
+    assert figure.panels[0].alt in page and "samples with a larger error [%]" in page
+    assert (tmp_path / "figures" / f"figure-{len(figures.all_figures(fit))}-{figure.key}.svg").is_file()
+    bare = write_report(fit_by_hand(train=1.0), tmp_path / "bare.html").read_text(encoding="utf-8")
+    assert f'id="{figure.key}"' not in bare

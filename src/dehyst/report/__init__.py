@@ -5,10 +5,4 @@ from dehyst.report.compare import write_comparison_figure, write_comparison_repo
 from dehyst.report.drift import write_drift_report
 from dehyst.report.fit import write_figures, write_report
 
-__all__ = [
-    "write_comparison_figure",
-    "write_comparison_report",
-    "write_drift_report",
-    "write_figures",
-    "write_report",
-]
+__all__ = ["write_comparison_figure", "write_comparison_report", "write_drift_report", "write_figures", "write_report"]

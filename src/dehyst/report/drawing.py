@@ -30,40 +30,20 @@ Dashes = str | tuple[float, tuple[float, ...]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Line:
-    """One line of a panel.
-
-    Attributes
-    ----------
-    x, y
-        Samples in the order of time, (T,) each; x rises for a series and goes back and forth for a loop.
-    token
-        Colour.
-    label
-        Name in the legend, or "".
-    width
-        Of the line, 0 for dots alone. [point]
-    alpha, dashes, marker, order
-        How opaque, which dashes, which dots, which line lies on top.
-    outline
-        Whether a loop of too many samples for a line shows its border only, so that it can lie over another one.
-    mask
-        Samples to draw, (T,); None for all.
-    breaks
-        First samples after a gap: the line is interrupted there.
-    """
+    """One line of a panel, (T,) samples in the order of time: x rises for a series, and turns for a loop."""
 
     x: Array
     y: Array
     token: Token
-    label: str = ""
-    width: float = 1.2
+    label: str = ""  # in the legend
+    width: float = 1.2  # [point]; 0 for dots alone
     alpha: float = 1.0
     dashes: Dashes = "solid"
     marker: str = ""
-    order: float = 2.0
-    outline: bool = False
-    mask: Mask | None = None
-    breaks: tuple[int, ...] = ()
+    order: float = 2.0  # a higher one lies on top
+    outline: bool = False  # a loop of too many samples for a line shows its border only, to lie over another one
+    mask: Mask | None = None  # samples to draw
+    breaks: tuple[int, ...] = ()  # first samples after a gap: the line is interrupted there
 
     @property
     def samples(self) -> tuple[Array, Array]:
@@ -218,33 +198,17 @@ def break_times(recording: Recording, t: Array) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A horizontal bar.
+    """A horizontal bar."""
 
-    Attributes
-    ----------
-    name, text
-        Before or above the bar, and behind it.
-    value
-        Its length.
-    token
-        Colour.
-    spread
-        Half of the interval that is drawn around its end.
-    own
-        Part of it that is drawn darker; None for all of it.
-    bold, hollow, ringed
-        How it stands out: a bold name, an open bar, a ring at its end.
-    """
-
-    name: str
-    value: float
+    name: str  # above the bar, or before it
+    value: float  # its length
     token: Token
-    text: str
-    spread: float = 0.0
-    own: float | None = None
-    bold: bool = False
+    text: str  # behind the bar
+    spread: float = 0.0  # half of the interval around its end
+    own: float | None = None  # part of it that is drawn darker
+    bold: bool = False  # the name
     hollow: bool = False
-    ringed: bool = False
+    ringed: bool = False  # at its end
 
 
 def bars(rows: Sequence[Bar], across: str, *, edge: float, beside: bool = False, level: float | None = None) -> Draw:

@@ -182,10 +182,7 @@ def _loop_figure(scored: Sequence[LogDrift], subject: Subject) -> Figure | None:
     span, across = slice(*now.shown), subject.drive.label
     x, measured = (signal[span] for signal in subject.signals(now.recording))
     model = now.response[span]
-    lines = [
-        Line(x, measured, DATA, "now", 2.2),
-        Line(x, model, MODEL, "then (model)", 1.0, outline=True, order=3.0),
-    ]
+    lines = [Line(x, measured, DATA, "now", 2.2), Line(x, model, MODEL, "then (model)", 1.0, outline=True, order=3.0)]
     difference = chart(
         across,
         f"now less then{bracketed(subject.response.unit)}",

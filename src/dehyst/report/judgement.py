@@ -252,7 +252,7 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
         f"From {samples} samples{logs}, with {count(fit.facts.loops, 'complete loop')}, dehyst identified a model of "
         f"family {fit.family} with {count(fit.certificate.nonzero_weights, 'weight')}. On {where} it is typically "
         f"{with_unit(score.rmse, rec.output_unit)} off ({number(score.rmse_percent)} % of the output's range), "
-        f"{with_unit(score.max, rec.output_unit)} at worst.",
+        f"{with_unit(score.max, rec.output_unit)} at worst."
     ]
     times = improvement(fit)
     if not fit.certificate.operators:

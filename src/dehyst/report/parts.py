@@ -29,58 +29,26 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table with a heading; the first cell of each row names it.
-
-    Attributes
-    ----------
-    title
-        Heading.
-    head
-        Column names, () for pairs of name and value.
-    rows
-        Cells; a range in brackets at the end of one is printed smaller.
-    note
-        Sentence below the table, or "".
-    folded
-        Whether it starts closed.
-    words
-        Whether cells are words, set to the left.
-    """
+    """A table with a heading; the first cell of each row names it."""
 
     title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str | Cell, ...], ...]
-    note: str = ""
-    folded: bool = False
-    words: bool = False
+    head: tuple[str, ...]  # names of columns; () for pairs of name and value
+    rows: tuple[tuple[str | Cell, ...], ...]  # a range in brackets at the end of a cell is printed smaller
+    note: str = ""  # sentence below the table
+    folded: bool = False  # whether it starts closed
+    words: bool = False  # whether cells are words, set to the left
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A column of axes over one abscissa; most panels have a single one.
-
-    Attributes
-    ----------
-    title
-        What it shows, a few words.
-    draw
-        Draws into matplotlib axes: one function, or one for each of the axes from above.
-    alt
-        What a reader who cannot see it should know.
-    heights
-        Of the axes. [inch]
-    left
-        Room left of the axes at least; more is taken when the tick labels need it. [inch]
-    legend
-        Whether names of lines are listed above the panel.
-    """
+    """A column of axes over one abscissa; most panels have a single one."""
 
     title: str
-    draw: Draw | tuple[Draw, ...]
-    alt: str
-    heights: tuple[float, ...] = (HEIGHT,)
-    left: float = 0.0
-    legend: bool = True
+    draw: Draw | tuple[Draw, ...]  # one function, or one for each of the axes from above
+    alt: str  # what a reader who cannot see it should know
+    heights: tuple[float, ...] = (HEIGHT,)  # of the axes [inch]
+    left: float = 0.0  # room left of the axes at least; long tick labels get more [inch]
+    legend: bool = True  # whether names of lines are listed above the panel
 
     @property
     def rows(self) -> tuple[Draw, ...]:
@@ -90,41 +58,17 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of a page.
+    """A figure of a page: a heading, what is drawn and what to look for, panels side by side."""
 
-    Attributes
-    ----------
-    key
-        Name in anchors and file names, for example "loop".
-    title
-        Heading.
-    caption
-        What is drawn and what to look for; plain text.
-    panels
-        Drawn side by side, one below the other on a narrow screen.
-    formula
-        Formula below the heading in plain text, or "".
-    table
-        Table below the panels, or None.
-    points
-        Sentences beside the panels: what follows from them.
-    columns
-        Panels beside each other.
-    width
-        Of a panel in a file. [inch]
-    number
-        Of the figure, or "".
-    """
-
-    key: str
+    key: str  # name in anchors and file names, for example "loop"
     title: str
     caption: str
     panels: tuple[Panel, ...]
-    formula: str = ""
-    table: Table | None = None
-    points: tuple[str, ...] = ()
-    columns: int = 2
-    width: float = WIDTH
+    formula: str = ""  # below the heading, plain text
+    table: Table | None = None  # below the panels
+    points: tuple[str, ...] = ()  # sentences beside the panels: what follows from them
+    columns: int = 2  # panels beside each other on a desk
+    width: float = WIDTH  # of a panel in a file [inch]
     number: str = ""
 
     @property
@@ -152,31 +96,15 @@ Block = str | Markup | Table | Figure | Finding | Step
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a page with a heading.
+    """A part of a page with a heading."""
 
-    Attributes
-    ----------
-    key
-        Name of its anchor; anchors and files of what is inside begin with it where `folds` is not None.
-    title, caption
-        Heading, and text below it.
-    blocks
-        Sentences, tables, figures, findings, steps, sections, in their order.
-    about
-        Beside the heading of a section that can be folded.
-    folds
-        Whether it starts closed; None if it cannot be folded.
-    files
-        What the names of its figures' files begin with.
-    """
-
-    key: str
+    key: str  # name of its anchor; anchors inside a section that folds begin with it
     title: str
     blocks: tuple[Block | Section, ...]
     caption: str = ""
-    about: str = ""
-    folds: bool | None = None
-    files: str = ""
+    about: str = ""  # beside the heading of a section that folds
+    folds: bool | None = None  # whether it starts closed; None if it cannot be folded
+    files: str = ""  # what the names of its figures' files begin with
 
     @property
     def runs(self) -> Iterator[tuple[str, list[Block | Section]]]:
@@ -206,46 +134,22 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """All that a page shows.
+    """All that a page shows."""
 
-    Attributes
-    ----------
-    kind, title, relation
-        The question it answers, the heading, the signals below it.
-    subject
-        Word for the title of the window: "drift".
-    lead
-        The verdict.
-    sections
-        Sections, and figures that are sections of their own.
-    badge, grade
-        The verdict in a word, and its colour; "" and None for a page that judges nothing.
-    more
-        Further sentences of the verdict.
-    summary
-        Small table within the verdict.
-    tiles, tiles_note
-        Numbers of the first screen, and a line below them.
-    lights
-        Aspects of the result, each judged.
-    opening
-        Between the first screen and the contents.
-    """
-
-    kind: str
+    kind: str  # the question it answers, above the heading
     title: str
-    relation: str
-    subject: str
-    lead: str
+    relation: str  # the signals, below the heading
+    subject: str  # word for the title of the window: "drift"
+    lead: str  # the verdict
     sections: tuple[Section | Figure, ...]
-    badge: str = ""
-    grade: Grade | None = None
-    more: tuple[str, ...] = ()
-    summary: Table | None = None
+    badge: str = ""  # the verdict in a word
+    grade: Grade | None = None  # its colour; None for a page that judges nothing
+    more: tuple[str, ...] = ()  # further sentences of the verdict
+    summary: Table | None = None  # small table within the verdict
     tiles: tuple[Tile, ...] = ()
     tiles_note: str = ""
     lights: tuple[Light, ...] = ()
-    opening: Markup = NOTHING
+    opening: Markup = NOTHING  # between the first screen and the contents
 
     @property
     def figures(self) -> Iterator[tuple[str, Figure]]:

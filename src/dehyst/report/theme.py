@@ -110,26 +110,9 @@ def style() -> dict[str, Any]:
 
 
 _FAMILIES = {
-    "font",
-    "text",
-    "svg",
-    "axes",
-    "grid",
-    "xtick",
-    "ytick",
-    "legend",
-    "figure",
-    "savefig",
-    "lines",
-    "path",
-    "patch",
-    "errorbar",
-    "contour",
-    "date",
-    "mathtext",
-    "image",
-    "agg",
-}
+    "font", "text", "svg", "axes", "grid", "xtick", "ytick", "legend", "figure", "savefig", "lines", "path", "patch",
+    "errorbar", "contour", "date", "mathtext", "image", "agg",
+}  # fmt: skip
 
 
 def settings(values: dict[str, Any]) -> AbstractContextManager[None]:

@@ -122,25 +122,13 @@ TILE = 0.2  # of the floor [m]
 
 @dataclass(frozen=True)
 class Track:
-    """What is drawn.
+    """What is drawn."""
 
-    Attributes
-    ----------
-    desired
-        (T, 3) path of the tool. [m]
-    traces
-        Side ("off", "on") -> time (T,) and place of the tool, its error magnified (T, 3).
-    frames, frame_time
-        (K, 8, 3) poses and their times (K,).
-    seconds
-        That the animation takes.
-    """
-
-    desired: Array
-    traces: Mapping[str, tuple[Array, Array]]
-    frames: Array
-    frame_time: Array
-    seconds: float
+    desired: Array  # (T, 3) path of the tool [m]
+    traces: Mapping[str, tuple[Array, Array]]  # side -> time (T,) and place of the tool, its error magnified (T, 3)
+    frames: Array  # (K, 8, 3) poses [m]
+    frame_time: Array  # (K,) [s]
+    seconds: float  # that the animation takes
 
 
 @dataclass(frozen=True)

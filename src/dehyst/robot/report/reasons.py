@@ -23,46 +23,22 @@ BAR = 1e5
 JUMP, TRAVEL = 0.03, 0.01
 # Bits of the flags, as in core/dehyst.h.
 LIMITS, FAULTS = 16 | 32, 1 | 2 | 4 | 8 | 64 | 128
-KINDS = (
-    (16, "the desired pressure was limited"),
-    (32, "a valve was limited"),
-    (FAULTS, "a fault was flagged"),
-)
+KINDS = ((16, "the desired pressure was limited"), (32, "a valve was limited"), (FAULTS, "a fault was flagged"))
 
 
 @dataclass(frozen=True)
 class Place:
-    """What the runs show where the error with compensator is largest.
+    """What the runs show where the error with compensator is largest."""
 
-    Attributes
-    ----------
-    error, without
-        Largest error with compensator, and the error without it at the same moment. [rad]
-    time
-        From the start of the path. [s]
-    figure
-        Name of the path's figure, or "".
-    turn
-        The joint seen from its last turn.
-    speed
-        Desired speed there over the largest one.
-    compensation_rate
-        Largest rate of the compensator's pressure difference in the last 0.1 s, over its rms in the run.
-    acceleration
-        Largest desired acceleration in the last 0.1 s, over its rms in the run.
-    limited
-        Whether a pressure or a valve was limited there.
-    """
-
-    error: float
-    without: float
-    time: float
-    figure: str
-    turn: Turn
-    speed: float
-    compensation_rate: float
-    acceleration: float
-    limited: bool
+    error: float  # there [rad]
+    without: float  # error without compensator at the same moment [rad]
+    time: float  # from the start of the path [s]
+    figure: str  # name of the path's figure, or ""
+    turn: Turn  # the joint seen from its last turn
+    speed: float  # desired speed there over the largest one
+    compensation_rate: float  # largest rate of the compensator's pressure in the last 0.1 s, over its rms in the run
+    acceleration: float  # largest desired acceleration in the last 0.1 s, over its rms in the run
+    limited: bool  # whether a pressure or a valve was limited there
 
 
 def largest_error(off: TrialRun, on: TrialRun, joint: int) -> Place:
@@ -170,37 +146,17 @@ def push_words(turn: Turn) -> str:
 
 @dataclass(frozen=True)
 class Turn:
-    """A joint at a moment, seen from its last turn.
+    """A joint at a moment, seen from its last turn."""
 
-    Attributes
-    ----------
-    since
-        Time since the turn, or since the start. [s]
-    first
-        Whether the joint has not turned before.
-    travel_deg
-        How far it should have moved since. [deg]
-    travel, ahead
-        The same, and how far it will move to the next turn, as shares of its range of motion.
-    jump_bar
-        By how much the compensator has changed its pressure difference since. [bar]
-    jump
-        The same as a share of the compensator's range in the run.
-    pushed_deg
-        How far the joint has run ahead of its desired angle since, in the direction of that change. [deg]
-    grown
-        Share of the error that has come since the turn.
-    """
-
-    since: float
-    first: bool
-    travel_deg: float
-    travel: float
-    ahead: float
-    jump_bar: float
-    jump: float
-    pushed_deg: float
-    grown: float
+    since: float  # time since the turn, or since the start [s]
+    first: bool  # whether the joint has not turned before
+    travel_deg: float  # how far it should have moved since [deg]
+    travel: float  # the same as a share of its range of motion
+    ahead: float  # how far it will move to the next turn, as such a share
+    jump_bar: float  # by how much the compensator has changed its pressure difference since [bar]
+    jump: float  # the same as a share of the compensator's range in the run
+    pushed_deg: float  # how far the joint has run ahead since, in the direction of that change [deg]
+    grown: float  # share of the error that has come since the turn
 
     @property
     def is_push(self) -> bool:

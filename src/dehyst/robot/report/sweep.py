@@ -31,29 +31,15 @@ KEY = "lines: medians; small dots: runs; bars: lowest to highest; dashed: 1, no 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One panel: a figure over a parameter.
-
-    Attributes
-    ----------
-    study, parameter, figure
-        Which study, which parameter across, which figure up.
-    x
-        Values of the parameter, (n,), numbers or texts.
-    y
-        The figure, (n,), None where there is none.
-    group
-        Name of the line each run belongs to, (n,); "" for a single line.
-    scattered
-        Whether the parameter was drawn at random: dots only, nothing to join.
-    """
+    """One panel: a figure over a parameter, a value a run."""
 
     study: str
-    parameter: str
-    figure: str
-    x: Sequence[Any]
-    y: Sequence[float | None]
-    group: Sequence[str]
-    scattered: bool = False
+    parameter: str  # across
+    figure: str  # up
+    x: Sequence[Any]  # of the parameter, numbers or texts
+    y: Sequence[float | None]  # of the figure, None where there is none
+    group: Sequence[str]  # name of the line each run belongs to; "" for a single line
+    scattered: bool = False  # whether the parameter was drawn at random: dots only, nothing to join
 
 
 def write_sweep_figure(path: str | PathLike[str], name: str, curves: Sequence[Curve]) -> Path:

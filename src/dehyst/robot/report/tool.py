@@ -155,18 +155,10 @@ def larger_figures(plant: PlantResult, trial: str, compensator: str) -> dict[str
 
 @dataclass(frozen=True)
 class Corner:
-    """The corner that a run stays farthest from.
+    """The corner that a run stays farthest from."""
 
-    Attributes
-    ----------
-    commanded_mm
-        How near the commanded path comes to its worst corner.
-    sample
-        Of the run, where it is nearest to its own worst corner, first cycle.
-    """
-
-    commanded_mm: float
-    sample: int
+    commanded_mm: float  # how near the commanded path comes to its worst corner
+    sample: int  # of the run, where it is nearest to its own worst corner, first cycle
 
 
 def worst_corner(result: Reproduction, run: TrialRun) -> Corner | None:
