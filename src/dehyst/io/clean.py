@@ -29,24 +29,12 @@ SMOOTH = 3.0  # largest other steps: what may remain of such a jump once it is u
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Signals on one clock, on their way to a recording.
+    """Signals on one clock, on their way to a recording."""
 
-    Attributes
-    ----------
-    time
-        Stamps, (T,), or None. [s]
-    values
-        Signals, each (T,); the first is the input.
-    rows
-        Row of each sample in the file, (T,).
-    breaks
-        Indices before which the memory is lost.
-    """
-
-    time: Array | None
-    values: tuple[Array, ...]
-    rows: Rows
-    breaks: tuple[int, ...] = ()
+    time: Array | None  # (T,) [s]
+    values: tuple[Array, ...]  # (T,) each; the first is the input
+    rows: Rows  # row of each sample in the file, (T,)
+    breaks: tuple[int, ...] = ()  # indices before which the memory is lost
 
     def take(self, index: npt.NDArray[np.int64] | npt.NDArray[np.bool_]) -> Samples:
         """Samples at `index`, which must come before any break is known."""

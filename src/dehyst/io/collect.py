@@ -175,44 +175,22 @@ def _texts_of(values: npt.NDArray[Any]) -> npt.NDArray[np.str_]:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Some rows of the columns that were asked for.
+    """Some rows of the columns that were asked for."""
 
-    Attributes
-    ----------
-    columns
-        Numbers, or labels, (K,) each.
-    rows
-        Number of each row in the file, (K,).
-    consumed
-        Bytes of the file that have been read so far.
-    """
-
-    columns: Sequence[Column]
-    rows: Rows
-    consumed: int
+    columns: Sequence[Column]  # numbers or labels, (K,) each
+    rows: Rows  # number of each row in the file, (K,)
+    consumed: int  # bytes of the file that have been read so far
 
 
 class Source:
-    """A log on disk that is read in pieces and is never in memory as a whole; each format derives its own.
-
-    Attributes
-    ----------
-    path, size, title
-        File, its bytes, and what its format is called.
-    table
-        First rows, as reading the whole file gives them.
-    lengths
-        Column -> number of its samples, where the file tells. Columns of different lengths are on different clocks.
-    costly
-        Whether a pass takes much longer than reading the numbers from a binary file would.
-    """
+    """A log on disk that is read in pieces and is never in memory as a whole; each format derives its own."""
 
     path: Path
-    size: int
-    title: str
-    table: Table
-    lengths: Mapping[str, int]
-    costly: bool = True
+    size: int  # bytes of the file
+    title: str  # of the format
+    table: Table  # the first rows, as reading the whole file gives them
+    lengths: Mapping[str, int]  # column -> its samples, where the file tells; others are on other clocks
+    costly: bool = True  # whether a pass takes much longer than reading the numbers from a binary file would
 
     def __init__(self, path: Path, title: str) -> None:
         self.path, self.size, self.title = path, path.stat().st_size, title

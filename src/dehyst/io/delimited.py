@@ -18,12 +18,15 @@ import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.io.cells import date_order, is_data, is_date_time, number, parse_date_times, parse_numbers
-from dehyst.io.collect import Column, Piece, Source
-from dehyst.io.layout import Layout, find_layout, is_comment, split_line
-from dehyst.io.number_forms import (
+from dehyst.io.cells import (
+    date_order,
+    is_data,
+    is_date_time,
     is_dressed,
     marks_of,
+    number,
+    parse_date_times,
+    parse_numbers,
     separator_of,
     text_refusal,
     thousands_finding,
@@ -31,6 +34,8 @@ from dehyst.io.number_forms import (
     undress_negatives,
     undress_units,
 )
+from dehyst.io.collect import Column, Piece, Source
+from dehyst.io.layout import Layout, find_layout, is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part, read_plain
 from dehyst.io.table import SHOWN, Table, finite, list_names, list_rows, require_columns, shown_names, unique_names
 from dehyst.io.text import BLOCK, GZIP, Text, expand, open_text, unpacked

@@ -30,30 +30,17 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 class Format:
     """A row of `FORMATS`.
 
-    Attributes
-    ----------
-    title
-        What the file is called in messages.
-    endings
-        Endings that promise this format.
-    marks
-        First bytes of such a file, or a function that tells it by its first bytes and its ending.
-    module
-        Module in ``dehyst.io`` with ``fill(found, data, path)``, which adds what a file holds to a `Collector`; and,
-        where the format is read in chunks too, with ``Chunks``, its `Source`. It is imported when it is needed.
-    needs, extra
-        Packages that it imports, and the extra that installs them.
-    streamed
-        Whether it is read in chunks.
+    `module`, a module in ``dehyst.io``, is imported when it is needed. It has ``fill(found, data, path)``, which adds
+    what a file holds to a `Collector`; and, where the format is read in chunks too, ``Chunks``, its `Source`.
     """
 
-    title: str
-    endings: tuple[str, ...]
-    marks: tuple[bytes, ...] | Callable[[bytes, str], bool]
+    title: str  # in messages
+    endings: tuple[str, ...]  # that promise this format
+    marks: tuple[bytes, ...] | Callable[[bytes, str], bool]  # first bytes, or what tells by first bytes and ending
     module: str
-    needs: tuple[str, ...] = ()
-    extra: str = ""
-    streamed: bool = False
+    needs: tuple[str, ...] = ()  # packages that it imports
+    extra: str = ""  # of dehyst that installs them
+    streamed: bool = False  # whether it is read in chunks
 
     def knows(self, head: bytes, ending: str) -> bool:
         """Whether a file with these first bytes and this ending is of this format."""

@@ -284,15 +284,7 @@ def _command(path: PathLike, x: str | None, y: str | None, run: str | None, time
 
 @dataclass(frozen=True, slots=True)
 class Role:
-    """What a column looks like.
-
-    Attributes
-    ----------
-    role
-        ``"time"``, ``"run"``, ``"input"``, ``"output"`` or "".
-    reason
-        Why.
-    """
+    """What a column looks like, and why: "time", "run", "input", "output" or ""."""
 
     role: str
     reason: str

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dehyst.errors import LogError
-from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, number, unescaped
-from dehyst.io.number_forms import is_dressed
+from dehyst.io.cells import MISSING, comma_number, is_data, is_date_time, is_dressed, number, unescaped
 from dehyst.units import canonical
 
 COMMENTS = ("#", "%", "//")
@@ -23,30 +22,14 @@ _QUOTED_COMMA = re.compile(r'"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*"', re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How the lines of a text log are to be read.
+    """How the lines of a text log are to be read."""
 
-    Attributes
-    ----------
-    delimiter
-        ``","``, ``";"``, ``"|"``, tab, or ``" "`` for blanks.
-    decimal_comma
-        Whether numbers use a comma.
-    width
-        Cells in a line of data.
-    names
-        Column names of the header, or None if there is no header.
-    units
-        Units of the units row, or None.
-    first
-        Index of the first line of data.
-    """
-
-    delimiter: str
+    delimiter: str  # , ; | tab, or one blank for any number of blanks
     decimal_comma: bool
-    width: int
-    names: tuple[str, ...] | None
-    units: tuple[str, ...] | None
-    first: int
+    width: int  # cells in a line of data
+    names: tuple[str, ...] | None  # of the header
+    units: tuple[str, ...] | None  # of the units row
+    first: int  # index of the first line of data
 
 
 def is_comment(line: str) -> bool:

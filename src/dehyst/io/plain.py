@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array, Rows
-from dehyst.io.cells import comma_number, is_date_time, number
+from dehyst.io.cells import comma_number, is_date_time, is_dressed, number
 from dehyst.io.layout import BLANKS, Layout, split_line
-from dehyst.io.number_forms import is_dressed
 
 PROBE = 200  # lines that tell which columns hold labels
 LABEL_WIDTH = 64  # characters of a label; longer ones take the careful way
@@ -26,55 +25,27 @@ Labels = npt.NDArray[np.str_]
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """How the lines of a plain log are to be read.
+    """How the lines of a plain log are to be read."""
 
-    Attributes
-    ----------
-    delimiter, decimal
-        Characters; a blank as delimiter stands for any number of blanks.
-    letters
-        0 for a column of numbers, else one more than the characters its labels may have, (width,).
-    whole
-        Columns that may hold whole numbers only: a comma in them would separate thousands, perhaps.
-    missing
-        Whether an empty cell is a missing number.
-    doubtful
-        Columns of labels that begin as numbers do: 200g_a. All of them must be looked at.
-    """
-
-    delimiter: str
+    delimiter: str  # a blank stands for any number of blanks
     decimal: str
-    letters: tuple[int, ...]
-    whole: tuple[int, ...] = ()
-    missing: bool = False
-    doubtful: tuple[int, ...] = ()
+    letters: tuple[int, ...]  # (width,): 0 for a column of numbers, else one more than the longest label
+    whole: tuple[int, ...] = ()  # columns of whole numbers only: a comma in them might separate thousands
+    missing: bool = False  # whether an empty cell is a missing number
+    doubtful: tuple[int, ...] = ()  # columns of labels that begin as numbers do (200g_a): all must be looked at
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Rows read in one go.
+    """Rows read in one go."""
 
-    Attributes
-    ----------
-    columns
-        By position, (K,) each.
-    rows
-        Number of each row's line, (K,).
-    lines, bytes
-        Used up.
-    column
-        Column of the cell that is not plain, in the line that follows; -1 if there is none.
-    empty, odd
-        Whether there are empty cells, infinite ones.
-    """
-
-    columns: list[Array | Labels]
-    rows: Rows
-    lines: int
+    columns: list[Array | Labels]  # by position, (K,) each
+    rows: Rows  # number of each row's line, (K,)
+    lines: int  # used up
     bytes: int
-    column: int
-    empty: bool
-    odd: bool
+    column: int  # of the cell that is not plain, in the line that follows; -1 if there is none
+    empty: bool  # whether there are empty cells
+    odd: bool  # whether there are infinite ones
 
 
 def find_plain(body: Sequence[str], layout: Layout) -> Plain | None:

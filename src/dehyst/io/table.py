@@ -21,52 +21,21 @@ SHOWN = 4  # rows that a message names
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of one log file, as they stand in the file.
+    """Columns of one log file, as they stand in the file."""
 
-    Attributes
-    ----------
-    name
-        File name without its folder.
-    columns
-        Column name -> numbers, (rows,), NaN where a cell is empty or no number. Columns with a clock of their
-        own may differ in length.
-    units
-        Column name -> unit, "" where it is not known.
-    labels
-        Text columns, for example the run of each row, (rows,).
-    rows
-        Number of each row in the file, from 1: line numbers for text, sample numbers otherwise.
-    row_word
-        What `rows` counts: ``"line"``, ``"row"`` or ``"sample"``.
-    clocks
-        Column -> its own time column, where the format says so.
-    stamps
-        Columns that hold date-times, given in seconds since 1970.
-    order
-        All column names, text columns too, in the order of the file.
-    scalars
-        Single numbers of the file that may matter, for example a sampling time ``Ts``.
-    sha256
-        Fingerprint of the file's bytes, "" if not taken.
-    findings
-        What reading the file found.
-    refused
-        Column -> why its numbers cannot be trusted. It is an error only once the column is used.
-    """
-
-    name: str
-    columns: Mapping[str, Array]
-    units: Mapping[str, str]
-    rows: Rows
-    labels: Mapping[str, npt.NDArray[np.str_]] = field(default_factory=dict)
-    row_word: str = "row"
-    clocks: Mapping[str, str] = field(default_factory=dict)
-    stamps: frozenset[str] = frozenset()
-    order: tuple[str, ...] = ()
-    scalars: Mapping[str, float] = field(default_factory=dict)
-    sha256: str = ""
+    name: str  # file name without its folder
+    columns: Mapping[str, Array]  # (rows,), NaN where a cell is no number; with clocks of their own they may differ
+    units: Mapping[str, str]  # of columns, "" where not known
+    rows: Rows  # number of each row in the file, from 1: of its line in a text log
+    labels: Mapping[str, npt.NDArray[np.str_]] = field(default_factory=dict)  # text columns, (rows,)
+    row_word: str = "row"  # what `rows` counts: "line", "row" or "sample"
+    clocks: Mapping[str, str] = field(default_factory=dict)  # column -> its time column, where the format says so
+    stamps: frozenset[str] = frozenset()  # columns of date-times, in seconds since 1970
+    order: tuple[str, ...] = ()  # all column names, text columns too, as in the file
+    scalars: Mapping[str, float] = field(default_factory=dict)  # single numbers that may matter: a sampling time Ts
+    sha256: str = ""  # fingerprint of the file's bytes
     findings: tuple[Finding, ...] = ()
-    refused: Mapping[str, str] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)  # column -> why it is not to be trusted, once it is used
 
     def __post_init__(self) -> None:
         if not self.order:

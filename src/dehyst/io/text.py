@@ -181,20 +181,10 @@ HEAD_BYTES = 1 << 18  # at least as many characters as tell text from other byte
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text log before its cells are looked at.
+    """A text log before its cells are looked at."""
 
-    Attributes
-    ----------
-    data
-        The log in UTF-8, without byte-order mark.
-    lines
-        Its first lines; all of them if `complete`.
-    complete
-        Whether `lines` is the whole log.
-    """
-
-    data: bytes
-    lines: list[str]
+    data: bytes  # UTF-8, without byte-order mark
+    lines: list[str]  # the first ones; all if `complete`
     complete: bool
 
     def offset(self, lines: int) -> int:
