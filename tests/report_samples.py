@@ -1,22 +1,108 @@
-"""Fits made by hand for the tests of the report: Maxwell slip with creep and noise, a plain least-squares model."""
+"""What tests of reports begin with: fits made by hand, other results, a reader of pages that complains."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
 
 import numpy as np
 from scipy.optimize import nnls
 
+import dehyst
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Score
 from dehyst.models import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel
+from dehyst.robot.muscles import muscle
+from dehyst.robot.muscles.bench import run_bench
+from dehyst.robot.muscles.bench_log import BenchLog
+from dehyst.robot.muscles.fit import fit_muscle
 
-HOSTILE = '<script>alert("x")</script>'
+VOID = {"meta", "link", "br", "img", "hr", "input"}
 
 
-RATE = Evidence("rate", 1.5, 0.75, 9, 10, 0.01)
+class Reader(HTMLParser):
+    """Reads a page, and complains about what a validator would."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.faults: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        if self.open:
+            self.faults.append(f"never closed: {self.open}")
+
+    def handle_starttag(self, tag, attributes):
+        names = [name for name, _ in attributes]
+        if len(set(names)) != len(names):
+            self.faults.append(f"attribute repeated in <{tag}>")
+        self.elements.append((tag, dict(attributes)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.elements.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> closes something else")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.words.append(data)
+
+    def ids(self, tag="", of="") -> list[str]:
+        """Ids of elements, of one tag or of one class alone."""
+        return [a["id"] for t, a in self.elements if "id" in a and tag in ("", t) and of in ("", a.get("class"))]
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def read(page) -> Reader:
+    return Reader(page.read_text(encoding="utf-8"))
+
+
+def letters_of(page) -> list[str]:
+    """Texts within the figures of a page."""
+    return re.findall(r"<text[^>]*>([^<]*)</text>", page.read_text(encoding="utf-8"))
+
+
+def x_and_y(model):
+    x = np.sin(np.linspace(0, 60 * np.pi, 3001)) * np.where(np.arange(3001) % 200 < 100, 1.0, 0.6)
+    return x, model.simulate(x) + 0.01 * np.cos(np.arange(3001) * 2.4)
+
+
+@cache
+def compared():
+    x, y = x_and_y(PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]))
+    return dehyst.compare(Recording(input=x, output=y), ["static", "pi"])
+
+
+@cache
+def drifted():
+    model = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
+    x, y = x_and_y(model)
+    return dehyst.drift(model, Recording(input=x, output=1.2 * y), reference=Recording(input=x, output=y))
+
+
+@cache
+def bench():
+    return run_bench(muscle("tondu-lopez"), [0.0, 0.1, 0.2], [2e5, 4e5])
+
+
+@cache
+def muscle_fit():
+    contraction, pressure = (part.ravel() for part in np.meshgrid(np.linspace(0, 0.2, 12), np.linspace(1e5, 5e5, 9)))
+    force = muscle("tondu-lopez").static_force(contraction, pressure)
+    return fit_muscle(BenchLog(contraction, pressure, force), "tondu-lopez")
 
 
 def maxwell_slip_log(

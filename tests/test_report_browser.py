@@ -1,4 +1,4 @@
-"""Claims about the report as a real browser shows it: Debian's Chromium, headless, without a network."""
+"""Claims about pages as a real browser shows them: desk, phone, dark, print, less motion; without a network."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ import pytest
 from matplotlib.image import imread
 
 from dehyst.report import write_report
-from report_samples import HOSTILE, fit_by_hand, maxwell_slip_log
+from dehyst.robot.report import write_reproduction_report
+from report_samples import fit_by_hand, maxwell_slip_log
+from reproduction_samples import sample_reproduction
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 FLAGS = (
@@ -25,6 +27,7 @@ FLAGS = (
     "--enable-logging=stderr", "--host-resolver-rules=MAP * ~NOTFOUND",
 )  # fmt: skip
 DESK, PHONE = (1200, 1600), (390, 844)
+NO_MOTION = "--force-prefers-reduced-motion"
 
 # What the measuring copy of the page writes into its own body.
 PROBE = """<script>
@@ -112,36 +115,44 @@ def measured(page: Path, tmp_path: Path, *arguments: str, size: tuple[int, int])
 
 
 @pytest.fixture(scope="module")
-def fit():
-    return fit_by_hand()
+def page(tmp_path_factory):
+    return write_report(fit_by_hand(), tmp_path_factory.mktemp("browser") / "report.html")
 
 
 @pytest.fixture(scope="module")
-def page(fit, tmp_path_factory):
-    return write_report(fit, tmp_path_factory.mktemp("browser") / "report.html")
+def experiment(tmp_path_factory):
+    result = sample_reproduction(("maxwell-slip", "none"))
+    return write_reproduction_report(result, tmp_path_factory.mktemp("experiment") / "report.html")
+
+
+@pytest.fixture(scope="module")
+def all_open(experiment):
+    """The page of the experiment with every plant and table unfolded."""
+    copy, text = experiment.with_name("open.html"), experiment.read_text(encoding="utf-8")
+    copy.write_text(text.replace("<details class", "<details open class"), encoding="utf-8")
+    return copy
 
 
 @pytest.mark.slow
-def test_the_browser_reads_the_whole_page_without_complaint(fit, page, tmp_path):
-    seen = browse(page, tmp_path / "profile", "--dump-dom")
-    assert seen.returncode == 0
-    assert fit.verdict in unescape(seen.stdout)
-    assert seen.stdout.count("<svg ") >= 13
-    assert "</html>" in seen.stdout
-    assert "CONSOLE" not in seen.stderr, seen.stderr
+def test_the_browser_reads_whole_pages_without_complaint(page, experiment, tmp_path):
+    for each in (page, experiment):
+        seen = browse(each, tmp_path / "profile", "--dump-dom")
+        assert seen.returncode == 0 and "</html>" in seen.stdout
+        assert seen.stdout.count("<svg ") >= 13
+        assert "CONSOLE" not in seen.stderr, seen.stderr
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_nothing_runs_over_the_edge_and_letters_can_be_read(fit, page, tmp_path, size):
-    found = measured(page, tmp_path, size=size)
-    assert found["pixels"] == found["client"] == size[0]
-    assert found["scroll"] <= found["client"]
-    assert found["outside"] == []
-    assert found["spill"] == []
-    assert found["plots"] >= 13 and found["flat"] == 0
-    assert found["smallest"] >= 9.0  # CSS pixels of the smallest letters in a figure
-    assert found["verdict"] == fit.verdict
+def test_nothing_runs_over_the_edge_and_letters_can_be_read(page, all_open, tmp_path, size):
+    for each, plots in ((page, 13), (all_open, 40)):
+        found = measured(each, tmp_path, size=size)
+        assert found["pixels"] == found["client"] == size[0]
+        assert found["scroll"] <= found["client"]
+        assert found["outside"] == [] and found["spill"] == []
+        assert found["plots"] >= plots and (found["flat"] == 0 or each is all_open)
+        assert found["smallest"] >= 9.0  # CSS pixels of the smallest letters in a figure
+        assert found["verdict"] in unescape(each.read_text(encoding="utf-8"))
 
 
 @pytest.mark.slow
@@ -179,18 +190,21 @@ def test_a_screenshot_shows_letters_and_curves(page, tmp_path, size):
 
 
 @pytest.mark.slow
-def test_the_page_prints(page, tmp_path):
-    pdf = tmp_path / "report.pdf"
-    browse(page, tmp_path / "profile", "--no-pdf-header-footer", f"--print-to-pdf={pdf}")
-    data = pdf.read_bytes()
-    assert data.startswith(b"%PDF-") and b"%%EOF" in data[-32:]
-    sheets = len(re.findall(rb"/Type\s*/Page\b", data))
-    assert 3 <= sheets <= 15
+def test_pages_print_what_is_open(page, experiment, all_open, tmp_path):
+    sheets = []
+    for each in (page, experiment, all_open):
+        pdf = tmp_path / "report.pdf"
+        browse(each, tmp_path / "profile", "--no-pdf-header-footer", f"--print-to-pdf={pdf}")
+        data = pdf.read_bytes()
+        assert data.startswith(b"%PDF-") and b"%%EOF" in data[-32:]
+        sheets.append(len(re.findall(rb"/Type\s*/Page\b", data)))
+    assert 3 <= sheets[0] <= 15
+    assert 6 <= sheets[1] <= 20 and sheets[2] >= sheets[1] + 4
 
 
 @pytest.mark.slow
 def test_no_name_of_a_log_runs_as_a_script(tmp_path):
-    name = HOSTILE.replace("alert", "document.title=")
+    name = '<script>document.title="x"</script>'
     log = maxwell_slip_log(300, name=name, input_name=name, output_name=f"<img src=x onerror={name}>")
     fit = replace(fit_by_hand(log), verdict=f"</p></div></body>{name}")
     page = write_report(fit, tmp_path / "r.html")
@@ -200,3 +214,23 @@ def test_no_name_of_a_log_runs_as_a_script(tmp_path):
         assert "<script" not in seen.stdout and "<img" not in seen.stdout
         assert "hysteresis report</title>" in seen.stdout
         assert "CONSOLE" not in seen.stderr
+
+
+def picture(page, tmp_path, name, *arguments):
+    shot = tmp_path / f"{name}.png"
+    browse(page, tmp_path / name, f"--screenshot={shot}", *arguments, size=DESK)
+    return imread(shot)[..., :3]
+
+
+@pytest.mark.slow
+def test_the_arm_moves_unless_the_reader_asked_for_less_motion(experiment, tmp_path):
+    early, late = (picture(experiment, tmp_path, f"t{t}", f"--virtual-time-budget={t}") for t in (1000, 6000))
+    assert np.mean(np.abs(early - late).max(axis=2) > 0.2) > 0.001
+    for attempt in range(3):  # one browser in ten sets a line of letters a little differently; an arm never rests
+        shots = [(f"s{t}-{attempt}", NO_MOTION, f"--virtual-time-budget={t}") for t in (1000, 6000)]
+        early, late = (picture(experiment, tmp_path, *shot) for shot in shots)
+        if np.array_equal(early, late):
+            break
+    assert np.array_equal(early, late)
+    dark = np.sum(np.abs(early - early[0, 0]).max(axis=2) > 0.2)
+    assert dark > 10_000  # the still picture is there instead

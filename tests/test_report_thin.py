@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dehyst.report.thin import ACROSS, LIMIT, UP, Window, interrupted, occupancy, thin_path, thin_series
+from dehyst.report.thin import ACROSS, LIMIT, UP, Window, interrupted, joined, occupancy, thin_path, thin_series
 
 
 def clean_loop(samples: int, loops: int) -> tuple[np.ndarray, np.ndarray]:
@@ -82,3 +82,18 @@ def test_a_constant_gets_a_window(value):
     window = Window.around((np.full(5, value), np.full(5, value)))
     assert window.x_high > window.x_low and window.y_high > window.y_low
     assert np.isfinite(window.cells(np.array([value]), np.array([value]))).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_joined_lines_stay_within_a_cell_and_keep_their_extremes(seed):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, 3000)
+    y = np.interp(t, np.sort(rng.random(40)), rng.standard_normal(40)) + 0.2 * np.sin(60 * t)
+    window = Window.around((t, y))
+    kept_t, kept_y = joined(t, y, window)
+    assert kept_t.size < 1000
+    assert {float(y.min()), float(y.max())} <= set(kept_y.tolist())
+    u, v = window.cells(t, y)
+    ku, kv = window.cells(kept_t, kept_y)
+    steep = np.abs(np.gradient(v, u)) < 1.0  # there, the vertical distance is the distance
+    assert np.max(np.abs(np.interp(u, ku, kv) - v)[steep]) < 2.0

@@ -125,7 +125,7 @@ def _plant(result: Reproduction, plant: PlantResult, k: int) -> Section:
     if tables:
         blocks.append(Section("tables", "Figures in numbers", tables))
     blocks += _errors(result, plant)
-    files = re.sub(r"[^a-z0-9]+", "-", plant.plant.lower()).strip("-") or "plant"
+    files = re.sub(r"[^a-z0-9]+", "-", plant.plant.lower())[:60].strip("-") or "plant"
     words = about_plant(plant.plant)
     return Section(f"p{k}", f"Plant {plant.plant}", tuple(blocks), about=words, folds=k > 0, files=files)
 
