@@ -4,15 +4,12 @@ A file begins sound: `hostile_*` takes dice, builds nested variables and, now an
 true one into a type, a size, a shape, a flag, a name or a count. Most files have one to three lies, some have none.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import random
 import re
 import struct
 import zlib
-from typing import Any
 
 import numpy as np
 
@@ -39,25 +36,25 @@ CLASSES = {"f8": 6, "f4": 7, "i1": 8, "u1": 9, "i2": 10, "u2": 11, "i4": 12, "u4
 class Liar:
     """Dice that tell, now and then, another number than the true one."""
 
-    def __init__(self, dice: random.Random) -> None:
+    def __init__(self, dice):
         self.dice, self.often = dice, dice.choice([0.0, 0.002, 0.01, 0.04])
 
-    def number(self, true: int) -> int:
+    def number(self, true):
         if self.dice.random() >= self.often:
             return true
         return self.dice.choice([*NUMBERS, true + 1, max(true - 1, 0), true ^ (1 << self.dice.randrange(31))])
 
-    def flips(self, share: float) -> bool:
+    def flips(self, share):
         return self.often > 0 and self.dice.random() < share
 
-    def name(self) -> bytes:
+    def name(self):
         return self.dice.choice(NAMES).encode("utf-8" if self.dice.random() < 0.5 else "latin-1", "replace")
 
 
 # MAT version 5
 
 
-def hostile_mat5(dice: random.Random) -> bytes:
+def hostile_mat5(dice):
     lies = Liar(dice)
     order = dice.choice("<<<>")
     parts = []
@@ -70,7 +67,7 @@ def hostile_mat5(dice: random.Random) -> bytes:
     return data[: dice.randrange(len(data))] if lies.flips(0.1) else data
 
 
-def _element(lies: Liar, order: str, kind: int, content: bytes) -> bytes:
+def _element(lies, order, kind, content):
     kind, size = lies.number(kind), lies.number(len(content))
     if len(content) <= 4 and lies.dice.random() < 0.5:
         return struct.pack(order + "I", (size & 0xFFFF) << 16 | kind & 0xFFFF) + content.ljust(4, b"\0")
@@ -78,7 +75,7 @@ def _element(lies: Liar, order: str, kind: int, content: bytes) -> bytes:
     return struct.pack(order + "II", kind & 0xFFFFFFFF, size & 0xFFFFFFFF) + content + pad
 
 
-def _packed(lies: Liar, order: str, element: bytes) -> bytes:
+def _packed(lies, order, element):
     if lies.dice.random() < 0.6:
         return element
     packed = zlib.compress(element)
@@ -87,7 +84,7 @@ def _packed(lies: Liar, order: str, element: bytes) -> bytes:
     return _element(lies, order, 15, packed)
 
 
-def _head(lies: Liar, order: str, kind: int, shape: tuple[int, ...], name: bytes) -> bytes:
+def _head(lies, order, kind, shape, name):
     flags = kind | (lies.dice.choice([0x100, 0x200, 0x400, 0x800]) if lies.flips(0.1) else 0)
     return (
         _element(
@@ -98,7 +95,7 @@ def _head(lies: Liar, order: str, kind: int, shape: tuple[int, ...], name: bytes
     )
 
 
-def _array(lies: Liar, order: str, name: bytes, size: int | None = None) -> bytes:
+def _array(lies, order, name, size=None):
     kind = "f8" if size else lies.dice.choice(list(CODES))
     shape = (size, 1) if size else lies.dice.choice([(0, 0), (1, 1), (1, 60), (60, 3), (3, 2, 2), (1,) * 40, (7,)])
     stored = kind if lies.dice.random() < 0.7 else "u1"
@@ -110,7 +107,7 @@ def _array(lies: Liar, order: str, name: bytes, size: int | None = None) -> byte
     return _element(lies, order, 14, body)
 
 
-def _matrix(lies: Liar, order: str, name: bytes, depth: int) -> bytes:
+def _matrix(lies, order, name, depth):
     kind = lies.dice.choice(["array", "array", "char", "cell", "struct", "object", "sparse", "opaque", "empty", "deep"])
     if kind == "array" or depth > 4:
         return _array(lies, order, name)
@@ -153,7 +150,7 @@ def _matrix(lies: Liar, order: str, name: bytes, depth: int) -> bytes:
 # MAT version 4
 
 
-def hostile_mat4(dice: random.Random) -> bytes:
+def hostile_mat4(dice):
     lies = Liar(dice)
     order = dice.choice("<<>")
     data = b""
@@ -173,16 +170,16 @@ def hostile_mat4(dice: random.Random) -> bytes:
 # HDF5, and MAT version 7.3, which is HDF5 behind 512 bytes
 
 
-def hostile_hdf5(dice: random.Random) -> bytes:
+def hostile_hdf5(dice):
     return _hdf5(dice, matlab=False)
 
 
-def hostile_mat73(dice: random.Random) -> bytes:
+def hostile_mat73(dice):
     head = b"MATLAB 7.3 MAT-file".ljust(124) + struct.pack("<H", 0x200) + b"IM"
     return head.ljust(512, b"\0") + _hdf5(dice, matlab=True)[512:]
 
 
-def _hdf5(dice: random.Random, matlab: bool) -> bytes:
+def _hdf5(dice, matlab):
     import h5py
 
     lies, stream = Liar(dice), io.BytesIO()
@@ -205,7 +202,7 @@ def _hdf5(dice: random.Random, matlab: bool) -> bytes:
     return bytes(raw)
 
 
-def _member(lies: Liar, file: Any, group: Any, matlab: bool, depth: int) -> None:
+def _member(lies, file, group, matlab, depth):
     import h5py
 
     dice = lies.dice

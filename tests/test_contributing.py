@@ -1,4 +1,4 @@
-"""CONTRIBUTING shows a new family and a new figure, each a file, a line and its tests: executed as they stand there."""
+"""CONTRIBUTING shows a new family, figure and log format, each a file, a line and its tests: executed as they stand."""
 
 import importlib.util
 import inspect
@@ -12,6 +12,7 @@ import pytest
 import test_families_conformity as conformity
 from dehyst import Recording, compare, load
 from dehyst.families import STARTS, example, identify_family, registry, rows, table
+from dehyst.io import formats
 from dehyst.report import figures, write_report
 from report_samples import fit_by_hand
 
@@ -21,6 +22,8 @@ ROW = re.search(r"(?ms)^### A row of elements.*?^```text\n(.*?)^```$", PAGE)[1]
 FAMILY, LINE, TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", SECTION)
 DRAWING = PAGE.partition("## Add a report figure")[2].partition("\n## ")[0]
 FIGURE, LINES, FIGURE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", DRAWING)
+READING = PAGE.partition("## Add a log format")[2].partition("\n## ")[0]
+FORMAT, FORMAT_ROW, FORMAT_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", READING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
 
@@ -43,13 +46,13 @@ def load_shown(module, text, folder, monkeypatch):
     spec.loader.exec_module(loaded)
 
 
-def run_shown(text):
-    """Run the tests of CONTRIBUTING; return how many there are."""
+def run_shown(text, folder=None):
+    """Run the tests of CONTRIBUTING; return how many there are. `folder` is for those that write files."""
     shown = {}
     exec(compile(text, "CONTRIBUTING.md", "exec", dont_inherit=True), shown)
     tests = [value for name, value in shown.items() if name.startswith("test_")]
     for test in tests:
-        test()
+        test(**dict.fromkeys(inspect.signature(test).parameters, folder))
     return len(tests)
 
 
@@ -148,3 +151,33 @@ def test_the_figure_shown_is_on_the_page_and_among_the_files(drawn, tmp_path):
     assert (tmp_path / "figures" / f"figure-{len(figures.all_figures(fit))}-{figure.key}.svg").is_file()
     bare = write_report(fit_by_hand(train=1.0), tmp_path / "bare.html").read_text(encoding="utf-8")
     assert f'id="{figure.key}"' not in bare
+
+
+@pytest.fixture
+def readable(tmp_path, monkeypatch):
+    """The file and the row of CONTRIBUTING for a log format, as if they were part of the package."""
+    (row,) = eval(f"({FORMAT_ROW.strip()})", {"Format": formats.Format})
+    load_shown(f"dehyst.io.{row.module}", FORMAT, tmp_path, monkeypatch)
+    monkeypatch.setattr(formats, "FORMATS", (*formats.FORMATS, row))
+    return row
+
+
+def test_the_log_format_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`(src/\S+\.py|tests/\S+\.py)`|\((docs/\S+\.md)\)", READING))
+    assert len({one or other for one, other in named} - {"tests/test_contributing.py"}) == 4
+
+
+def test_the_tests_of_the_log_format_shown_pass(readable, tmp_path):
+    assert run_shown(FORMAT_TESTS, tmp_path) == 2
+
+
+def test_the_log_format_shown_is_read_by_the_command_and_refused_by_its_name(readable, run, tmp_path):
+    shown = {}
+    exec(compile(FORMAT_TESTS, "CONTRIBUTING.md", "exec", dont_inherit=True), shown)
+    path = shown["written"](tmp_path)
+    status, out, err = run("inspect", path)
+    assert status == 0 and "--input pressure_bar --output angle_deg" in out, out + err
+    path.write_bytes(path.read_bytes()[:-3])
+    assert f"cannot be read as {readable.title}" in run("inspect", path)[2]
+    path.write_bytes(b"something else")
+    assert f"not those of {readable.title}" in run("inspect", path)[2]

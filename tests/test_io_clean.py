@@ -1,15 +1,10 @@
 """Cleaning: every fault of a log is cured or refused, and reported with its row numbers."""
 
-from __future__ import annotations
-
 import csv
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from dehyst.data.recording import Recording
 from dehyst.errors import ExcitationError, RecordingError, TimeError, UnitError
 from dehyst.io.logs import read_log, read_signal
 
@@ -19,7 +14,7 @@ X = np.round(3.0 * np.sin(2 * np.pi * T), 6)
 Y = np.round(20.0 * np.sin(2 * np.pi * T - 0.2), 6)
 
 
-def write(path: Path, columns: dict[str, Any]) -> Path:
+def write(path, columns):
     """The csv module writes; dehyst reads."""
     with path.open("w", newline="") as stream:
         writer = csv.writer(stream)
@@ -28,19 +23,19 @@ def write(path: Path, columns: dict[str, Any]) -> Path:
     return path
 
 
-def log(tmp_path: Path, t: Any = T, x: Any = X, y: Any = Y, names: tuple[str, str] = ("p_bar", "angle_deg")) -> Path:
+def log(tmp_path, t=T, x=X, y=Y, names=("p_bar", "angle_deg")):
     return write(tmp_path / "log.csv", {"time_s": list(t), names[0]: list(x), names[1]: list(y)})
 
 
-def read(tmp_path: Path, t: Any = T, x: Any = X, y: Any = Y) -> Recording:
+def read(tmp_path, t=T, x=X, y=Y):
     return read_log(log(tmp_path, t, x, y), "p", "angle")
 
 
-def codes(rec: Any) -> list[str]:
+def codes(rec):
     return [finding.code for finding in rec.findings]
 
 
-def test_a_clean_log_has_no_findings(tmp_path: Path) -> None:
+def test_a_clean_log_has_no_findings(tmp_path):
     rec = read(tmp_path)
     assert codes(rec) == []
     assert rec.breaks == ()
@@ -51,8 +46,8 @@ def test_a_clean_log_has_no_findings(tmp_path: Path) -> None:
     "cell", ["", "nan", "NaN", "inf", "-Infinity", "1e999", "1e200", "n/a", "oops", "1_0", "0x10", "१"]
 )
 @pytest.mark.parametrize("column", [0, 1, 2])
-def test_a_cell_without_a_measurement_drops_its_row_and_names_its_line(tmp_path: Path, cell: str, column: int) -> None:
-    parts: list[list[Any]] = [list(T), list(X), list(Y)]
+def test_a_cell_without_a_measurement_drops_its_row_and_names_its_line(tmp_path, cell, column):
+    parts = [list(T), list(X), list(Y)]
     parts[column][6] = cell
     rec = read(tmp_path, *parts)
     np.testing.assert_array_equal(rec.input, np.delete(X, 6))
@@ -60,12 +55,12 @@ def test_a_cell_without_a_measurement_drops_its_row_and_names_its_line(tmp_path:
     assert "line 8" in rec.findings[0].message  # line 1 is the header
 
 
-def test_faults_of_columns_that_are_not_used_do_not_matter(tmp_path: Path) -> None:
+def test_faults_of_columns_that_are_not_used_do_not_matter(tmp_path):
     file = write(tmp_path / "log.csv", {"time_s": T, "p_bar": X, "angle_deg": Y, "other": [""] * N})
     assert codes(read_log(file, "p", "angle")) == []
 
 
-def test_rows_written_twice_are_kept_once(tmp_path: Path) -> None:
+def test_rows_written_twice_are_kept_once(tmp_path):
     index = np.repeat(np.arange(N), 2)
     rec = read(tmp_path, T[index], X[index], Y[index])
     np.testing.assert_array_equal(rec.input, X)
@@ -76,7 +71,7 @@ def test_rows_written_twice_are_kept_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("first", [0, 7])
 @pytest.mark.parametrize("rest", [False, True])
-def test_stamps_coarser_than_the_sampling_are_spread(tmp_path: Path, first: int, rest: bool) -> None:
+def test_stamps_coarser_than_the_sampling_are_spread(tmp_path, first, rest):
     x, y = X.copy(), Y.copy()
     if rest:
         x[100:180], y[100:180] = x[100], y[100]  # equal rows are samples too
@@ -90,7 +85,7 @@ def test_stamps_coarser_than_the_sampling_are_spread(tmp_path: Path, first: int,
     assert "0.2 s against about 0.01 s" in rec.findings[0].message
 
 
-def test_a_gap_in_a_coarse_log_stays_a_gap(tmp_path: Path) -> None:
+def test_a_gap_in_a_coarse_log_stays_a_gap(tmp_path):
     coarse = np.floor(T / 0.2 + 1e-9) * 0.2
     keep = np.delete(np.arange(N), np.arange(130, 190))
     rec = read(tmp_path, coarse[keep], X[keep], Y[keep])
@@ -98,7 +93,7 @@ def test_a_gap_in_a_coarse_log_stays_a_gap(tmp_path: Path) -> None:
     assert codes(rec) == ["coarse-time", "gap"]
 
 
-def test_a_single_repeated_stamp_with_other_values_loses_no_row(tmp_path: Path) -> None:
+def test_a_single_repeated_stamp_with_other_values_loses_no_row(tmp_path):
     t = T.copy()
     t[50] = t[49]
     rec = read(tmp_path, t)
@@ -109,7 +104,7 @@ def test_a_single_repeated_stamp_with_other_values_loses_no_row(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("many", [4, 10])
-def test_a_few_rows_in_reversed_order_are_sorted(tmp_path: Path, many: int) -> None:
+def test_a_few_rows_in_reversed_order_are_sorted(tmp_path, many):
     count = 1000
     t = np.round(np.arange(count) * 0.01, 6)
     x = np.round(3.0 * np.sin(2 * np.pi * t), 6)
@@ -123,7 +118,7 @@ def test_a_few_rows_in_reversed_order_are_sorted(tmp_path: Path, many: int) -> N
     assert "lines 503, 504" in rec.findings[0].message
 
 
-def test_a_short_recording_after_a_restart_is_not_sorted_into_the_first(tmp_path: Path) -> None:
+def test_a_short_recording_after_a_restart_is_not_sorted_into_the_first(tmp_path):
     t = np.concatenate([np.arange(1000) * 0.01, 9.9051 + np.arange(9) * 0.01])
     x = np.sin(2 * np.pi * t)
     rec = read(tmp_path, np.round(t, 6), x, x**3)
@@ -131,7 +126,7 @@ def test_a_short_recording_after_a_restart_is_not_sorted_into_the_first(tmp_path
     assert codes(rec) == ["clock-restart"]
 
 
-def test_a_swapped_pair_is_sorted(tmp_path: Path) -> None:
+def test_a_swapped_pair_is_sorted(tmp_path):
     order = np.arange(N)
     order[[50, 51, 200, 201]] = [51, 50, 201, 200]
     rec = read(tmp_path, T[order], X[order], Y[order])
@@ -142,7 +137,7 @@ def test_a_swapped_pair_is_sorted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("wrong", [999.0, -5.0, 0.0])
-def test_a_single_stray_stamp_is_dropped(tmp_path: Path, wrong: float) -> None:
+def test_a_single_stray_stamp_is_dropped(tmp_path, wrong):
     t = T.copy()
     t[100] = wrong
     rec = read(tmp_path, t)
@@ -151,7 +146,7 @@ def test_a_single_stray_stamp_is_dropped(tmp_path: Path, wrong: float) -> None:
     assert "line 102" in rec.findings[0].message
 
 
-def test_a_restart_of_the_clock_becomes_a_break(tmp_path: Path) -> None:
+def test_a_restart_of_the_clock_becomes_a_break(tmp_path):
     t, x, y = (np.concatenate([v[:250], v[:150]]) for v in (T, X, Y))
     rec = read(tmp_path, t, x, y)
     assert rec.breaks == (250,)
@@ -160,19 +155,19 @@ def test_a_restart_of_the_clock_becomes_a_break(tmp_path: Path) -> None:
     assert "line 252" in rec.findings[0].message
 
 
-def test_a_log_written_newest_first_is_turned_around(tmp_path: Path) -> None:
+def test_a_log_written_newest_first_is_turned_around(tmp_path):
     rec = read(tmp_path, T[::-1], X[::-1], Y[::-1])
     np.testing.assert_array_equal(rec.input, X)
     assert codes(rec) == ["reversed-time"]
 
 
-def test_shuffled_stamps_are_refused(tmp_path: Path) -> None:
+def test_shuffled_stamps_are_refused(tmp_path):
     order = np.random.default_rng(0).permutation(N)
     with pytest.raises(TimeError, match="Sort the log"):
         read(tmp_path, T[order], X[order], Y[order])
 
 
-def test_a_gap_across_which_the_input_moved_becomes_a_break(tmp_path: Path) -> None:
+def test_a_gap_across_which_the_input_moved_becomes_a_break(tmp_path):
     keep = np.delete(np.arange(N), np.arange(110, 125))
     rec = read(tmp_path, T[keep], X[keep], Y[keep])
     assert rec.breaks == (110,)
@@ -181,14 +176,14 @@ def test_a_gap_across_which_the_input_moved_becomes_a_break(tmp_path: Path) -> N
     assert "0.16 s from 1.09 to 1.25 s" in rec.findings[0].message
 
 
-def test_a_gap_longer_than_half_a_loop_becomes_a_break_even_if_the_input_came_back(tmp_path: Path) -> None:
+def test_a_gap_longer_than_half_a_loop_becomes_a_break_even_if_the_input_came_back(tmp_path):
     keep = np.delete(np.arange(N), np.arange(111, 210))
     rec = read(tmp_path, T[keep], X[keep], Y[keep])
     assert abs(rec.input[111] - rec.input[110]) < 0.05 * np.ptp(X)
     assert rec.breaks == (111,)
 
 
-def test_a_gap_across_which_nothing_happened_is_only_a_finding(tmp_path: Path) -> None:
+def test_a_gap_across_which_nothing_happened_is_only_a_finding(tmp_path):
     x = np.concatenate([X[:225], np.full(100, X[224]), X[225:]])
     t = np.arange(500) * 0.01
     y = np.concatenate([Y[:225], np.full(100, Y[224]), Y[225:]])
@@ -198,7 +193,19 @@ def test_a_gap_across_which_nothing_happened_is_only_a_finding(tmp_path: Path) -
     assert codes(rec) == ["gap"]
 
 
-def test_uneven_sampling_and_bursts_are_no_gaps(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("false", "code"), [(85.0, "outlier"), (np.nan, "non-finite"), (None, "gap")])
+def test_rows_left_out_are_said_once_and_rows_that_the_logger_lost_are_a_gap(tmp_path, false, code):
+    t = np.round(0.02 * np.arange(3000.0), 6)
+    x = np.sin(2 * np.pi * t / 12.0)
+    y = 3.0 * x
+    if false is None:
+        t, x, y = (np.delete(v, slice(1500, 1505)) for v in (t, x, y))
+    else:
+        y[1500:1505] = false
+    assert codes(read(tmp_path, t, x, y)) == [code]
+
+
+def test_uneven_sampling_and_bursts_are_no_gaps(tmp_path):
     rng = np.random.default_rng(3)
     t = np.cumsum(rng.uniform(0.005, 0.02, size=N))
     assert codes(read(tmp_path, t, np.sin(5 * t), np.cos(5 * t))) == []
@@ -206,8 +213,8 @@ def test_uneven_sampling_and_bursts_are_no_gaps(tmp_path: Path) -> None:
     assert codes(read(tmp_path, bursts)) == []
 
 
-def test_rows_dropped_at_length_are_a_gap_too(tmp_path: Path) -> None:
-    y: list[Any] = list(Y)
+def test_rows_dropped_at_length_are_a_gap_too(tmp_path):
+    y = list(Y)
     y[110:125] = [""] * 15
     rec = read(tmp_path, y=y)
     assert rec.breaks == (110,)
@@ -216,7 +223,7 @@ def test_rows_dropped_at_length_are_a_gap_too(tmp_path: Path) -> None:
     assert read_log(file, "p", "angle").breaks == (110,)
 
 
-def test_without_time_rows_are_taken_in_order(tmp_path: Path) -> None:
+def test_without_time_rows_are_taken_in_order(tmp_path):
     file = write(tmp_path / "log.csv", {"p_bar": X, "angle_deg": Y})
     rec = read_log(file, "p", "angle")
     assert rec.time is None
@@ -225,9 +232,9 @@ def test_without_time_rows_are_taken_in_order(tmp_path: Path) -> None:
         read_log(file, "p", "angle", start=1.0)
 
 
-def test_signals_logged_in_turns_are_brought_to_the_input_stamps(tmp_path: Path) -> None:
-    x: list[Any] = list(X)
-    y: list[Any] = list(np.round(2.0 * T, 6))  # linear: interpolation must be exact
+def test_signals_logged_in_turns_are_brought_to_the_input_stamps(tmp_path):
+    x = list(X)
+    y = list(np.round(2.0 * T, 6))  # linear: interpolation must be exact
     x[1::2] = [""] * (N // 2)
     y[0::2] = [""] * (N // 2)
     rec = read(tmp_path, x=x, y=y)
@@ -237,7 +244,7 @@ def test_signals_logged_in_turns_are_brought_to_the_input_stamps(tmp_path: Path)
     assert "non-finite" not in codes(rec)
 
 
-def test_two_time_columns_each_left_of_its_signal_are_two_clocks(tmp_path: Path) -> None:
+def test_two_time_columns_each_left_of_its_signal_are_two_clocks(tmp_path):
     t2 = T + 0.0037
     file = write(tmp_path / "log.csv", {"t1_s": T, "p_bar": X, "t2_s": t2, "angle_deg": 5 * t2})
     rec = read_log(file, "p", "angle")
@@ -246,7 +253,7 @@ def test_two_time_columns_each_left_of_its_signal_are_two_clocks(tmp_path: Path)
     assert codes(rec) == ["two-clocks"]
 
 
-def test_two_time_columns_named_after_their_signals_are_two_clocks(tmp_path: Path) -> None:
+def test_two_time_columns_named_after_their_signals_are_two_clocks(tmp_path):
     t2 = T * 1.01 + 0.0037
     columns = {"p_bar": X, "angle_deg": np.round(5 * t2, 9), "time_angle_s": t2, "time_p_s": T}
     rec = read_log(write(tmp_path / "log.csv", columns), "p", "angle")
@@ -254,7 +261,7 @@ def test_two_time_columns_named_after_their_signals_are_two_clocks(tmp_path: Pat
     assert "two-clocks" in codes(rec)
 
 
-def test_time_columns_that_contradict_each_other_must_be_named(tmp_path: Path) -> None:
+def test_time_columns_that_contradict_each_other_must_be_named(tmp_path):
     columns = {"p_bar": X, "angle_deg": Y, "host_time_s": T, "device_time_s": 1.3 * T**1.1}
     file = write(tmp_path / "log.csv", columns)
     with pytest.raises(TimeError, match="--time host_time_s"):
@@ -263,14 +270,14 @@ def test_time_columns_that_contradict_each_other_must_be_named(tmp_path: Path) -
     np.testing.assert_array_equal(rec.time, T)
 
 
-def test_two_time_columns_that_agree_are_one_clock(tmp_path: Path) -> None:
+def test_two_time_columns_that_agree_are_one_clock(tmp_path):
     columns = {"stamp_ns": np.round(1.7e18 + T * 1e9).astype(np.int64), "time_s": T, "p_bar": X, "angle_deg": Y}
     rec = read_log(write(tmp_path / "log.csv", columns), "p", "angle")
     np.testing.assert_array_equal(rec.time, T)
     assert codes(rec) == []
 
 
-def test_a_constant_input_or_output_is_refused(tmp_path: Path) -> None:
+def test_a_constant_input_or_output_is_refused(tmp_path):
     with pytest.raises(ExcitationError, match="is 2 in all 400 rows"):
         read(tmp_path, x=np.full(N, 2.0))
     with pytest.raises(RecordingError, match="not connected"):
@@ -278,14 +285,14 @@ def test_a_constant_input_or_output_is_refused(tmp_path: Path) -> None:
     assert read_signal(log(tmp_path, x=np.full(N, 2.0)), "p").values.tolist() == [2.0] * N
 
 
-def test_too_few_rows_are_refused(tmp_path: Path) -> None:
+def test_too_few_rows_are_refused(tmp_path):
     with pytest.raises(RecordingError, match="at least 4"):
         read(tmp_path, T[:3], X[:3], Y[:3])
     with pytest.raises(RecordingError, match="at least 4"):
         read_log(log(tmp_path), "p", "angle", start=1.0, stop=1.025)
 
 
-def test_a_held_sensor_is_found_and_its_interpolated_sister_is_suggested(tmp_path: Path) -> None:
+def test_a_held_sensor_is_found_and_its_interpolated_sister_is_suggested(tmp_path):
     x = np.round(2 * np.sin(7 * T) + np.sin(11.3 * T), 6)
     held = x[np.arange(N) // 10 * 10]
     columns = {"time_s": T, "p_bar": held, "p_interp_bar": x, "angle_deg": Y}
@@ -297,7 +304,7 @@ def test_a_held_sensor_is_found_and_its_interpolated_sister_is_suggested(tmp_pat
     assert codes(read_log(file, "p_interp", "angle")) == []
 
 
-def test_neither_a_converter_nor_a_trapezoid_is_a_held_sensor(tmp_path: Path) -> None:
+def test_neither_a_converter_nor_a_trapezoid_is_a_held_sensor(tmp_path):
     slow = np.arange(4000) / 4000 * 2
     coarse = np.round(60 * np.sin(2 * np.pi * slow)) / 20
     trapezoid = np.clip(6 * np.sin(2 * np.pi * slow), -3, 3)
@@ -306,7 +313,7 @@ def test_neither_a_converter_nor_a_trapezoid_is_a_held_sensor(tmp_path: Path) ->
         assert "held-input" not in codes(read_log(file, "p", "angle"))
 
 
-def test_a_saturated_output_is_found_and_a_play_is_not(tmp_path: Path) -> None:
+def test_a_saturated_output_is_found_and_a_play_is_not(tmp_path):
     rec = read(tmp_path, y=np.minimum(Y, 12.0))
     assert "saturated-output" in codes(rec)
     assert "12 deg" in rec.findings[0].message
@@ -317,14 +324,14 @@ def test_a_saturated_output_is_found_and_a_play_is_not(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("phase", "word"), [(0.25, "never turns"), (0.75, "turns only once")])
-def test_too_few_loops_are_pointed_out(tmp_path: Path, phase: float, word: str) -> None:
+def test_too_few_loops_are_pointed_out(tmp_path, phase, word):
     x = np.cos(2 * np.pi * T / T[-1] * phase)
     rec = read(tmp_path, x=x, y=x**3)
     assert codes(rec) == ["few-loops"]
     assert word in rec.findings[0].message
 
 
-def test_few_values_are_pointed_out(tmp_path: Path) -> None:
+def test_few_values_are_pointed_out(tmp_path):
     rec = read(tmp_path, y=np.round(Y / 10))
     assert codes(rec) == ["quantised-output"]
     assert "only 5 different values" in rec.findings[0].message
@@ -343,28 +350,26 @@ def test_few_values_are_pointed_out(tmp_path: Path) -> None:
         ("a", "b", False),
     ],
 )
-def test_swapped_columns_are_suspected_only_where_both_names_speak(
-    tmp_path: Path, x: str, y: str, swapped: bool
-) -> None:
+def test_swapped_columns_are_suspected_only_where_both_names_speak(tmp_path, x, y, swapped):
     file = log(tmp_path, names=(x, y))
     assert codes(read_log(file, x, y)) == (["swapped-columns"] if swapped else [])
 
 
-def test_findings_never_depend_on_rows_outside_the_window(tmp_path: Path) -> None:
-    y: list[Any] = list(Y)
+def test_findings_never_depend_on_rows_outside_the_window(tmp_path):
+    y = list(Y)
     y[3] = ""
     file = log(tmp_path, y=y)
     assert codes(read_log(file, "p", "angle", start=1.0)) == []
 
 
-def test_a_single_signal_keeps_gaps_as_breaks(tmp_path: Path) -> None:
+def test_a_single_signal_keeps_gaps_as_breaks(tmp_path):
     keep = np.delete(np.arange(N), np.arange(110, 125))
     signal = read_signal(log(tmp_path, T[keep], X[keep], Y[keep]), "angle")
     assert signal.breaks == (110,)
     assert signal.provenance["column"] == "angle_deg"
 
 
-def test_a_named_clock_serves_the_signal_it_fits(tmp_path: Path) -> None:
+def test_a_named_clock_serves_the_signal_it_fits(tmp_path):
     slow = np.arange(100) * 0.04
     np.savez(tmp_path / "log.npz", t=T, p_bar=X, slow_time=slow, other_time=slow + 100.0, angle_deg=3.0 * slow)
     rec = read_log(tmp_path / "log.npz", "p", "angle", time="slow_time")
@@ -372,7 +377,7 @@ def test_a_named_clock_serves_the_signal_it_fits(tmp_path: Path) -> None:
     assert "two-clocks" in codes(rec)
 
 
-def test_the_unit_of_time_may_be_named(tmp_path: Path) -> None:
+def test_the_unit_of_time_may_be_named(tmp_path):
     file = write(tmp_path / "log.csv", {"t": np.round(1000 * T, 3), "p_bar": X, "angle_deg": Y})
     [finding] = read_log(file, "p", "angle").findings
     assert finding.code == "time-unit"
@@ -387,13 +392,13 @@ def test_the_unit_of_time_may_be_named(tmp_path: Path) -> None:
         read_log(bare, "p", "angle", time_unit="ms")
 
 
-def test_a_named_unit_of_time_wins_over_the_name(tmp_path: Path) -> None:
+def test_a_named_unit_of_time_wins_over_the_name(tmp_path):
     rec = read_log(log(tmp_path, t=1000 * T), "p", "angle", time_unit="ms")
     np.testing.assert_allclose(rec.time, T, atol=1e-9)
 
 
-def test_a_reference_keeps_its_length_where_values_are_missing(tmp_path: Path) -> None:
-    x: list[Any] = list(X)
+def test_a_reference_keeps_its_length_where_values_are_missing(tmp_path):
+    x = list(X)
     x[0] = x[1] = x[50] = ""
     x[51] = "nan"
     signal = read_signal(log(tmp_path, x=x), "p")
@@ -410,7 +415,7 @@ def test_a_reference_keeps_its_length_where_values_are_missing(tmp_path: Path) -
     assert codes(dropped) == ["non-finite"]
 
 
-def test_an_outlier_of_a_reference_is_held(tmp_path: Path) -> None:
+def test_an_outlier_of_a_reference_is_held(tmp_path):
     x = X.copy()
     x[100] = -9999.0
     signal = read_signal(log(tmp_path, x=x), "p")
@@ -421,8 +426,8 @@ def test_an_outlier_of_a_reference_is_held(tmp_path: Path) -> None:
     assert "the value before each was held" in finding.message
 
 
-def test_a_signal_logged_in_turns_is_not_held(tmp_path: Path) -> None:
-    x: list[Any] = list(X)
+def test_a_signal_logged_in_turns_is_not_held(tmp_path):
+    x = list(X)
     for k in range(N):
         x[k] = x[k] if k % 3 == 0 else ""
     signal = read_signal(log(tmp_path, x=x), "p")

@@ -1,9 +1,5 @@
 """A clock that is set while a log is written: repaired where the signals go on, left where something may be missing."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -17,20 +13,20 @@ Array = npt.NDArray[np.float64]
 STEP = 0.025
 
 
-def cycling(rng: np.random.Generator, samples: int, period: float, triangle: bool, noise: float) -> tuple[Array, Array]:
+def cycling(rng, samples, period, triangle, noise):
     phase = np.arange(samples) / period + rng.uniform()
     x = 2.0 * np.abs(2.0 * (phase % 1.0) - 1.0) - 1.0 if triangle else np.sin(2 * np.pi * phase)
     y = np.sin(2 * np.pi * phase - 0.3) + 0.2 * x
     return 3.0 + 3.0 * x + noise * rng.normal(size=samples), 20.0 * (y + noise * rng.normal(size=samples))
 
 
-def prepared(t: Array, x: Array, y: Array) -> tuple[Samples, list[str]]:
+def prepared(t, x, y):
     about = Context("log", ("x", "y"))
     samples = find_gaps(order_time(Samples(t, (x, y), np.arange(t.size)), about), about)
     return samples, [finding.code for finding in about.findings]
 
 
-def changed(kind: str, t: Array, k: int, rng: np.random.Generator) -> Array:
+def changed(kind, t, k, rng):
     t = t.copy()
     if kind == "there and back":
         t[k : k + int(rng.integers(2, 12))] += rng.choice([1.0, -1.0, 0.3, 5.0])
@@ -43,7 +39,7 @@ def changed(kind: str, t: Array, k: int, rng: np.random.Generator) -> Array:
 
 
 @pytest.mark.parametrize("kind", ["there and back", "forward", "back", "summer", "winter", "rollover"])
-def test_a_clock_that_was_set_is_one_clock(kind: str) -> None:
+def test_a_clock_that_was_set_is_one_clock(kind):
     rng = np.random.default_rng(3)
     whole = 0
     for _ in range(60):
@@ -61,7 +57,7 @@ def test_a_clock_that_was_set_is_one_clock(kind: str) -> None:
     assert whole >= (60 if kind == "there and back" else 56)  # at a corner nothing tells that a signal goes on
 
 
-def test_one_clock_has_one_explanation_at_corners_too() -> None:
+def test_one_clock_has_one_explanation_at_corners_too():
     rng = np.random.default_rng(5)
     x, y = cycling(rng, 2000, 200.0, True, 0.0)
     corners = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0)[:2] + 1
@@ -73,7 +69,7 @@ def test_one_clock_has_one_explanation_at_corners_too() -> None:
     np.testing.assert_allclose(np.diff(samples.time), STEP, rtol=0.06)
 
 
-def test_another_recording_and_lost_samples_stay_what_they_are() -> None:
+def test_another_recording_and_lost_samples_stay_what_they_are():
     rng = np.random.default_rng(4)
     taken = 0
     for _ in range(120):
@@ -90,7 +86,7 @@ def test_another_recording_and_lost_samples_stay_what_they_are() -> None:
     assert taken <= 4  # those that begin by chance where the others ended
 
 
-def test_a_signal_that_rests_does_not_tell_whether_time_passed() -> None:
+def test_a_signal_that_rests_does_not_tell_whether_time_passed():
     x, y = cycling(np.random.default_rng(0), 2000, 200.0, False, 0.0)
     x[900:1100], y[900:1100] = x[900], y[900]
     t = STEP * np.arange(2000.0)
@@ -98,7 +94,7 @@ def test_a_signal_that_rests_does_not_tell_whether_time_passed() -> None:
     assert prepared(t, x, y)[1] == ["gap"]
 
 
-def rig_log(folder: Path) -> Path:
+def rig_log(folder):
     """490 cycles in 19 610 rows; three times the clock jumps by 1 s and a few samples later back."""
     rng = np.random.default_rng(11)
     samples, cycles = 19_610, 490
@@ -112,7 +108,7 @@ def rig_log(folder: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_a_log_whose_clock_was_corrected_loses_no_sample(tmp_path: Path) -> None:
+def test_a_log_whose_clock_was_corrected_loses_no_sample(tmp_path):
     rec = dehyst.read_log(rig_log(tmp_path), "pressure", "angle")
     assert len(rec) == 19_610 and rec.breaks == ()
     [found] = rec.findings

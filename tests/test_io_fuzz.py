@@ -3,28 +3,26 @@
 Seeded, so that a failure can be repeated: its message names the base, the number of the case and the mutation.
 """
 
-from __future__ import annotations
-
-import gzip
 import io
 import os
 import random
 import subprocess
 import sys
+import time
 import warnings
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
+import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 
-from dehyst.data.recording import Recording
-from dehyst.errors import DehystError
+from dehyst.errors import DehystError, LogError
+from dehyst.io import foreign
 from dehyst.io.formats import read_table
 from dehyst.io.inspect import inspect_log
 from dehyst.io.logs import read_log, read_signal
 from effort import no_hang
+from log_files import FORMS, save
 from structured_files import hostile_hdf5, hostile_mat4, hostile_mat5, hostile_mat73
 
 N = 60
@@ -56,7 +54,7 @@ SPELLINGS += [
 ]
 
 
-def attempt(path: Path, what: str, run: str | None = None) -> Recording | None:
+def attempt(path, what, run=None):
     """Read, and hold the promise: a recording or a named error, no hang, no warning."""
     recording = None
     with warnings.catch_warnings(record=True) as caught:
@@ -85,7 +83,7 @@ def attempt(path: Path, what: str, run: str | None = None) -> Recording | None:
 # Text: mutations of lines, with an oracle
 
 
-def mutate_lines(lines: list[str], dice: random.Random) -> str:
+def mutate_lines(lines, dice):
     """Change the lines in place; return what was done."""
     kind = dice.choice(["flip", "spell", "delete", "double", "swap", "cut", "join", "break", "insert", "cell", "tail"])
     at = dice.randrange(len(lines))
@@ -120,7 +118,7 @@ def mutate_lines(lines: list[str], dice: random.Random) -> str:
     return f"{kind} at {at}"
 
 
-def check_against_oracle(path: Path, text: str, recording: Recording | None, what: str) -> None:
+def check_against_oracle(path, text, recording, what):
     """Lines that nobody touched keep their numbers and their place; no number appears from nowhere."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     touched = sum(line not in NUMBERS for line in lines)
@@ -148,7 +146,7 @@ def check_against_oracle(path: Path, text: str, recording: Recording | None, wha
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(4))
-def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tmp_path: Path, block: int) -> None:
+def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tmp_path, block):
     dice = random.Random(100 + block)
     read = 0
     for case in range(150):
@@ -165,7 +163,7 @@ def test_mutated_lines_are_read_or_refused_and_whole_lines_keep_their_numbers(tm
 
 
 @pytest.mark.slow
-def test_a_dropped_row_is_never_silent(tmp_path: Path) -> None:
+def test_a_dropped_row_is_never_silent(tmp_path):
     dice = random.Random(7)
     for case in range(150):
         lines = [HEADER, *LINES]
@@ -184,110 +182,12 @@ def test_a_dropped_row_is_never_silent(tmp_path: Path) -> None:
 # Bytes of any format
 
 
-def csv_bytes() -> bytes:
-    return TEXT.encode()
+ARRAYS = {"time_s": np.array(T, float), "pressure_bar": np.array(X, float), "angle_deg": np.array(Y, float)}
+CASES = {"plain.csv": 100, "utf16.txt": 80, "packed.csv.gz": 80, "vectors.npz": 80, "matrix.npy": 60, "plain.mat": 100}
+CASES |= {"packed.mat": 60, "old.mat": 60, "plain.h5": 80, "table.parquet": 60, "table.feather": 60, "log.mf4": 60}
 
 
-def semicolon_bytes() -> bytes:
-    return TEXT.replace(",", ";").replace(".", ",").encode("utf-16")
-
-
-def gzip_bytes() -> bytes:
-    return gzip.compress(csv_bytes(), mtime=0)
-
-
-def arrays() -> dict[str, Any]:
-    return {"time_s": np.array(T, float), "pressure_bar": np.array(X, float), "angle_deg": np.array(Y, float)}
-
-
-def npz_bytes() -> bytes:
-    stream = io.BytesIO()
-    np.savez(stream, **arrays())
-    return stream.getvalue()
-
-
-def npy_bytes() -> bytes:
-    stream = io.BytesIO()
-    np.save(stream, np.column_stack(list(arrays().values())))
-    return stream.getvalue()
-
-
-def mat_bytes() -> bytes:
-    from scipy.io import savemat
-
-    stream = io.BytesIO()
-    savemat(stream, {**arrays(), "s": {"time": np.arange(5.0), "data": np.arange(5.0)}, "run": ["a", "bc"]})
-    return stream.getvalue()
-
-
-def packed_mat_bytes() -> bytes:
-    from scipy.io import savemat
-
-    stream = io.BytesIO()
-    savemat(stream, arrays(), do_compression=True)
-    return stream.getvalue()
-
-
-def mat4_bytes() -> bytes:
-    from scipy.io import savemat
-
-    stream = io.BytesIO()
-    savemat(stream, arrays(), format="4")
-    return stream.getvalue()
-
-
-def hdf5_bytes() -> bytes:
-    import h5py
-
-    stream = io.BytesIO()
-    with h5py.File(stream, "w") as out:
-        for name, values in arrays().items():
-            out.create_dataset(name, data=values, compression="gzip")
-    return stream.getvalue()
-
-
-def parquet_bytes() -> bytes:
-    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
-    stream = io.BytesIO()
-    polars.DataFrame(arrays()).write_parquet(stream)
-    return stream.getvalue()
-
-
-def feather_bytes() -> bytes:
-    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
-    stream = io.BytesIO()
-    polars.DataFrame(arrays()).write_ipc(stream)
-    return stream.getvalue()
-
-
-def mdf_bytes() -> bytes:
-    asammdf = pytest.importorskip("asammdf", reason="the extra dehyst[mdf] is not installed")
-    values = arrays()
-    clock = values.pop("time_s")
-    with asammdf.MDF(version="4.10") as out:
-        out.append([asammdf.Signal(v, clock, name=name) for name, v in values.items()])
-        stream = io.BytesIO()
-        out.save(stream)
-    return stream.getvalue()
-
-
-BASES: list[tuple[str, Callable[[], bytes], int]] = [
-    ("log.csv", csv_bytes, 100),
-    ("log.txt", semicolon_bytes, 80),
-    ("log.csv.gz", gzip_bytes, 80),
-    ("log.npz", npz_bytes, 80),
-    ("log.npy", npy_bytes, 60),
-    ("log.mat", mat_bytes, 100),
-    ("packed.mat", packed_mat_bytes, 60),
-    ("old.mat", mat4_bytes, 60),
-    ("log.h5", hdf5_bytes, 80),
-    ("log.parquet", parquet_bytes, 60),
-    ("log.feather", feather_bytes, 60),
-    ("log.mf4", mdf_bytes, 60),
-]
-
-
-def mutate_bytes(data: bytes, dice: random.Random) -> tuple[bytes, str]:
+def mutate_bytes(data, dice):
     kind = dice.choice(["flip", "flips", "cut", "head", "zeros", "noise", "double", "large", "shift"])
     raw = bytearray(data)
     # Headers decide most; half of the damage goes there.
@@ -315,43 +215,35 @@ def mutate_bytes(data: bytes, dice: random.Random) -> tuple[bytes, str]:
     return bytes(raw), f"{kind} at {at}"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "make", "cases"), BASES, ids=[name for name, _, _ in BASES])
-def test_mutated_bytes_are_read_or_refused(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], name: str, make: Callable[[], bytes], cases: int
-) -> None:
-    data = make()
-    path = tmp_path / name
-    path.write_bytes(data)
-    if name != "log.npy":  # its columns have no names
-        assert attempt(path, "untouched") is not None
-    dice = random.Random(name)
+def require_read_or_refused(victim, cases, path=None):
+    """Damage a file in so many ways; `path` is the log if the file is a part of it."""
+    data, dice = victim.read_bytes(), random.Random(victim.name)
     for case in range(cases):
         mutated, done = mutate_bytes(data, dice)
-        path.write_bytes(mutated)
-        attempt(path, f"{name} case {case}: {done}")
-    out, err = capfd.readouterr()
-    assert (out, err) == ("", "")
+        victim.write_bytes(mutated)
+        attempt(path or victim, f"{victim.name} case {case}: {done}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", CASES)
+def test_mutated_bytes_are_read_or_refused(tmp_path, capfd, form):
+    if form not in FORMS:
+        pytest.skip("its package is not installed")
+    path, x, _ = save(tmp_path, form, ARRAYS)
+    assert attempt(path, "untouched") is not None or x != "pressure"
+    require_read_or_refused(path, CASES[form])
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["bag", "db3", "mcap", "folder"])
-def test_mutated_bags_are_read_or_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str], kind: str) -> None:
+def test_mutated_bags_are_read_or_refused(tmp_path, capfd, kind):
     pytest.importorskip("rosbags", reason="the extra dehyst[ros] is not installed")
     from test_io_formats import write_bag
 
     path = write_bag(tmp_path, kind)
-    if kind in {"db3", "mcap"}:
-        path = next(path.glob(f"*.{kind}"))
-    victim = path / "metadata.yaml" if kind == "folder" else path
-    data = victim.read_bytes()
-    dice = random.Random(kind)
-    for case in range(20):
-        mutated, done = mutate_bytes(data, dice)
-        victim.write_bytes(mutated)
-        attempt(path, f"{kind} case {case}: {done}")
-    out, err = capfd.readouterr()
-    assert (out, err) == ("", "")
+    require_read_or_refused(path / "metadata.yaml" if kind == "folder" else path, 20, path)
+    assert capfd.readouterr() == ("", "")
 
 
 STRUCTURED = [
@@ -364,9 +256,7 @@ STRUCTURED = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("make", "ending", "cases"), STRUCTURED, ids=[make.__name__ for make, _, _ in STRUCTURED])
-def test_files_with_lies_in_their_structure_are_read_or_refused(
-    tmp_path: Path, make: Callable[[random.Random], bytes], ending: str, cases: int
-) -> None:
+def test_files_with_lies_in_their_structure_are_read_or_refused(tmp_path, make, ending, cases):
     """DEHYST_FUZZ=3000 runs so many cases of each; the number of a case is its seed."""
     path = tmp_path / f"log.{ending}"
     for case in range(int(os.environ.get("DEHYST_FUZZ", cases))):
@@ -375,10 +265,8 @@ def test_files_with_lies_in_their_structure_are_read_or_refused(
 
 
 @pytest.mark.parametrize(("entry", "size"), [(b"\0\0", 0), (b"\1\0", 2**64 - 16), (b"\0\0", 2**64 - 8)])
-def test_a_heap_that_leads_to_itself_is_refused(tmp_path: Path, entry: bytes, size: int) -> None:
+def test_a_heap_that_leads_to_itself_is_refused(tmp_path, entry, size):
     """In a process of its own: the HDF5 library would go round for ever, and hear no signal."""
-    import h5py
-
     path = tmp_path / "log.h5"
     with h5py.File(path, "w") as out:
         out["pressure_bar"], out["angle_deg"] = np.arange(60.0), np.arange(60.0)
@@ -393,11 +281,9 @@ def test_a_heap_that_leads_to_itself_is_refused(tmp_path: Path, entry: bytes, si
     assert "LogError" in done.stderr and "has no end" in done.stderr
 
 
-def test_packed_and_plain_variables_may_stand_in_one_file(tmp_path: Path) -> None:
-    from scipy.io import savemat
-
+def test_packed_and_plain_variables_may_stand_in_one_file(tmp_path):
     parts = []
-    for k, (name, values) in enumerate(arrays().items()):
+    for k, (name, values) in enumerate(ARRAYS.items()):
         stream = io.BytesIO()
         savemat(stream, {name: values[:57]}, do_compression=k % 2 == 0)
         parts.append(stream.getvalue())
@@ -413,9 +299,7 @@ MAGICS += [b"MATLAB 5.0 MAT-file" + b" " * 105 + b"\0\1IM", b"#ROSBAG V2.0\n", b
 MAGICS += [b"SQLite format 3\0", b"\xff\xfe", b"\xef\xbb\xbf"]
 
 
-def test_garbage_under_every_ending_and_behind_every_magic_is_refused(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_garbage_under_every_ending_and_behind_every_magic_is_refused(tmp_path, capfd):
     dice = random.Random(5)
     for ending in ENDINGS:
         for magic in MAGICS:
@@ -428,7 +312,7 @@ def test_garbage_under_every_ending_and_behind_every_magic_is_refused(
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", "|", ":", "  ", ", "])
-def test_a_wrong_delimiter_gives_the_same_numbers_or_none(tmp_path: Path, delimiter: str) -> None:
+def test_a_wrong_delimiter_gives_the_same_numbers_or_none(tmp_path, delimiter):
     path = tmp_path / "log.csv"
     path.write_text(TEXT.replace(",", delimiter))
     recording = attempt(path, repr(delimiter))
@@ -437,3 +321,61 @@ def test_a_wrong_delimiter_gives_the_same_numbers_or_none(tmp_path: Path, delimi
     else:
         assert recording is not None
         np.testing.assert_array_equal(recording.output, np.array(Y, float))
+
+
+# A log is read from its own file alone, and every reader ends
+
+SECRET = np.arange(50.0) + 7000
+
+
+def hostile(kind, path, other):
+    with h5py.File(other, "w") as file:
+        file["secret"] = SECRET
+    raw = other.with_suffix(".bin")
+    raw.write_bytes(SECRET.tobytes())
+    with h5py.File(path, "w") as file:
+        file["time"], file["x"] = np.arange(50) / 10, np.sin(np.arange(50.0))
+        inside = file.create_group("deep")
+        for group in (file, inside):
+            if kind == "external link":
+                group["bad"] = h5py.ExternalLink(str(other), "/secret")
+            elif kind == "virtual dataset":
+                layout = h5py.VirtualLayout(shape=(50,), dtype="f8")
+                layout[:] = h5py.VirtualSource(str(other), "secret", shape=(50,))
+                group.create_virtual_dataset("bad", layout)
+            elif kind == "external storage":
+                group.create_dataset("bad", (50,), "f8", external=[(str(raw), 0, 400)])
+            elif kind == "link to nothing":
+                group["bad"] = h5py.SoftLink("/nowhere")
+
+
+@pytest.mark.parametrize("kind", ["external link", "virtual dataset", "external storage", "link to nothing"])
+def test_no_number_of_another_file_is_read_and_the_others_are(kind, tmp_path):
+    hostile(kind, tmp_path / "log.h5", tmp_path / "other.h5")
+    table = read_table(tmp_path / "log.h5")
+    assert set(table.columns) == {"time", "x"}
+    assert [found.code for found in table.findings] == ["data-elsewhere"] * 2
+
+
+def test_groups_that_hold_each_other_are_walked_once(tmp_path):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["x"] = np.sin(np.arange(50.0))
+        for k in range(60):
+            file.create_group(f"g{k}")
+        for k in range(60):
+            for j in range(60):
+                file[f"g{k}"][f"to{j}"] = file[f"g{j}"]
+    with no_hang():
+        assert set(read_table(tmp_path / "log.h5").columns) == {"x"}
+
+
+def test_a_reader_that_takes_too_long_ends_in_a_named_error_however_slow_the_machine_is(monkeypatch):
+    monkeypatch.setattr(foreign, "GRACE_SECONDS", 0.05)
+    monkeypatch.setattr(foreign.gc, "collect", lambda _: time.sleep(0.2))  # the bell rings every 0.05 s
+
+    def endless():
+        while True:
+            pass
+
+    with pytest.raises(LogError, match="no end after"):
+        foreign.guard("x.mat", "MAT file", 0, endless)

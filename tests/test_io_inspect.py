@@ -21,7 +21,7 @@ WAVE = np.sin(2 * np.pi * T / 2.5)
 LAG = np.sin(2 * np.pi * T / 2.5 - 0.3)
 
 
-def test_the_summary_tells_units_ranges_loops_and_missing_cells(tmp_path: Path) -> None:
+def test_the_summary_tells_units_ranges_loops_and_missing_cells(tmp_path):
     angle = 20 * LAG
     angle[:50] = np.nan
     columns = {"time_s": T, "pressure_bar": 3 + WAVE, "angle_deg": angle, "load_N": np.full(500, 7.0)}
@@ -39,7 +39,7 @@ def test_the_summary_tells_units_ranges_loops_and_missing_cells(tmp_path: Path) 
     assert summary.runs == {}
 
 
-def test_the_sampling_is_measured(tmp_path: Path) -> None:
+def test_the_sampling_is_measured(tmp_path):
     keep = np.delete(np.arange(500), np.arange(100, 120))
     time = T[keep].copy()
     time[[200, 300]] = time[[199, 299]]
@@ -52,7 +52,7 @@ def test_the_sampling_is_measured(tmp_path: Path) -> None:
     assert sampling.last == pytest.approx(T[-1])
 
 
-def test_the_command_can_be_typed_as_it_stands(tmp_path: Path) -> None:
+def test_the_command_can_be_typed_as_it_stands(tmp_path):
     folder = tmp_path / "my logs"
     folder.mkdir()
     file = folder / "log.csv"
@@ -81,27 +81,25 @@ def test_the_command_can_be_typed_as_it_stands(tmp_path: Path) -> None:
         (["time_s", "displacement_um", "voltage_v"], ("voltage_v", "displacement_um")),
     ],
 )
-def test_input_and_output_are_guessed_from_names_and_units(
-    tmp_path: Path, names: list[str], expected: tuple[str, str]
-) -> None:
+def test_input_and_output_are_guessed_from_names_and_units(tmp_path, names, expected):
     summary = inspect_log(write_csv(tmp_path / "log.csv", dict(zip(names, (T, WAVE, LAG), strict=True))))
     assert (summary.input, summary.output) == expected
     assert all(column.reason for column in summary.columns if column.role)
 
 
-def test_nothing_is_guessed_from_a_single_signal(tmp_path: Path) -> None:
+def test_nothing_is_guessed_from_a_single_signal(tmp_path):
     summary = inspect_log(write_csv(tmp_path / "log.csv", {"time_s": T, "angle_deg": LAG}))
     assert (summary.input, summary.output, summary.command) == (None, None, "")
 
 
-def test_an_empty_column_has_no_range(tmp_path: Path) -> None:
+def test_an_empty_column_has_no_range(tmp_path):
     file = write_csv(tmp_path / "log.csv", {"p_bar": WAVE, "q": np.full(500, np.nan), "angle_deg": LAG})
     column = inspect_log(file).columns[1]
     assert (column.samples, column.missing, column.constant) == (0, 1.0, False)
     assert math.isnan(column.minimum)
 
 
-def test_columns_of_different_lengths_are_not_written(tmp_path: Path) -> None:
+def test_columns_of_different_lengths_are_not_written(tmp_path):
     for columns in ({"a": [1.0], "b": [1.0, 2.0]}, {}, {"a": np.zeros((2, 2))}):
         with pytest.raises(OutputError, match="vectors of one length"):
             write_csv(tmp_path / "log.csv", columns)
@@ -122,9 +120,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("folder", "run", "start", "x", "y", "rows", "codes"), CASES)
-def test_real_logs_read_without_false_alarm_and_their_columns_are_guessed(
-    folder: str, run: str | None, start: float | None, x: str, y: str, rows: int, codes: list[str]
-) -> None:
+def test_real_logs_read_without_false_alarm_and_their_columns_are_guessed(folder, run, start, x, y, rows, codes):
     file = REAL / folder / "data.csv.gz"
     if not file.exists():
         pytest.skip("measured logs are not at hand (shared/data beside the project)")
@@ -136,7 +132,7 @@ def test_real_logs_read_without_false_alarm_and_their_columns_are_guessed(
     assert (summary.input, summary.output) == (x, y)
 
 
-def test_the_held_pressure_of_a_real_log_is_found() -> None:
+def test_the_held_pressure_of_a_real_log_is_found():
     file = REAL / "pneumatic_arm_segment" / "data.csv.gz"
     if not file.exists():
         pytest.skip("measured logs are not at hand (shared/data beside the project)")
@@ -146,7 +142,7 @@ def test_the_held_pressure_of_a_real_log_is_found() -> None:
     assert "pressure_interp_psi" in finding.message
 
 
-def faulty(kind: str) -> dict[str, np.ndarray]:
+def faulty(kind):
     columns = {"time_s": T.copy(), "pressure_bar": 3 + WAVE, "angle_deg": 20 * LAG}
     if kind == "gap":
         keep = np.delete(np.arange(500), np.arange(100, 130))
@@ -174,7 +170,7 @@ def faulty(kind: str) -> dict[str, np.ndarray]:
     "kind",
     ["gap", "coarse-time", "time-unit", "no-time", "non-finite", "outlier", "clock-restart", "not-readable", ""],
 )
-def test_inspecting_tells_what_reading_would_find(tmp_path: Path, kind: str) -> None:
+def test_inspecting_tells_what_reading_would_find(tmp_path, kind):
     file = write_csv(tmp_path / "log.csv", faulty(kind))
     summary = inspect_log(file)
     assert (summary.input, summary.output) == ("pressure_bar", "angle_deg")
@@ -184,7 +180,7 @@ def test_inspecting_tells_what_reading_would_find(tmp_path: Path, kind: str) -> 
         assert summary.findings == read_log(file, "pressure", "angle").findings
 
 
-def test_a_single_signal_in_milliseconds_is_warned_of_and_can_be_cured(tmp_path: Path) -> None:
+def test_a_single_signal_in_milliseconds_is_warned_of_and_can_be_cured(tmp_path):
     file = write_csv(tmp_path / "log.csv", {"t": 1000 * T, "angle_deg": LAG})
     assert [finding.code for finding in inspect_log(file).findings] == ["time-unit"]
     summary = inspect_log(file, time_unit="ms")
@@ -193,7 +189,7 @@ def test_a_single_signal_in_milliseconds_is_warned_of_and_can_be_cured(tmp_path:
     assert summary.sampling.median == pytest.approx(0.02)
 
 
-def test_the_named_unit_of_time_is_part_of_the_command(tmp_path: Path) -> None:
+def test_the_named_unit_of_time_is_part_of_the_command(tmp_path):
     file = write_csv(tmp_path / "log.csv", faulty("time-unit"))
     assert inspect_log(file, time_unit="ms").command.endswith("--time-unit ms")
 

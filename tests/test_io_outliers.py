@@ -1,7 +1,5 @@
 """Outliers and wrapped angles: numbers that are no measurements are named and left out; signals are left alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -26,14 +24,14 @@ NOISE = np.random.default_rng(1).normal(size=20000)
 Array = npt.NDArray[np.float64]
 
 
-def write(path: Path, x: Array = X, y: Array = Y, names: tuple[str, str] = ("p_bar", "angle_deg")) -> Path:
+def write(path, x=X, y=Y, names=("p_bar", "angle_deg")):
     return write_csv(path / "log.csv", {"time_s": T[: x.size], names[0]: x, names[1]: y})
 
 
 @pytest.mark.parametrize("value", [100.0, 6.5, -1e6, 32767.0])
 @pytest.mark.parametrize("column", ["p_bar", "angle_deg"])
 @pytest.mark.parametrize("length", [1, 3])
-def test_a_spike_drops_its_rows_and_is_named(tmp_path: Path, value: float, column: str, length: int) -> None:
+def test_a_spike_drops_its_rows_and_is_named(tmp_path, value, column, length):
     signals = {"p_bar": X.copy(), "angle_deg": Y / 8}
     signals[column] = signals[column].copy()
     signals[column][500 : 500 + length] = value
@@ -47,7 +45,7 @@ def test_a_spike_drops_its_rows_and_is_named(tmp_path: Path, value: float, colum
 
 
 @pytest.mark.parametrize("code", [-9999.0, 9999.0, 1e6, 32767.0, -999.0])
-def test_codes_of_a_failed_sensor_are_dropped_at_any_length(tmp_path: Path, code: float) -> None:
+def test_codes_of_a_failed_sensor_are_dropped_at_any_length(tmp_path, code):
     y = Y.copy()
     bad = np.r_[0:2, 300, 700:704, 1200:1260, N - 1]
     y[bad] = code
@@ -57,20 +55,20 @@ def test_codes_of_a_failed_sensor_are_dropped_at_any_length(tmp_path: Path, code
     assert "68 of 2000 rows" in rec.findings[0].message
 
 
-def test_a_small_spike_is_found_beside_large_ones() -> None:
+def test_a_small_spike_is_found_beside_large_ones():
     v = X.copy()
     v[[300, 900, 1500]] = [1e6, -50.0, 9.0]
     assert np.flatnonzero(find_outliers(v)).tolist() == [300, 900, 1500]
 
 
-def test_a_coarse_converter_does_not_hide_a_spike() -> None:
+def test_a_coarse_converter_does_not_hide_a_spike():
     v = np.round(2 * X)
     v[300] = 100.0
     v[800:850] = -9999.0
     assert np.flatnonzero(find_outliers(v)).tolist() == [300, *range(800, 850)]
 
 
-def stick_slip() -> Array:
+def stick_slip():
     """Drive a block through a spring: it sticks until the force is large, then slips at once."""
     place, places = 0.0, []
     for drive in 10 * np.sin(T / 2):
@@ -106,7 +104,7 @@ SIGNALS = {
 
 
 @pytest.mark.parametrize("name", SIGNALS)
-def test_a_signal_has_no_outliers(name: str) -> None:
+def test_a_signal_has_no_outliers(name):
     assert not find_outliers(SIGNALS[name]).any()
 
 
@@ -114,7 +112,7 @@ def test_a_signal_has_no_outliers(name: str) -> None:
     "folder",
     ["tendon_sheath_joint", "piezo_dbo", "pneumatic_arm_segment", "cavatappi_muscle", "pam_wrist_joint", "mr_damper"],
 )
-def test_no_column_of_a_measured_log_has_outliers(folder: str) -> None:
+def test_no_column_of_a_measured_log_has_outliers(folder):
     file = REAL / folder / "data.csv.gz"
     if not file.exists():
         pytest.skip("measured logs are not at hand (shared/data beside the project)")
@@ -133,7 +131,7 @@ def test_no_column_of_a_measured_log_has_outliers(folder: str) -> None:
 @pytest.mark.parametrize(
     ("unit", "turn", "low"), [("deg", 360.0, 0.0), ("deg", 360.0, -180.0), ("rad", 2 * np.pi, -np.pi)]
 )
-def test_an_angle_that_wraps_is_unwrapped(tmp_path: Path, unit: str, turn: float, low: float) -> None:
+def test_an_angle_that_wraps_is_unwrapped(tmp_path, unit, turn, low):
     angle = turn * (0.9 + 0.4 * np.sin(T)) + low
     wrapped = (angle - low) % turn + low
     crossed = int(np.sum(np.abs(np.diff(wrapped)) > turn / 2))
@@ -146,7 +144,7 @@ def test_an_angle_that_wraps_is_unwrapped(tmp_path: Path, unit: str, turn: float
     assert f"{crossed} times, at lines {first}, " in finding.message
 
 
-def test_an_angle_that_jumps_by_itself_is_not_unwrapped(tmp_path: Path) -> None:
+def test_an_angle_that_jumps_by_itself_is_not_unwrapped(tmp_path):
     square = np.where(np.sin(T) > 0, 355.0, 2.0) + np.sin(20 * T)
     rec = read_log(write(tmp_path, y=square), "p", "angle")
     np.testing.assert_allclose(rec.output, square, atol=1e-9)
@@ -155,7 +153,7 @@ def test_an_angle_that_jumps_by_itself_is_not_unwrapped(tmp_path: Path) -> None:
     assert "angle-wrap" not in [finding.code for finding in rec.findings]
 
 
-def test_a_wrap_and_an_outlier_are_both_cured(tmp_path: Path) -> None:
+def test_a_wrap_and_an_outlier_are_both_cured(tmp_path):
     angle = 360 * (0.9 + 0.4 * np.sin(T))
     wrapped = angle % 360
     wrapped[77] = -9999.0
@@ -164,7 +162,7 @@ def test_a_wrap_and_an_outlier_are_both_cured(tmp_path: Path) -> None:
     assert sorted(finding.code for finding in rec.findings) == ["angle-wrap", "outlier"]
 
 
-def test_faults_outside_the_window_do_not_matter(tmp_path: Path) -> None:
+def test_faults_outside_the_window_do_not_matter(tmp_path):
     y = Y.copy()
     y[10] = 1e5
     file = write(tmp_path, y=y)
