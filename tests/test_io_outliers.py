@@ -103,9 +103,8 @@ SIGNALS = {
 }
 
 
-@pytest.mark.parametrize("name", SIGNALS)
-def test_a_signal_has_no_outliers(name):
-    assert not find_outliers(SIGNALS[name]).any()
+def test_a_signal_has_no_outliers():
+    assert [name for name, values in SIGNALS.items() if find_outliers(values).any()] == []
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Results written for other tools: MCAP runs and tables."""
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from dehyst.errors import MissingExtraError, OutputError
 from dehyst.io.formats import read_table
-from dehyst.io.write import write_table
+from dehyst.io.write import write_mcap, write_table
 from effort import lines_run
 
 RNG = np.random.default_rng(7)
@@ -31,8 +33,6 @@ def channels():
 
 
 def test_a_run_reads_back_bit_for_bit_with_our_own_reader(tmp_path):
-    from dehyst.io.write import write_mcap
-
     written = channels()
     table = read_table(write_mcap(tmp_path / "run.mcap", written))
     expected = {}
@@ -48,8 +48,6 @@ def test_a_run_reads_back_bit_for_bit_with_our_own_reader(tmp_path):
 
 def test_a_run_is_a_sound_mcap_file_to_its_own_reference_reader(tmp_path):
     reader = pytest.importorskip("mcap.reader", reason="the package mcap is not installed")
-    from dehyst.io.write import write_mcap
-
     written = channels()
     found = {}
     with write_mcap(tmp_path / "run.mcap", written).open("rb") as stream:
@@ -72,8 +70,6 @@ def test_a_run_is_a_sound_mcap_file_to_its_own_reference_reader(tmp_path):
 
 
 def test_time_below_zero_moves_the_stamps_of_all_channels_alike(tmp_path):
-    from dehyst.io.write import write_mcap
-
     late, early = np.array([0.0, 1.0]), np.array([-2.0, -1.0])
     table = read_table(write_mcap(tmp_path / "a.mcap", {"a": (late, {"x": late}), "b": (early, {"x": early})}))
     assert table.columns["/a.bag_time"].tolist() == [2e9, 3e9] and table.columns["/b.bag_time"].tolist() == [0, 1e9]
@@ -81,8 +77,6 @@ def test_time_below_zero_moves_the_stamps_of_all_channels_alike(tmp_path):
 
 
 def test_a_row_of_thirty_columns_is_written_without_a_loop_over_them(tmp_path):
-    from dehyst.io.write import write_mcap
-
     t = np.arange(10_000) * 5e-4
     columns = {f"column_{k}": RNG.normal(size=t.size) for k in range(30)}
     lines = lines_run(lambda: write_mcap(tmp_path / "a.mcap", {"joint_1": (t, columns)}))
@@ -106,8 +100,6 @@ def test_a_row_of_thirty_columns_is_written_without_a_loop_over_them(tmp_path):
     ],
 )
 def test_what_cannot_be_a_channel_is_refused_and_nothing_written(tmp_path, bad):
-    from dehyst.io.write import write_mcap
-
     with pytest.raises(OutputError):
         write_mcap(tmp_path / "a.mcap", bad)
     with pytest.raises(OutputError):
@@ -119,10 +111,6 @@ def test_what_cannot_be_a_channel_is_refused_and_nothing_written(tmp_path, bad):
     ("name", "module", "extra"), [("a.mcap", "rosbags", "ros"), ("a.parquet", "polars", "parquet")]
 )
 def test_without_its_package_the_error_names_the_extra_and_another_way(tmp_path, monkeypatch, name, module, extra):
-    import sys
-
-    from dehyst.io.write import write_mcap
-
     for loaded in [key for key in sys.modules if key.split(".")[0] == module]:
         monkeypatch.delitem(sys.modules, loaded)
     monkeypatch.setitem(sys.modules, module, None)

@@ -38,24 +38,22 @@ def check(path, x="pressure", y="angle", codes=()):
     assert tuple(f.code for f in rec.findings) == codes
 
 
-@pytest.mark.parametrize(
-    ("delimiter", "decimal"),
-    [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), ("|", "."), ("|", ","), (" ", "."), (" ", ",")],
-)
-def test_every_delimiter_and_decimal_sign_gives_the_same_numbers(tmp_path, delimiter, decimal):
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|", " "])
+def test_every_delimiter_and_decimal_sign_gives_the_same_numbers(tmp_path, delimiter):
     file = tmp_path / "log.csv"
-    file.write_text(table_text(delimiter, decimal))
-    check(file)
+    for decimal in "." if delimiter == "," else ".,":
+        file.write_text(table_text(delimiter, decimal))
+        check(file)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
-@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
-def test_every_encoding_and_line_end_gives_the_same_numbers(tmp_path, encoding, ending):
+def test_every_encoding_and_line_end_gives_the_same_numbers(tmp_path, encoding):
     file = tmp_path / "log.txt"
-    text = table_text(header="time [s],pressure [bar],angle [°]").replace("\n", ending)
-    file.write_bytes(text.encode(encoding))
-    check(file)
-    assert read_log(file, "pressure", "angle").output_unit == "deg"
+    for ending in ("\n", "\r\n", "\r"):
+        text = table_text(header="time [s],pressure [bar],angle [°]").replace("\n", ending)
+        file.write_bytes(text.encode(encoding))
+        check(file)
+        assert read_log(file, "pressure", "angle").output_unit == "deg"
 
 
 def test_gzip_is_read_whatever_the_file_is_called(tmp_path):
@@ -98,11 +96,7 @@ def test_without_a_header_columns_are_numbered_and_even_steps_are_time(tmp_path)
 
 def test_quoted_cells_and_a_trailing_delimiter(tmp_path):
     file = tmp_path / "log.csv"
-    rows = [
-        ["time_s", "pressure_bar", "angle_deg"],
-        *[[repr(float(v)) for v in row] for row in zip(T, X, Y, strict=True)],
-    ]
-    file.write_text("\n".join(",".join(f'"{c}"' for c in row) for row in rows))
+    file.write_text("\n".join(",".join(f'"{c}"' for c in row.split(",")) for row in table_text().splitlines()))
     check(file)
     file.write_text("\n".join(line + "," for line in table_text().splitlines()))
     check(file)
@@ -145,15 +139,9 @@ def test_a_table_that_is_mostly_ragged_is_refused(tmp_path):
 
 
 def test_iso_stamps_and_epochs_count_seconds_from_the_first_sample(tmp_path):
-    for k, stamp in enumerate(
-        [
-            iso,
-            lambda t: f"{1714607998 + t:.3f}",
-            lambda t: f"{1714607998000 + round(1000 * t)}",
-            lambda t: f"{1714607998000000000 + round(1e9 * t)}",
-        ]
-    ):
-        file = tmp_path / f"log{k}.csv"
+    file = tmp_path / "log.csv"
+    epochs = [lambda t, s=s: f"{1714607998 * s + round(s * t)}" for s in (1000, 10**9)]
+    for stamp in (iso, lambda t: f"{1714607998 + t:.3f}", *epochs):
         rows = [f"{stamp(t)},{x},{y}" for t, x, y in zip(T, X, Y, strict=True)]
         file.write_text("timestamp,pressure_bar,angle_deg\n" + "\n".join(rows))
         rec = read_log(file, "pressure", "angle")
@@ -389,8 +377,7 @@ def test_a_column_called_micros_is_time_in_microseconds(tmp_path):
     assert rec.findings == ()
 
 
-@pytest.mark.parametrize("columns", [600, 1000, 3000])
-def test_wide_logs_have_all_their_columns(tmp_path, columns):
+def test_wide_logs_have_all_their_columns(tmp_path, columns=3000):
     file = tmp_path / "log.csv"
     names = ["time_s", *(f"ch{j}" for j in range(1, columns))]
     rows = [
@@ -401,8 +388,11 @@ def test_wide_logs_have_all_their_columns(tmp_path, columns):
     np.testing.assert_array_equal(rec.output, [((columns - 1) * 7 + k * k) % 101 / 8 for k in range(30)])
 
 
-@pytest.mark.parametrize("row", ["nan,nan,nan", ",,", "NaN,,-", "#N/A,#N/A,#N/A", "-,-,-", "nan,nan,nan\nnan,nan,nan"])
-def test_a_first_row_without_any_value_is_not_the_header(tmp_path, row):
+MISSING = ["nan,nan,nan", ",,", "NaN,,-", "#N/A,#N/A,#N/A", "-,-,-", "nan,nan,nan\nnan,nan,nan", "-0.05,nan,nan"]
+
+
+@pytest.mark.parametrize("row", MISSING)
+def test_a_first_row_without_values_is_not_the_header(tmp_path, row):
     file = tmp_path / "log.csv"
     lines = table_text().splitlines()
     file.write_text("\n".join([lines[0], row, *lines[1:]]))
@@ -410,15 +400,7 @@ def test_a_first_row_without_any_value_is_not_the_header(tmp_path, row):
     np.testing.assert_array_equal(rec.input, X)
     assert rec.input_unit == "bar"
     assert {f.code for f in rec.findings} <= {"non-finite"}
-
-
-def test_a_first_row_without_some_values_is_not_the_header(tmp_path):
-    file = tmp_path / "log.csv"
-    lines = table_text().splitlines()
-    file.write_text("\n".join([lines[0], "-0.05,nan,nan", *lines[1:]]))
-    rec = read_log(file, "pressure", "angle")
-    np.testing.assert_array_equal(rec.input, X)
-    assert [f.code for f in rec.findings] == ["non-finite"]
+    assert rec.findings or row != MISSING[-1]
 
 
 @pytest.mark.parametrize("path", [None, 3, b"log.csv", ["log.csv"]])
