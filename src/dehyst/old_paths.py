@@ -11,7 +11,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 MOVED = {
-    **{f"dehyst.{name}": f"dehyst.data.{name}" for name in ("recording", "loops", "gaps", "outliers", "ranges")},
+    **{f"dehyst.{name}": f"dehyst.data.{name}" for name in ("recording", "loops", "outliers", "ranges")},
     **{
         f"dehyst.evaluation.{name}": f"dehyst.robot.iso9283.{name}"
         for name in ("curves", "metrics", "paths", "sections", "timing")
@@ -19,6 +19,8 @@ MOVED = {
     "dehyst.evaluation.cube": "dehyst.robot.iso9283.paths",
     "dehyst.evaluation.slowing": "dehyst.robot.iso9283.timing",
     "dehyst.evaluation.summary": "dehyst.robot.iso9283.metrics",
+    "dehyst.gaps": "dehyst.data.loops",
+    "dehyst.data.gaps": "dehyst.data.loops",
     "dehyst.evaluation": "dehyst.design",
     "dehyst.identification.drift": "dehyst.monitoring",
     "dehyst.identification.evaluate": "dehyst.monitoring.evaluate",

@@ -1,1 +1,1 @@
-"""What was logged: recordings, their turning points and loops, gaps, false values, ranges."""
+"""Recordings; their turning points, loops and gaps; outliers; the range that percentages refer to."""

@@ -1,4 +1,4 @@
-"""The range of a signal, of which every percent is taken: one that a few samples cannot make."""
+"""Range of a signal, the 100 % of every error in percent; a few extreme samples do not make it."""
 
 from __future__ import annotations
 

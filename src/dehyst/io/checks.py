@@ -1,4 +1,4 @@
-"""Checks of signals that read well but may not say what they seem to say."""
+"""Warnings about input and output: held, stuck at a limit, quantised, too few loops, columns swapped."""
 
 from __future__ import annotations
 
@@ -28,13 +28,7 @@ MOTIONS = ("angle", "length")
 
 
 def is_constant(values: Array) -> bool:
-    """Whether a signal does not move beyond rounding.
-
-    Examples
-    --------
-    >>> is_constant(np.array([2.0, 2.0])), is_constant(np.array([0.0, 1e-9]))
-    (True, False)
-    """
+    """Whether a signal does not move beyond rounding."""
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
     return high - low <= 1e-12 * max(-low, high)
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
-from dehyst.data.gaps import gap_limit
+from dehyst.data.loops import gap_limit
 from dehyst.errors import ColumnError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask, Rows
-from dehyst.data.gaps import GAP_SAMPLES, gap_limit, memory_lost
-from dehyst.data.loops import turning_points
+from dehyst.data.loops import GAP_SAMPLES, gap_limit, memory_lost, turning_points
 from dehyst.data.outliers import FEWEST, find_outliers
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
@@ -103,13 +102,7 @@ def hold_unmeasured(samples: Samples, about: Context) -> Samples:
 
 
 def hold_last(values: Array, bad: npt.NDArray[np.bool_]) -> Array:
-    """Put the last good value where there is none; before the first good one, the first.
-
-    Examples
-    --------
-    >>> hold_last(np.array([9.0, 1.0, 9.0, 2.0]), np.array([True, False, True, False])).tolist()
-    [1.0, 1.0, 1.0, 2.0]
-    """
+    """Put the last good value where there is none; before the first good one, the first."""
     good = np.flatnonzero(~bad)
     last = np.searchsorted(good, np.arange(values.size), side="right") - 1
     return np.asarray(values[good[np.maximum(last, 0)]])

@@ -1,4 +1,4 @@
-"""Clocks: which column is the time of a signal, in seconds; two clocks; signals brought to one clock."""
+"""Time columns: which one belongs to a signal, in which unit, and whether two tell the same time."""
 
 from __future__ import annotations
 

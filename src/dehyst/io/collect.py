@@ -144,13 +144,7 @@ class Collector:
 
 
 def strings_of(rows: Sequence[Any]) -> npt.NDArray[np.str_] | None:
-    """Labels from a sequence of strings, or None if it holds anything else.
-
-    Examples
-    --------
-    >>> strings_of(["a", "bc"]).tolist(), strings_of(["a", 1])
-    (['a', 'bc'], None)
-    """
+    """Labels from a sequence of strings, or None if it holds anything else."""
     return np.array(rows, dtype=np.str_) if rows and all(isinstance(row, str) for row in rows) else None
 
 

@@ -1,4 +1,4 @@
-"""The border to readers of other packages: their faults become named errors, their warnings stay silent."""
+"""Guards around readers of other packages: their faults become one named error; time and memory are limited."""
 
 from __future__ import annotations
 

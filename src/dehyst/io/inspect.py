@@ -15,8 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data.gaps import gap_limit
-from dehyst.data.loops import turning_points
+from dehyst.data.loops import gap_limit, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dehyst.arrays import Array, Rows
-from dehyst.data.gaps import gap_limit, taken_back
-from dehyst.data.loops import turning_points
+from dehyst.data.loops import gap_limit, taken_back, turning_points
 from dehyst.errors import TimeError
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import list_rows

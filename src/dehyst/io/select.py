@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data.gaps import gap_limit
+from dehyst.data.loops import gap_limit
 from dehyst.data.recording import MINIMUM_SAMPLES
 from dehyst.errors import ColumnError, RecordingError, TimeError
 from dehyst.findings import Finding
@@ -178,14 +178,7 @@ def require_samples(samples: Samples, about: Context, window: Window, least: int
 
 
 def logged_in_turns(x: Array, y: Array) -> bool:
-    """Whether most rows hold only one of two signals.
-
-    Examples
-    --------
-    >>> n = np.nan
-    >>> logged_in_turns(np.array([1, n, 2, n, 3, n, 4, n]), np.array([n, 5, n, 6, n, 7, n, 8]))
-    True
-    """
+    """Whether most rows hold only one of two signals."""
     has_x, has_y = finite(x), finite(y)
     either = int(np.sum(has_x | has_y))
     both = int(np.sum(has_x & has_y))

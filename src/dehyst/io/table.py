@@ -48,25 +48,13 @@ class Table:
 
 
 def finite(values: Array) -> npt.NDArray[np.bool_]:
-    """Which values are measurements: neither NaN nor infinite nor beyond `LARGEST`.
-
-    Examples
-    --------
-    >>> finite(np.array([1.0, np.nan, np.inf, 1e300])).tolist()
-    [True, False, False, False]
-    """
+    """Which values are measurements: neither NaN nor infinite nor beyond `LARGEST`."""
     with np.errstate(invalid="ignore"):
         return np.asarray((values <= LARGEST) & (values >= -LARGEST))
 
 
 def measured(values: Array) -> Array:
-    """Return the values that are measurements; the array itself, not a copy, if all are.
-
-    Examples
-    --------
-    >>> measured(np.array([1.0, np.nan, 2.0])).tolist()
-    [1.0, 2.0]
-    """
+    """Return the values that are measurements; the array itself, not a copy, if all are."""
     good = finite(values)
     return values if good.all() else values[good]
 
@@ -86,13 +74,7 @@ def list_rows(rows: Rows | Sequence[int], word: str = "line", count: int = 0, sh
 
 
 def list_names(names: Iterable[str], shown: int = 30) -> str:
-    """Name the first few columns and the number of the others.
-
-    Examples
-    --------
-    >>> list_names(["x", "y"]), list_names(["x", "y", "z"], 1)
-    ('x, y', 'x and 2 more')
-    """
+    """Name the first few columns and the number of the others."""
     given = list(names)
     more = f" and {len(given) - shown} more" if len(given) > shown else ""
     return ", ".join(given[:shown]) + more

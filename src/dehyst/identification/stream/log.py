@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array, Rows
-from dehyst.data.gaps import gap_limit, memory_lost
-from dehyst.data.loops import TURN_FRACTION
+from dehyst.data.loops import TURN_FRACTION, gap_limit, memory_lost
 from dehyst.data.recording import MINIMUM_SAMPLES, Recording
 from dehyst.errors import RecordingError, TimeError
 from dehyst.findings import Finding

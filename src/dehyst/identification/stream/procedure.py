@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data.gaps import taken_back
+from dehyst.data.loops import taken_back
 from dehyst.data.outliers import CODES, find_outliers
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding
