@@ -126,8 +126,9 @@ def test_operators_that_stand_still_in_the_fitted_samples_are_left_out():
     parts = list(regressors.blocks(x, R, np.zeros(4), slice(7, 30), 9))
     assert [(p.start, p.stop) for p, _ in parts] == [(7, 16), (16, 25), (25, 30)]
     assert np.allclose(np.vstack([z for _, z in parts]), plays(x, R, np.zeros(4))[7:30])
-    ramp = regressors.ramps(x, MAP)
-    assert np.allclose(ramp, ramp_columns(x, MAP).T) and np.allclose(ramp.sum(axis=1), np.clip(x, -1, 1) + 1)
+    ramp = ramp_columns(x, MAP)
+    assert np.allclose(ramp, [np.clip(x - a, 0.0, b - a) for a, b in itertools.pairwise(MAP)])
+    assert np.allclose(ramp.sum(axis=0), np.clip(x, -1, 1) + 1)
 
 
 def weights_of(family, u):

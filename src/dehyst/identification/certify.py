@@ -1,4 +1,4 @@
-"""From an estimate to a `Fit`: model, scores, certificate, findings, verdict in words, provenance."""
+"""From an estimate to a `Fit`: model, scores, certificate, findings, verdict, provenance."""
 
 from __future__ import annotations
 

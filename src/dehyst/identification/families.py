@@ -24,10 +24,9 @@ import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array
-from dehyst.errors import IdentificationError
 from dehyst.identification.data import DataSet, Piece
-from dehyst.identification.least_squares import solve_bounded, triangle
-from dehyst.identification.regressors import TRACE, Bank, NormalEquations, blocks, ramps
+from dehyst.identification.least_squares import solve_bounded, triangle, unsolved
+from dehyst.identification.regressors import TRACE, Bank, NormalEquations, blocks, ramp_columns
 from dehyst.models import (
     HysteresisModel,
     ModelCard,
@@ -93,17 +92,7 @@ def program(
     regularisation: Regularisation | None = None,
     fold_ridge: float = 0.0,
 ) -> Program:
-    """State one family's program.
-
-    Parameters
-    ----------
-    sums
-        Sums of [1 | cells | ramps | y]; the ramps are used by "modified-pi" only.
-    eps
-        Smallest slope right after a reversal, scaled.
-    fold_ridge
-        Weight of each play weight w_i, squared and times the number of samples.
-    """
+    """State one family's program; `fold_ridge`: weight of each w_i, squared and times the number of samples."""
     n, matrix = sums.operators, sums.matrix
     if family != "modified-pi":
         rhs, target = matrix[: 1 + n, -1].copy(), float(np.sqrt(matrix[-1, -1]))
@@ -128,13 +117,9 @@ def program(
 
 
 def smoothing_rows(regularisation: Regularisation, n: int, widths: Array) -> tuple[Array, Array]:
-    """Rows (1 + (p - 1) + n, 1 + n + p) and their right-hand side that stand beside one sample.
-
-    Mean slope 1, differences of successive slopes, weights.
-    """
+    """Rows (p + n, 1 + n + p) and right-hand sides beside one sample: mean slope 1, differences of slopes, weights."""
     pieces = widths.size
-    rows = np.zeros((pieces + n, 1 + n + pieces))
-    rhs = np.zeros(pieces + n)
+    rows, rhs = np.zeros((pieces + n, 1 + n + pieces)), np.zeros(pieces + n)
     rows[0, 1 + n :] = NORMALISATION * widths
     rhs[0] = NORMALISATION * float(np.sum(widths))
     k = np.arange(pieces - 1)
@@ -167,22 +152,6 @@ def unit_ridge(family: str, n: int) -> Array:
     ridge.flags.writeable = False
     return ridge
 
-
-__all__ = [
-    "FAMILIES",
-    "LARGEST_CONDITION",
-    "MAP_PIECES",
-    "NORMAL",
-    "ORTHOGONAL",
-    "STATIC",
-    "Estimate",
-    "Regularisation",
-    "fit_family",
-    "gain_of",
-    "is_high",
-    "map_points",
-    "mapped",
-]
 
 Marks = npt.NDArray[np.bool_]
 
@@ -231,18 +200,16 @@ def fit_family(
 ) -> Estimate:
     """Solve one family's quadratic program.
 
+    Two routes lead to the same optimum. Normal equations of the cells need sums only, whatever the number of samples.
+    Orthogonal factors keep the condition number of the plays where normal equations would square it; they are taken
+    where the printed condition number exceeds `LARGEST_CONDITION`, or where a pivot vanishes.
+
     Parameters
     ----------
-    family
-        One of `FAMILIES`.
     sums
-        Sums of [1 | cells | ramps | y]; the ramps only for "modified-pi".
+        Sums of [1 | cells | ramps | y]; the ramps only for "modified-pi", as `knots` (p + 1,) and `regularisation`.
     eps
         Smallest slope right after a reversal, scaled.
-    knots
-        Knots of the output map, (p + 1,), for "modified-pi".
-    regularisation
-        For "modified-pi".
     fold_ridge
         Square of the weight of each w_i, over all samples.
     warm
@@ -258,18 +225,9 @@ def fit_family(
     if status == 0 and condition <= LARGEST_CONDITION:
         return estimate_of(family, sums.operators, u, kkt, NORMAL, condition, passive)
     if triangle is None:
-        raise _unsolved(sums.operators)
-
+        raise unsolved(sums.operators)
     u, kkt = solve_family(family, triangle(), sums.operators, eps, knots, regularisation, fold_ridge, sums.counted)
     return estimate_of(family, sums.operators, u, kkt, ORTHOGONAL, condition, None)
-
-
-def _unsolved(operators: int) -> IdentificationError:
-    return IdentificationError(
-        f"the quadratic program with {operators} weights did not reach its optimum. The operators are too alike "
-        f"for this data: identify fewer (--n {max(2, operators // 2)}), or give thresholds that lie further apart.",
-        operators=operators,
-    )
 
 
 def estimate_of(
@@ -355,14 +313,10 @@ def solve_family(
     fold_ridge: float = 0.0,
     samples: float | None = None,
 ) -> tuple[Array, float]:
-    """Parameters u = [c | plays | slopes of the map] and KKT residual of one family's program.
+    """Parameters u = [c | plays | slopes of the map] and KKT residual of one family's program, from orthogonal factors.
 
-    Parameters
-    ----------
-    system
-        Triangular factor of [1 | plays | ramps | y]; the ramps only for "modified-pi".
-    samples
-        Number of rows behind it; None where its first column tells.
+    `system` is the triangular factor of [1 | plays | ramps | y]; `samples` the number of rows behind it, None where its
+    first column tells. This route costs T n^2 operations instead of T.
     """
     # QR keeps column lengths.
     length = float(np.linalg.norm(system[:, :1])) if samples is None else float(np.sqrt(samples))
@@ -395,15 +349,7 @@ def solve_family(
 def reduce(
     data: DataSet, bank: Bank, knots: Array | None = None, span: Callable[[Piece], slice] | None = None
 ) -> Array:
-    """Triangular factor of [1 | plays | ramps | y] over the fitted samples, in constant memory.
-
-    Parameters
-    ----------
-    knots
-        Knots of the output map: adds the ramp columns of `ramps`. None leaves them out.
-    span
-        Samples of a piece that count; by default those that are fitted.
-    """
+    """Triangular factor of [1 | plays | ramps | y] over the fitted samples, or another span, in constant memory."""
     factor: Array | None = None
     size = max(CHUNK, 2 * bank.thresholds.size)  # fewer rows than columns would not reduce anything
     for piece, state in zip(data.pieces, bank.states, strict=True):
@@ -411,7 +357,9 @@ def reduce(
         own = piece.unknown_level(bank.initial_state) is not None
         before, factor = factor, None if own else factor
         for part, plays in blocks(piece.x, bank.thresholds, state, chosen, size):
-            block = design(plays, piece.y[part], knots)
+            y = piece.y[part]
+            ramps = [] if knots is None else [ramp_columns(y, knots).T]
+            block = np.hstack([np.ones((y.size, 1)), plays, *ramps, y[:, None]])
             if piece.weight is not None:
                 block *= np.sqrt(piece.weight[part])[:, None]
             factor = triangle(block if factor is None else np.vstack([factor, block]))
@@ -422,15 +370,6 @@ def reduce(
     if factor is None:
         raise AssertionError("no rows to fit")  # the caller has checked
     return factor
-
-
-def design(plays: Array, y: Array, knots: Array | None) -> Array:
-    """Rows [1 | plays | ramps | y], (m, 1 + n + p + 1)."""
-    columns = [np.ones((y.size, 1)), plays]
-    if knots is not None:
-        columns.append(ramps(y, knots))
-    columns.append(y[:, None])
-    return np.hstack(columns)
 
 
 def build_model(estimate: Estimate, data: DataSet, bank: Bank, knots: Array | None, card: ModelCard) -> HysteresisModel:

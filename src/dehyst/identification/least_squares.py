@@ -78,7 +78,8 @@ def solve_bounded(system: Array, free: int, lower: Array) -> Solution:
     w = lower + _polish(inner, shifted, _active(inner / scale, shifted) / scale)
     if not _kkt_residual(inner, target, w, lower) <= OPTIMAL:
         w = lower + _polish(inner, shifted, _nonnegative(inner / scale, shifted) / scale)
-    a = _back_substitute(r[:free, :free], r[:free, -1] - r[:free, free : free + n] @ w)
+    right = r[:free, -1] - r[:free, free : free + n] @ w
+    a = np.asarray(np.linalg.solve(r[:free, :free], right)) if free else right
     return Solution(a, w, _kkt_residual(inner, target, w, lower))
 
 
@@ -98,12 +99,17 @@ def _nonnegative(columns: Array, target: Array) -> Array:
     try:
         weights: Array = nnls(columns, target, maxiter=30 * n + 100)[0]
     except RuntimeError as fault:
-        raise IdentificationError(
-            f"the quadratic program with {n} weights did not reach its optimum ({fault}). The operators are too alike "
-            f"for this data: identify fewer (--n {max(2, n // 2)}), or give thresholds that lie further apart.",
-            operators=n,
-        ) from None
+        raise unsolved(n, f" ({fault})") from None
     return weights
+
+
+def unsolved(n: int, why: str = "") -> IdentificationError:
+    """Return the error that says that an active set did not end."""
+    return IdentificationError(
+        f"the quadratic program with {n} weights did not reach its optimum{why}. The operators are too alike for this "
+        f"data: identify fewer (--n {max(2, n // 2)}), or give thresholds that lie further apart.",
+        operators=n,
+    )
 
 
 def _held(r: Array, free: int) -> Array:
@@ -132,12 +138,6 @@ def _polish(inner: Array, target: Array, v: Array) -> Array:
     better = np.zeros_like(v)
     better[support] = np.linalg.solve(r, q.T @ target)
     return better if np.all(better[support] > 0) else v
-
-
-def _back_substitute(r: Array, b: Array) -> Array:
-    if b.size == 0:
-        return b
-    return np.asarray(np.linalg.solve(r, b), dtype=np.float64)
 
 
 def _kkt_residual(inner: Array, target: Array, w: Array, lower: Array) -> float:

@@ -1,4 +1,4 @@
-"""What the plays remember before the first sample."""
+"""Memory of the plays before the first sample and after a gap: assumed states, and from where on it is known."""
 
 from __future__ import annotations
 

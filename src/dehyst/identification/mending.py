@@ -1,4 +1,8 @@
-"""An actuator that becomes another one while it is logged: jammed, weaker, its sensor set anew. A step that stays."""
+"""Recordings cleaned before any identification: outliers bridged, samples after the actuator broke or changed left out.
+
+`stopped_at` finds an output that no longer follows its input, `changed_at` an output that is another one at the same
+input and memory from some cycle on; both for good.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""identify() of plays: settings checked, one of the ways to a model taken; and the paper's own settings."""
+"""identify() and identify_paper(): settings checked, then plays, a bounded gain, a sheared loop or a direct inverse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""One step of refinement on the data: what sums over millions of samples have lost comes back.
+"""Refinement of a solution of the normal equations: digits that sums over millions of samples have lost come back.
+
+`refine`, on the data, for families without an output map:
 
     r_k = y_k - c - sum_i w_i z_i[k]         by the model itself, sample by sample
     g = sum_k c_k r_k                        over the columns [1 | cells]
@@ -7,6 +9,9 @@
 The gradient of small residuals has an error in proportion to them, not to y. The step is kept if the sum of squares on
 the data is no larger after it, but for rounding, and the KKT residual on the data, which is the certificate's, is no
 larger either or as small as rounding allows.
+
+`polish`, on the sums, for the modified model: the row that fixes the mean slope of the map weighs a million times as
+much as a sample, and its square hides six digits of the rest. The gradient is formed from the row itself.
 """
 
 from __future__ import annotations

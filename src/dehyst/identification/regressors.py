@@ -1,4 +1,13 @@
-"""Plays of one operator bank over a data set."""
+"""Play operators over a data set: states before each piece, and normal equations of their columns.
+
+The columns are [1 | cells | targets] with cell i = z_i - z_{i+1} and the last cell z_n, because in cells the unknowns
+are the slopes S_i = w_1 + ... + w_i of
+
+    y = c + sum_i w_i z_i = c + sum_{i<n} S_i (z_i - z_{i+1}) + S_n z_n
+
+and the condition number of the cells grows with n only, that of the plays with n^2. Sums add over recordings and
+chunks, and those of a coarser set of operators are sums of the same cells.
+"""
 
 from __future__ import annotations
 
@@ -92,12 +101,6 @@ def blocks(x: Signal, thresholds: Array, state: Array, rows: slice, size: int) -
     for part in chunks(rows, size):
         plays, state = _native.play_bank(x[part], thresholds, state, np.arange(part.stop - part.start, dtype=np.int64))
         yield part, plays
-
-
-def ramps(y: Array, knots: Array) -> Array:
-    """Columns min(max(y - k_j, 0), k_{j+1} - k_j), (m, p): with slopes m_j they sum to a piecewise linear map."""
-    ramp: Array = np.clip(y[:, None] - knots[:-1], 0.0, np.diff(knots))
-    return ramp
 
 
 def settled(data: DataSet, bank: Bank, model: HysteresisModel) -> Bank:

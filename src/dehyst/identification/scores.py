@@ -1,4 +1,4 @@
-"""Predictions of a model over recordings, and how far they are from the data."""
+"""Predictions of a model over recordings, scores of model and curve, round trip, and what residuals say of the data."""
 
 from __future__ import annotations
 

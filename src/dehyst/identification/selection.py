@@ -1,4 +1,10 @@
-"""Blocks of a short signal, summed once for one bank of operators, fitted and scored by every choice."""
+"""Selection of a family by its error on blocks held out inside the training part.
+
+The training samples are cut into five consecutive blocks. Each candidate is fitted five times without one block and
+scored on it; since the memory of a play depends on the input alone, which is known throughout, a block can be left out
+anywhere. Scores are compared by ratio (geometric mean over the blocks): blocks differ in difficulty, and one that holds
+the only virgin curve must not decide alone. `Folds` sums the blocks once for one bank of operators.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings as the data of a direct inverse: the output is what remembers, the input is what is explained."""
+"""Data of a direct inverse: the output drives, the input is explained; time constants of creep that a log separates."""
 
 from __future__ import annotations
 

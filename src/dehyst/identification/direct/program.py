@@ -1,4 +1,4 @@
-"""Columns of the program of a direct inverse: what each term would contribute with weight 1, scaled."""
+"""The convex program of a direct inverse: columns of terms, rising polynomials, weights of 0 or more, a small ridge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which terms a direct inverse has: by its error on parts of the fitted samples that were held out."""
+"""Selection of the terms of a direct inverse by held-out error, and the findings that only a direct inverse has."""
 
 from __future__ import annotations
 

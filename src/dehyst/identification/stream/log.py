@@ -1,4 +1,4 @@
-"""Gaps in the time of a log, found in one pass by the rules that reading a whole log follows."""
+"""First pass over a log: gaps in its time, the rows that are kept of it, and its samples by number."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""A log of any length as a few ten thousand rows: its extremes and its sums, bucket by bucket.
+"""A log of any length as a few ten thousand rows: extremes and sums of its buckets; turning points, block by block.
 
 A bucket is a run of `size` samples. Whenever there are more than `MOST` buckets, neighbours are joined, so the memory
-stays the same and the extremes stay exact.
+stays the same and the extremes stay exact. `Zigzag` finds the turning points that `dehyst.data.loops.turning_points`
+finds in the whole: only the last one and the extremes since then decide what follows, so little is carried over.
 """
 
 from __future__ import annotations

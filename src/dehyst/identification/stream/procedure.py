@@ -1,7 +1,8 @@
-"""Logs in chunks made ready: clocks set to and fro, values far beyond all others, what follows the actuator's end.
+"""identify_stream(): from logs of any length to a fitted model, in memory that does not grow with them.
 
-The rows that stand for a log hold its extremes, so that a false one is among them; whether it is no wide loop is looked
-up in the samples beside it.
+Each log is cleaned first: clock jumps that are taken back, values far beyond all others, what follows the actuator's
+end. The rows that stand for a log hold its extremes, so that a false one is among them; whether it is part of a wide
+loop is looked up in the samples beside it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Samples by number: blocks of a log that come from a temporary copy, or from its source anew."""
+"""Samples of a log by number: blocks read forward from the source or a temporary copy, and signals that are sliced."""
 
 from __future__ import annotations
 
