@@ -1,4 +1,4 @@
-"""Report: a fit, a comparison or a drift -> one self-contained HTML page."""
+"""HTML pages and pictures of results: a fit, a comparison of families, a check for drift."""
 
 from dehyst.report import theme  # noqa: F401 - before anything that draws: it loads matplotlib without its lines
 from dehyst.report.compare import write_comparison_figure, write_comparison_report

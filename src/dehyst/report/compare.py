@@ -1,4 +1,4 @@
-"""A comparison of families -> one picture, and one self-contained HTML page."""
+"""The page and the picture of a comparison of model families on one log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a panel is drawn: lines over each other with their window and labels, horizontal bars, logarithmic axes."""
+"""Draws panels: line charts of signals and loops, horizontal bars, stems, logarithmic axes."""
 
 from __future__ import annotations
 

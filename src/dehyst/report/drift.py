@@ -1,4 +1,4 @@
-"""A watch for drift -> one self-contained HTML page."""
+"""The page of a check for drift: has the actuator changed since its model was identified?"""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LOGS_SHOWN = 6  # with a table of changes: the last ones
 
 
 def write_drift_report(found: Drift, path: str | os.PathLike[str], model_name: str = "the model") -> Path:
-    """Write the page of a watch for drift: one HTML file that needs nothing else and runs nothing.
+    """Write the page of a check for drift: one HTML file that needs nothing else and runs nothing.
 
     Parameters
     ----------
@@ -117,17 +117,16 @@ def _error_figure(found: Drift, scored: Sequence[LogDrift]) -> Figure:
             f"RMS error over the number of the cycle.{line}",
         )
     ]
+    caption = (
+        "Error of the identified model on the logs, a dot for each cycle or block of cycles; vertical lines separate "
+        f"the logs.{line}"
+    )
     if _series(scored, "inverse"):
         draw = _over_cycles(scored, [("inverse", "", FIFTH)], None, "rms error [% of range]")
-        words = "RMS error of the model read the other way, over the number of the cycle."
-        panels.append(Panel(f"Read {way}", draw, words))
-    return Figure(
-        "error",
-        "Error over the cycles",
-        "How far the model as identified is from the logs, a dot for each cycle or block of cycles, log after log; "
-        f"vertical lines part the logs.{line} On the right the model is read the other way.",
-        tuple(panels),
-    )
+        words = f"RMS error of the model used {way}, over the number of the cycle."
+        panels.append(Panel(f"Error of the model used {way}", draw, words))
+        caption += f" Right: the same with the model used {way}."
+    return Figure("error", "Error over the cycles", caption, tuple(panels))
 
 
 def _parts_figure(scored: Sequence[LogDrift]) -> Figure:

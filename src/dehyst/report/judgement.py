@@ -1,4 +1,4 @@
-"""Traffic lights: how far a fit can be trusted, each light with its reason and its numbers."""
+"""Judges a fit in six aspects (accuracy, unseen data, inverse, ...): good, usable with care, do not use."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _against_curve(fit: Fit) -> Judged:
         return Grade.GOOD, "the model is the curve: none with memory did better"
     times = improvement(fit)
     grade = _grade(times, BETTER_THAN_CURVE, high_is_good=True)
-    if curve_fits_better(fit) and "static-as-good" not in codes(fit):
+    if curve_fits_better(fit) and times >= 1.0 and "static-as-good" not in codes(fit):
         reason = (
             f"on samples held out its error is {number(times, 2)} times smaller than that of the best curve without "
             f"hysteresis, but on those fitted the curve is as good: {number(fit.static_train.rmse_percent)} against "

@@ -1,4 +1,4 @@
-"""A page -> one HTML file that needs nothing else and runs nothing, with its figures as files beside it if wanted."""
+"""Writes a page as one HTML file without scripts or outside references, and its figures as SVG and PNG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a page is made of: tables, figures of one or more panels, steps to type, sections; plain data, no drawing."""
+"""The parts of a page as plain data: tables, figures with panels, sections, commands to type; no drawing here."""
 
 from __future__ import annotations
 

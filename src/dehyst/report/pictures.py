@@ -1,4 +1,4 @@
-"""Pictures beside a command's table: the band of an unknown memory, the plan of an excitation."""
+"""Pictures of two commands: the output band of an unknown initial state, the plan of an excitation."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def write_band(
     """Write the picture of an interval over time, with how much of the memory is known below it."""
 
     def filled(axes: Axes) -> None:
-        axes.fill_between(time, low, high, color=DATA.light, alpha=0.6, lw=0, label="any past")
+        axes.fill_between(time, low, high, color=DATA.light, alpha=0.6, lw=0, label="possible, whatever was before")
 
     lines = [
         Line(time, low, TEST, "lowest", 0.8),

@@ -1,4 +1,4 @@
-"""Figures -> SVG that lives inside the page, and picture files (SVG, PNG); margins are computed, not measured."""
+"""Draws figures with matplotlib: as SVG within a page, as SVG and PNG files; sets margins and legends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words and numbers as they are printed: safe, short, with their units."""
+"""Numbers with units, short names, lists and tables as text for pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One style for page and figures: colours with a meaning, safe for colour-blind readers, light and dark.
+"""Colours and matplotlib style of all pages and figures, for light and dark screens and colour-blind readers.
 
 Hues follow Okabe and Ito's palette. Every colour that a figure may use is a named token here; in the page a token
 becomes a CSS variable, so that figures follow the reader's light or dark setting.

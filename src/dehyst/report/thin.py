@@ -1,4 +1,4 @@
-"""Fewer points for the same picture: long logs as small figures, extremes and turning points kept."""
+"""Reduces the points of long signals for drawing; extremes and turning points stay."""
 
 from __future__ import annotations
 

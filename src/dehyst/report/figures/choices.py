@@ -1,4 +1,4 @@
-"""Figures of choices: what the choice of a family compared, and what another number of operators or eps would do."""
+"""Figures of choices: the candidates that were compared, and what other settings would have given."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def candidates_figure(fit: Fit) -> Figure | None:
     ]
     draw = bars(rows, "RMSE on held-out loops [% of range]", edge=edge)
     return Figure(
-        "candidates", "What was compared", caption, (Panel("Error on held-out loops", draw, f"Bars: {best}."),)
+        "candidates", "Models that were compared", caption, (Panel("Error on held-out loops", draw, f"Bars: {best}."),)
     )
 
 
@@ -130,7 +130,7 @@ def settings_figure(fit: Fit) -> Figure | None:
         Panel("Error over the number of operators", _curves("operators n", OPERATORS, families, "by_n"), by_n),
         Panel("Error over eps", _curves("eps, relative", EPS, families, "by_eps"), by_eps),
     )
-    return Figure("settings", "Another n, another eps", caption, panels, table=_table(families[0], unit))
+    return Figure("settings", "Other numbers of operators, other eps", caption, panels, table=_table(families[0], unit))
 
 
 def _beside(fit: Fit) -> str:

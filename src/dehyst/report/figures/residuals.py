@@ -1,4 +1,4 @@
-"""Figures of the residual: what the model leaves over, what that follows, and what of it is noise."""
+"""Figures of the residual: its size over time and input, what it depends on, how much of it is noise."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TOGETHER = "all causes together"
 
 
 def residual_figure(fit: Fit) -> Figure:
-    """Return what the model leaves over, over time and over the input."""
+    """Return measured output less model, over time and over the input."""
     rec = fit.recordings[0]
     score, part = (fit.train, "fitted") if fit.test is None else (fit.test, "held-out")
     caption = (
@@ -98,14 +98,14 @@ def _one_after_another(fit: Fit) -> tuple[list[Array], list[float], str]:
 
 
 def structure_figure(fit: Fit) -> Figure | None:
-    """Return what the residual follows; None where there is nothing but rounding, or too little to tell."""
+    """Return what the residual depends on; None where it is rounding alone, or too short to tell."""
     found = fit.residual
     if not found.causes:
         return None
     caption = (
-        f"Shares of the squared residual of the {found.part} part, {number(found.rms_percent)} % of range rms, that "
-        "each cause explains by itself, fitted to every other block of it and scored on those between: noise explains "
-        "nothing. Dark: what no other cause explains, too. Causes overlap, so shares need not add up."
+        f"How much of the squared residual of the {found.part} part ({number(found.rms_percent)} % of range rms) each "
+        "cause explains by itself. It is fitted to every other block and scored on the blocks between, so noise "
+        "explains nothing. Dark: what no other cause explains as well. Causes overlap: shares need not add up to 100 %."
     )
     rows = _rows(found)
     shown = [
@@ -118,7 +118,7 @@ def structure_figure(fit: Fit) -> Figure | None:
     draw = bars(shown, "share of the squared residual [%]", edge=100.0)
     return Figure(
         "structure",
-        "What is left, and what it follows",
+        "What the residual depends on",
         caption,
         (Panel("Share of the squared residual", draw, f"Bars: {best}.", bar_heights(len(shown))),),
         table=_table(found, rows),
@@ -142,4 +142,4 @@ def _table(found: Residual, rows: Sequence[tuple[str, float, float, float]]) -> 
     cells = [(name, _percent(share), _percent(own), f"{number(size)} %") for name, share, own, size in rows]
     together = found.rms_percent * float(np.sqrt(found.explained))
     cells.append((TOGETHER, _percent(found.explained), "", f"{number(together)} %"))
-    return Table("What it follows", ("", "share", "own share", "rms, % of range"), tuple(cells))
+    return Table("What the residual depends on", ("", "share", "own share", "rms, % of range"), tuple(cells))

@@ -1,4 +1,4 @@
-"""What the reproduction is: settings with their sources, versions, the command, the log files."""
+"""What was simulated and how: plants, settings with their sources, versions, the command, the log files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arm on its path: which run is shown, its errors magnified; its drawing, SVG animated by SMIL, no script."""
+"""The moving picture of the arm on its path: animated SVG without a script, errors of the tool magnified."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A muscle model on the test bench -> one picture, and one self-contained HTML page."""
+"""The page and the picture of a muscle model on the test bench."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the largest errors lie and what happens there, limits and faults: read from the runs, no guesses."""
+"""Sentences on the largest errors (where they lie, what the runs show there) and on limits and faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies on the page: a joint at rest, where compensation hurts, and those that nobody foresaw."""
+"""Studies on the page: a joint at rest, cases where compensation hurts, and other studies as tables."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def _smaller(columns: Columns) -> Figure:
         text = (
             f"Tried: {tried}. Break-even, by straight lines between the points, lies at {number(100 * even, 2)} % of "
             f"it (dotted): a plant that has {side} is better left alone. Most is gained at {number(100 * scale[best])} "
-            f"%, where {number(100 * ratio[best], 2)} % of the {name} error are left."
+            f"%, where {number(100 * ratio[best], 2)} % of the {name} error is left."
         )
         if scale[0] == 0.0 and ratio[0] > 1.0:
             text += (
@@ -228,7 +228,7 @@ def _double_words(ratios: Mapping[str, float], name: str) -> str:
             f"{number(100 * ratios[best])} %, most by “{short(worst, 60)}”, {number(100 * ratios[worst])} %."
         )
     text = (
-        f"Compensated once, {number(100 * once)} % of the {name} error are left; once more by something that does not "
+        f"Compensated once, {number(100 * once)} % of the {name} error is left; once more by something that does not "
         f"know of the first, {number(100 * twice)} %."
     )
     if twice <= once:

@@ -146,7 +146,7 @@ def acceptance(result: Reproduction) -> Section | None:
         f"hysteresis. With more than {100 * ACCEPTABLE:.0f} % the compensator stays off."
     )
     if any(one.direct is not None for plant in result.plants.values() for one in plant.identifications.values()):
-        rule += " Of a direct inverse only the terms without time count, and only loops: creep is no hysteresis."
+        rule += " Of a direct inverse only the terms without time are tested, on loops alone: creep is not hysteresis."
     words = filter(None, (_consequence(result, plant, joints) for plant in result.plants.values()))
     table = Table("", ("plant", *(f"joint {joint}" for joint in joints)), rows)
     return Section("accepted", "Which models were accepted", (table, *words), rule)

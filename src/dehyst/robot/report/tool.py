@@ -1,4 +1,4 @@
-"""Figures of the tool by ISO 9283: tables, what is missing and why, what grows with the compensator and why."""
+"""ISO 9283 figures of the tool: tables, and sentences on what is missing and what grows with the compensator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first screen of the reproduction: what was run, and what compensation did in a sentence, a table and tiles."""
+"""The first screen of the experiment's page: what was run, what compensation achieved, where it made errors larger."""
 
 from __future__ import annotations
 
