@@ -152,12 +152,6 @@ def date_order(cells: Sequence[str]) -> tuple[str, bool]:
     runs evenly forward; failing that, slashes mean month first and dashes day first. Nothing is assumed
     where both orders give the same times from the first sample on.
 
-    Returns
-    -------
-    order : str
-        ``"day"`` or ``"month"``.
-    assumed : bool
-
     Examples
     --------
     >>> date_order(["05.03.2024 12:00"]), date_order(["03/25/2024 12:00"]), date_order(["03/05/2024 12:00"])

@@ -62,14 +62,9 @@ def hold_length(values: Array) -> float:
 
 
 def stuck_share(x: Array, y: Array) -> tuple[float, float]:
-    """Largest share of samples at which the output sits exactly at an extreme while the input still pushes outward.
+    """Largest share of samples at which the output sits at an extreme while the input pushes outward, and that extreme.
 
     A play stands still after the input has turned; a saturated sensor stands still before. Only the latter counts.
-
-    Returns
-    -------
-    share, level
-        Share of all samples, and the value the output is stuck at. [output unit]
     """
     extremes = [(level, _rests(y, level)) for level in (float(y.max()), float(y.min()))]
     worst = (0.0, extremes[0][0])

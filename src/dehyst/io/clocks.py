@@ -96,13 +96,7 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
     """Stamps of a time column in seconds, and their origin.
 
     Stamps that count from 1970 (date-times, epoch in s, ms, us or ns) are returned from zero, with the time of
-    the first one as origin; all others keep their own values, with origin 0.
-
-    Returns
-    -------
-    stamps : (T,) [s]
-    origin : float [s]
-        Add it to compare two clocks.
+    the first one as origin; all others keep their own values, with origin 0. Add the origin to compare two clocks.
     """
     values = table.columns[name]
     good = measured(values)
@@ -137,12 +131,7 @@ def in_seconds(values: Array, scale: float, first: float) -> Array:
 def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     """Time column of a signal, or None if the log has none.
 
-    Raises
-    ------
-    ColumnError
-        If the time column that was asked for does not exist.
-    TimeError
-        If it has another length than the signal, or several fit and contradict each other.
+    One that was asked for must be there and have the length of the signal; several must not contradict each other.
     """
     size = table.columns[column].size
     if wanted is not None:

@@ -86,13 +86,7 @@ class Collector:
         return name
 
     def table(self) -> Table:
-        """Find the clocks of structs, make time from a sampling time, and build the table.
-
-        Raises
-        ------
-        LogError
-            If there is no column of numbers.
-        """
+        """Find the clocks of structs, make time from a sampling time, and build the table."""
         self._sibling_clocks()
         self._time_from_step()
         longest = max((column.size for column in self.columns.values()), default=0)

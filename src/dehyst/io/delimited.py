@@ -344,13 +344,7 @@ class TextChunks(Source):
         return [_ragged(self.path.name, self._layout, lines)]
 
     def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
-        """All rows of some columns, at most `rows` at a time.
-
-        Raises
-        ------
-        LogError
-            If lines are not plain, and they are many.
-        """
+        """All rows of some columns, at most `rows` at a time."""
         index = [self.table.order.index(name) for name in names]
         skip, line = self._layout.first, 1 + self._layout.first
         self._ragged, self._shown = 0, []

@@ -36,21 +36,8 @@ def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
 
     A damaged file can make such a reader raise anything (polars' panics are not even an Exception), warn, write to
     the terminal, or never end. The meaning is always the same: the file is not what its first bytes promise.
-
-    Parameters
-    ----------
-    name, kind
-        File and format, for the message.
-    size
-        Bytes of the file; the time limit is 1 s and 4 s more for each MB, where the system has interval timers and
-        this is the main thread.
-    read
-        Does the reading.
-
-    Raises
-    ------
-    LogError
-        If the reader fails or takes too long.
+    `size` is that of the file in bytes: the limit is 1 s and 4 s more for each MB, where the system has interval timers
+    and this is the main thread.
     """
     failure = ""
     with _quiet():

@@ -83,13 +83,7 @@ FORMATS = (
 
 
 def format_of(head: bytes, path: Path) -> Format | None:
-    """Format of a file that begins like this; None if it is text.
-
-    Raises
-    ------
-    LogError
-        If the ending promises another one.
-    """
+    """Format of a file that begins like this; None if it is text. An ending that promises another is refused."""
     ending = path.suffix.lower()
     for row in FORMATS:
         if row.knows(head, ending):
@@ -105,15 +99,7 @@ def format_of(head: bytes, path: Path) -> Format | None:
 
 
 def read_table(path: PathLike) -> Table:
-    """Read a log of any known format, chosen by the file's ending and first bytes.
-
-    Raises
-    ------
-    LogError
-        If the file does not exist, cannot be opened, is empty, too large, damaged, or of an unknown format.
-    MissingExtraError
-        If the format needs a package that is not installed.
-    """
+    """Read a log of any known format, chosen by the file's ending and first bytes."""
     source = path_of(path)
     with readable(source):
         if source.is_dir():

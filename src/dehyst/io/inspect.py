@@ -333,18 +333,8 @@ def guess_roles(
 ) -> tuple[dict[str, Role], str | None, str | None, bool]:
     """Role of every column, the best pair of input and output, and whether names and units leave no other choice.
 
-    Parameters
-    ----------
-    table
-        The log.
-    values
-        Finite samples of each column in the run, (n,).
-    paired
-        The same columns row by row, for relations between them, (rows,), without gaps.
-    turns
-        Turning points of each column.
-    clocks
-        Columns that look like time.
+    `values` are the finite samples of each column in the run, `paired` the same columns row by row, `turns` how often
+    they turn, `clocks` the columns that look like time.
     """
     roles = {name: Role("time", "named or stepping like time") for name in clocks}
     runs = run_column(table)

@@ -92,13 +92,7 @@ class Chunks(Source):
         self._topics = _add_topics(found, islice(_messages(self.path, None), HEAD_MESSAGES))
 
     def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
-        """All messages of the one topic that the columns belong to, at most `rows` at a time.
-
-        Raises
-        ------
-        LogError
-            If the columns belong to several topics.
-        """
+        """All messages of the one topic that the columns belong to, at most `rows` at a time."""
         topics = {max((topic for topic in self._topics if name.startswith(topic + ".")), key=len) for name in names}
         if len(topics) > 1:
             raise LogError(

@@ -23,13 +23,7 @@ GZIP = b"\x1f\x8b"
 
 
 def expand(data: bytes, name: str) -> bytes:
-    """Undo gzip, up to a limit.
-
-    Raises
-    ------
-    LogError
-        If the stream is damaged, ends early, or expands to more than 100 times its size (and 8 MB), or 1 GB.
-    """
+    """Undo gzip, up to 100 times the size of the file (and 8 MB), and 1 GB."""
     if not data.startswith(GZIP):
         return data
     limit = min(SIZE_LIMIT, max(EXPANSION_FREE, EXPANSION_LIMIT * len(data)))
