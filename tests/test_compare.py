@@ -297,3 +297,18 @@ def test_a_narrow_terminal_cuts_no_name_of_a_family(run, log, monkeypatch):
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,pi")
     assert any(line.startswith("krasnoselskii-pokrovskii") for line in out.splitlines())
+
+
+def test_inverses_of_a_long_log_are_asked_in_windows_from_what_the_applied_input_left(monkeypatch):
+    x = 2 * np.sin(np.linspace(0, 60, 6000)) * np.linspace(1, 0.3, 6000)
+    y = PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)
+    log = Recording(input=x, output=y)
+    whole = identify_family(log, "play-sum")
+    monkeypatch.setattr("dehyst.families.fitting.LONG", 2000)
+    monkeypatch.setattr("dehyst.families.fitting.WINDOW", 300)
+    windows = identify_family(log, "play-sum")
+    asked = np.isfinite(windows.demands[0])
+    assert asked.sum() == 1500 and not asked[:3000].any()
+    assert np.array_equal(windows.predictions[0], whole.predictions[0])
+    np.testing.assert_allclose(windows.demands[0][asked], whole.demands[0][asked], atol=1e-2)
+    assert 0.3 < windows.inverse_percent / whole.inverse_percent < 3.0

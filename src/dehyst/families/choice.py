@@ -53,6 +53,7 @@ FIRST = Regularisation(0.003, 0.001)
 OTHERS = (Regularisation(0.0005, 0.0003), Regularisation(0.02, 0.003), Regularisation(0.1, 0.01))
 FINALISTS = 2
 AFFORDABLE = 1.03  # times the error of the fit, for an inverse whose gain is not high
+TRIED = 4  # candidates, the best first, of which the first with an inverse is taken
 FIRMER, FIRMEST = 1.001, 4.0  # a gain without bound is met in steps
 TRIES = 10
 STARTS = {  # the origin is that of the log's input
@@ -145,7 +146,7 @@ def _fitted(
 ) -> tuple[Candidate, ElementModel, Weights]:
     """The best candidate, fitted to everything; of firm ones the best that has an inverse, if any has."""
     best = None
-    for one in (each for each in ordered if np.isfinite(each.score)):
+    for one in [each for each in ordered if np.isfinite(each.score)][:TRIED]:
         model, weights = workshops[one.sum.direction].model(one, firm)
         best = best or (one, model, weights)
         if not (firm and model.no_inverse):

@@ -29,6 +29,8 @@ from dehyst.identification.threads import single_blas
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.version import __version__
 
+LONG, WINDOWS, WINDOW = 200_000, 5, 20_000  # samples of a held-out span from which on inverses are asked in windows
+
 
 @dataclass(frozen=True, repr=False)
 class FamilyFit:
@@ -45,7 +47,8 @@ class FamilyFit:
     predictions
         Output of the model for each recording, (T,); empty without a model. [output]
     demands
-        Input that the inverse asks for at the measured output of each recording, (T,), where it was kept. [input]
+        Input that the inverse asks for at the measured output of each recording, (T,), where it was kept; NaN where a
+        long log was not asked: of more than 200 000 held-out samples, five windows of 20 000 are. [input]
     train, test
         Scores on fitted and on held-out samples; test is None when nothing was held out.
     inverse_percent
@@ -147,16 +150,40 @@ class Judge:
     output_range: float
     _known: dict[str, tuple[tuple[Array, ...], tuple[Array, ...] | None]] = field(default_factory=dict)
 
+    @property
+    def asked(self) -> Part:
+        """The samples on which inverses are scored: the held-out ones, of a long span windows that lie evenly in it."""
+        part = self.parts[1] or self.parts[0]
+        return replace(part, spans=tuple(tuple(w for span in spans for w in _evenly(span)) for spans in part.spans))
+
     def answers(self, model: LoopModel, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...] | None]:
         """What a model predicts and what its inverse asks for; once for rows that come to the same sum."""
         values = [(name, value) for name, value in model.parameters().items() if name != "row"]
         key = repr((model.start, values))
         if key not in self._known:
-            outputs = predicted(model, self.records, data)
-            if not all(np.all(np.isfinite(y)) for y in outputs):
-                raise IdentificationError(f"the fitted {model.family} model diverges on the held-out part.")
-            self._known[key] = outputs, None if model.no_inverse else demanded(model, self.records, data)
+            self._known[key] = self._answers(model, data)
         return self._known[key]
+
+    def _answers(self, model: LoopModel, data: DataSet) -> tuple[tuple[Array, ...], tuple[Array, ...] | None]:
+        outputs = [np.empty(len(record)) for record in self.records]
+        demands = [np.full(len(record), np.nan) for record in self.records]
+        for piece, x, y, dt in _pieces(self.records, data, model):
+            windows = _windows(self.asked.spans[piece.recording], piece)
+            memory, ends = model.before(float(x[0])), [0, *(window.start for window in windows), x.size]
+            for number, span in enumerate(map(slice, ends, ends[1:])):
+                if number and not model.no_inverse:  # a window begins with what the applied input has left behind
+                    asked = windows[number - 1]
+                    found = model.run_inverse(y[asked], None if dt is None else dt[asked], memory)[0]
+                    demands[piece.recording][piece.start + asked.start : piece.start + asked.stop] = _outward(
+                        model, found
+                    )
+                f, memory = model.run(x[span], None if dt is None else dt[span], memory)
+                outputs[piece.recording][piece.start + span.start : piece.start + span.stop] = model.scaling.outward(f)
+            if not windows and not model.no_inverse:
+                demands[piece.recording][piece.start : piece.start + x.size] = _demand(model, y, dt)
+        if not all(np.all(np.isfinite(y)) for y in outputs):
+            raise IdentificationError(f"the fitted {model.family} model diverges on the held-out part.")
+        return tuple(outputs), None if model.no_inverse else tuple(demands)
 
     def scored(self, family: str, model: Model, predictions: tuple[Array, ...], **more: Any) -> FamilyFit:
         """Return the fit of a model by what it predicts."""
@@ -244,7 +271,7 @@ def fit_one(name: str, judge: Judge, data: DataSet, training: Training) -> Famil
     model = found.fit(training)
     seconds = _time.thread_time() - begun
     outputs, demands = judge.answers(model, data)
-    error = None if demands is None else input_error(records, demands, judge.parts[1] or judge.parts[0])
+    error = None if demands is None else input_error(records, demands, judge.asked)
     fit = judge.scored(
         name, model, outputs, demands=demands, inverse_percent=None if error is None else error.rms_percent,
         parameters=model.free_parameters, seconds=seconds, start=model.start,
@@ -267,10 +294,31 @@ def demanded(model: LoopModel, records: tuple[Recording, ...], data: DataSet) ->
     """Input that the inverse asks for at the measured output of each recording, known as far ahead as it takes."""
     inputs = [np.empty(len(record)) for record in records]
     for piece, _, y, dt in _pieces(records, data, model):
-        x = model.run_inverse(y, dt, model.before(first_input(model, float(y[0]))))[0]
-        scaled = model.ahead(model.scaling.center + model.scaling.half_range * x)
-        inputs[piece.recording][piece.start : piece.start + y.size] = scaled
+        inputs[piece.recording][piece.start : piece.start + y.size] = _demand(model, y, dt)
     return tuple(inputs)
+
+
+def _demand(model: LoopModel, y: Array, dt: Array | None) -> Array:
+    """Input that the inverse asks for along a piece, from the memory that its start says. [input]"""
+    return _outward(model, model.run_inverse(y, dt, model.before(first_input(model, float(y[0]))))[0])
+
+
+def _outward(model: LoopModel, x: Array) -> Array:
+    return model.ahead(model.scaling.center + model.scaling.half_range * x)
+
+
+def _evenly(span: slice) -> tuple[slice, ...]:
+    """A span, or of a long one windows that lie evenly in it."""
+    if span.stop - span.start <= LONG:
+        return (span,)
+    starts = np.linspace(span.start, span.stop - WINDOW, WINDOWS).astype(int).tolist()
+    return tuple(slice(start, start + WINDOW) for start in starts)
+
+
+def _windows(spans: Sequence[slice], piece: Piece) -> list[slice]:
+    """The windows that lie in a piece, counted from its first sample; none where its span is asked as a whole."""
+    inside = [span for span in spans if piece.start <= span.start and span.stop <= piece.start + piece.x.size]
+    return [slice(w.start - piece.start, w.stop - piece.start) for w in inside] if len(inside) > 1 else []
 
 
 def _pieces(

@@ -17,7 +17,7 @@ from dehyst.identification.fit import Fit, InputError
 # Blocks that rate and time are tested on, and folds that terms are chosen by, of two blocks each.
 BLOCKS, FOLDS = 10, 5
 # Rows of a long log that choices are made on; the model is fitted to all of them.
-MOST_ROWS = 100_000
+MOST_ROWS = 40_000
 # A term is kept if it lowers the error on what was held out by this share; a lower degree is taken within it.
 WORTH = 0.02
 
@@ -52,7 +52,7 @@ class Trials:
         self.done: dict[Shape, TriedShape] = {}
 
     def blocks(self, start: str) -> list[Block]:
-        """The fitted rows under one start, cut into `BLOCKS`; of a long log about 100 000 of them, evenly spread."""
+        """The fitted rows under one start, cut into `BLOCKS`; of a long log about 40 000 of them, evenly spread."""
         if start not in self._blocks:
             parts = fitted_rows(self._layout, self._data, start, self._every)
             self._blocks[start] = blocks_of(parts, self._samples, BLOCKS)
