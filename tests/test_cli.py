@@ -588,7 +588,7 @@ def test_a_reader_that_leaves_early_is_told_by_the_status_alone(folder):
     assert err == ""
 
 
-@pytest.mark.parametrize("command", ["play", "context", "inspect"])
+@pytest.mark.parametrize("command", ["play", "logs", "inspect"])
 def test_playing_a_model_loads_nothing_that_identifies_one(command):
     loaded = f"import sys, dehyst.app.{command}; print('scipy' in sys.modules, 'dehyst.identification' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True)

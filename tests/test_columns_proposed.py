@@ -80,7 +80,7 @@ def test_compare_proposes_too(run, tmp_path):
 
 def test_a_log_too_large_to_be_looked_through_asks(run, tmp_path, monkeypatch):
     log = log_of(tmp_path / "log.csv", ("pressure_bar", "angle_deg"))
-    monkeypatch.setattr("dehyst.app.columns.is_large", lambda logs: True)
+    monkeypatch.setattr("dehyst.app.logs.is_large", lambda logs: True)
     status, _, err = run("identify", log)
     assert status == 2
     assert "too large to be looked through" in " ".join(err.split())

@@ -11,8 +11,7 @@ import pytest
 
 import dehyst.app.inspect
 from command_samples import COMMANDS, make_folder, stand_in
-from dehyst.app.ending import concluding
-from dehyst.app.status import Status
+from dehyst.app.ending import Status, concluding
 
 posix = pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
@@ -333,7 +332,7 @@ def test_ctrl_c_in_a_destructor_is_neither_lost_nor_printed():
     program = """
 import signal, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from dehyst.app.interrupt import heed
+from dehyst.app.ending import heed
 heed()
 class Thing:
     def __del__(self):

@@ -104,7 +104,7 @@ def test_what_the_readme_says_of_ram_on_avr_is_enough(tmp_path, n):
 
 def test_it_is_float_without_being_asked_and_double_is_refused(tmp_path):
     large_model(5).save(tmp_path / "joint.json")
-    run_export(ExportRequest(tmp_path / "joint.json", "arduino", tmp_path / "out"))
+    run_export(ExportRequest(tmp_path / "joint.json", target="arduino", out=tmp_path / "out"))
     assert read_manifest(tmp_path / "out")["settings"]["real"] == "float"
     with pytest.raises(ParameterError, match="--real double"):
-        run_export(ExportRequest(tmp_path / "joint.json", "arduino", tmp_path / "other", real="double"))
+        run_export(ExportRequest(tmp_path / "joint.json", target="arduino", out=tmp_path / "other", real="double"))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from dehyst.app.export_findings import pair_findings
+from dehyst.app.export import pair_findings
 from dehyst.cli import main
 from dehyst.control import (
     Adaptation,

@@ -537,10 +537,10 @@ def test_the_command_gives_the_same_figures_in_chunks_and_chooses_by_size(tmp_pa
             assert chunked[key] == pytest.approx(value, rel=1e-12)
         elif isinstance(value, float):
             assert chunked[key] == pytest.approx(value, rel=1e-12, abs=1e-14)
-    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 10.0 * log.stat().st_size)
+    monkeypatch.setattr("dehyst.app.logs.memory_size", lambda: 10.0 * log.stat().st_size)
     assert "streamed" not in invoke(capsys, *options, "--no-stream")
     assert "streamed" not in invoke(capsys, *options)
-    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 9.9 * log.stat().st_size)
+    monkeypatch.setattr("dehyst.app.logs.memory_size", lambda: 9.9 * log.stat().st_size)
     assert "streamed" in invoke(capsys, *options)
     assert "streamed" not in invoke(capsys, *options, "--from", "1")
 
@@ -554,7 +554,7 @@ def test_what_does_not_go_in_chunks_is_refused_if_asked_for_and_read_at_once_if_
     odd.write_text(log.read_text(encoding="utf-8"), encoding="utf-16")
     with pytest.raises(LogError, match="cannot be read in chunks"):
         invoke(capsys, odd, "--stream")
-    monkeypatch.setattr("dehyst.app.identify_stream.memory_size", lambda: 1.0)
+    monkeypatch.setattr("dehyst.app.logs.memory_size", lambda: 1.0)
     assert "operators" in invoke(capsys, odd, "--n", "5", "--family", "pi")
 
 
@@ -563,14 +563,15 @@ def test_the_progress_bar_shows_stage_and_bytes_on_a_terminal_only():
 
     from rich.console import Console
 
-    from dehyst.app.identify_stream import memory_size, progress_bar
+    from dehyst.app.identify import stream_progress
+    from dehyst.app.logs import memory_size
 
     screen = io.StringIO()
-    with progress_bar(False, Console(file=screen, force_terminal=True, width=100)) as show:
+    with stream_progress(False, Console(file=screen, force_terminal=True, width=100)) as show:
         show(dehyst.Progress("summing", 4, 7, 5e8, 2e9))
     assert "summing, 4 of 7" in screen.getvalue()
     assert "0.5/2.0 GB" in screen.getvalue()
     for quiet, terminal in ((True, True), (False, False)):
-        with progress_bar(quiet, Console(file=screen, force_terminal=terminal)) as show:
+        with stream_progress(quiet, Console(file=screen, force_terminal=terminal)) as show:
             assert show is None
     assert memory_size() > 1e8

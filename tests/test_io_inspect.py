@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from dehyst.app.inspect import run_inspect
+from dehyst.app.requests import InspectRequest
 from dehyst.errors import OutputError, RunError
 from dehyst.io.inspect import inspect_log
 from dehyst.io.logs import read_log
@@ -217,6 +218,6 @@ def test_the_time_to_look_at_a_log_grows_with_its_columns_and_not_faster(name, t
 
 
 def test_of_very_many_columns_the_likely_ones_are_printed_and_the_others_counted(tmp_path, capsys):
-    run_inspect(wide_log(tmp_path / "l.csv", 3000, lambda j: "p_bar" if j == 2500 else f"c{j}"), None, False)
+    run_inspect(InspectRequest(wide_log(tmp_path / "l.csv", 3000, lambda j: "p_bar" if j == 2500 else f"c{j}")))
     out = capsys.readouterr().out
     assert len(out.splitlines()) < 90 and "p_bar" in out and "and 2940 more columns" in out

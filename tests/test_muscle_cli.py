@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.app.muscle_print import kind_of
+from dehyst.app.muscle import kind_of
 from dehyst.robot.muscles import muscle, names
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure as Canvas
 
 import dehyst.app.sweep as command
 import sweep_evaluators
-from dehyst.app.status import Status
+from dehyst.app.ending import Status
 from dehyst.app.sweep import SweepRequest, run_sweep_command
 from dehyst.errors import OutputError
 from dehyst.report.svg import draw_panels

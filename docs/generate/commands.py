@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typer.testing import CliRunner
 
-from dehyst.app.status import Status
+from dehyst.app.ending import Status
 from dehyst.cli import app
 
 COMMANDS = (

@@ -18,7 +18,7 @@ if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 
 def main() -> None:
     """Run the command line; ends the process with the status of how it went."""
-    from dehyst.app.interrupt import heed, let_go
+    from dehyst.app.ending import heed, let_go
 
     heed(_end)
     from dehyst.cli import main as command

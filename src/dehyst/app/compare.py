@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.table import Column
 from rich.text import Text
 
-from dehyst.app.columns import named_columns, read_logs
+from dehyst.app.logs import named_columns, read_logs
 from dehyst.app.requests import CompareRequest
 from dehyst.app.targets import FAMILIES, MODEL, PAGE, refuse_clashes, refuse_other_model, save_model
-from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
+from dehyst.app.terminal import (
+    ask_progress,
+    print_end,
+    print_findings,
+    print_json,
+    progress_bar,
+    table,
+    terminal,
+)  # fmt: skip
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import Comparison, FamilyFit, all_names, compare
 from dehyst.shell import quoted, typed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 def run_compare(request: CompareRequest) -> None:
@@ -35,24 +37,19 @@ def run_compare(request: CompareRequest) -> None:
     families = _families(request.families)
     request = named_columns("compare", request, request.json)
     with ask_progress("reading", request.json):
-        records = read_logs(request)
+        records = [record for _, _, record in read_logs(request)]
     with _progress(request.json) as told:
         found = compare(records, families, train_fraction=request.train_fraction, seed=request.seed, progress=told)
     if request.save is not None:
-        _save(found, request.save, request.overwrite)
+        if found.chosen.model is None:
+            raise IdentificationError("no family could be identified, so there is no model to save; see the reasons.")
+        save_model(request.save, request.overwrite, found.chosen.model.save)
     with ask_progress("drawing", request.json):
         _draw(found, request)
     if request.json:
         print_json(found.as_dict())
     else:
         _print(found, request)
-
-
-def _save(found: Comparison, path: Path, overwrite: bool) -> None:
-    """Write the model of the best family."""
-    if found.chosen.model is None:
-        raise IdentificationError("no family could be identified, so there is no model to save; see the reasons.")
-    save_model(path, overwrite, found.chosen.model.save)
 
 
 def _families(text: str | None) -> tuple[str, ...] | None:
@@ -72,17 +69,13 @@ def _families(text: str | None) -> tuple[str, ...] | None:
 @contextmanager
 def _progress(quiet: bool) -> Iterator[Callable[[str, int, int], object] | None]:
     """Show which family is being identified, on a terminal only."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=terminal(stderr=True), transient=True) as bar:
+    with progress_bar(*columns, quiet=quiet) as bar:
+        if bar is None:
+            yield None
+            return
         task = bar.add_task("families", total=None)
-
-        def told(name: str, number: int, total: int) -> None:
-            bar.update(task, description=name, completed=number, total=total)
-
-        yield told
+        yield lambda name, number, total: bar.update(task, description=name, completed=number, total=total)
 
 
 def _draw(found: Comparison, request: CompareRequest) -> None:
@@ -98,37 +91,32 @@ def _draw(found: Comparison, request: CompareRequest) -> None:
 
 def _print(found: Comparison, request: CompareRequest) -> None:
     out = terminal()
-    out.print(Text(found.verdict, style="bold"))
+    out.print(found.verdict, style="bold")
     out.print()
-    table = Table(box=None, pad_edge=False)
-    for k, name in enumerate(("family", "held out %", "fitted %", "inverse %", "parameters", "fit s")):
-        # A name that was cut could not be typed again. All columns together need 78 characters at most.
-        whole = max(len(entry.family) for entry in found.entries) + 2 if not k else None
-        table.add_column(Text(name), justify="right" if k else "left", min_width=whole)
-    for entry in found.entries:
-        if entry.model is not None:
-            table.add_row(
-                *_row(entry, entry.family == found.auto.family), style="bold" if entry is found.chosen else None
-            )
-    out.print(table)
-    out.print(Text("rms, percent of the output's range (inverse: of the input's); * within noise of the best"))
+    fitted = [entry for entry in found.entries if entry.model is not None]
+    # A name that was cut could not be typed again. All columns together need 78 characters at most.
+    name = Column("family", min_width=max(len(entry.family) for entry in found.entries) + 2)
+    heads = (name, ">held out %", ">fitted %", ">inverse %", ">parameters", ">fit s")
+    rows = [_row(entry, entry.family == found.auto.family) for entry in fitted]
+    out.print(table(heads, rows, bold=next((k for k, entry in enumerate(fitted) if entry is found.chosen), None)))
+    out.print("rms, percent of the output's range (inverse: of the input's); * within noise of the best")
     if any(entry.family == found.auto.family for entry in found.entries):
-        out.print(Text("< what identify takes, which chooses without the held-out errors"))
+        out.print("< what identify takes, which chooses without the held-out errors")
     said = found.notes
     if said:
         out.print()
-    for name, words in said:
-        out.print(Text.assemble((name, "bold"), f": {words}"))
+    for family, words in said:
+        out.print(Text.assemble((family, "bold"), f": {words}"))
     if found.auto.warnings and found.auto.family != found.chosen.family:
         out.print()
-        out.print(Text(f"Warnings of identify; where they speak of a model, of its choice, {found.auto.family}:"))
+        out.print(f"Warnings of identify; where they speak of a model, of its choice, {found.auto.family}:")
     print_findings(found.auto.warnings)
-    print_end(out, _next(found, request), model=request.save, report=request.report, picture=request.figure)
+    print_end(_next(found, request), model=request.save, report=request.report, picture=request.figure)
 
 
-def _row(entry: FamilyFit, taken: bool) -> tuple[Text | str, ...]:
+def _row(entry: FamilyFit, taken: bool) -> tuple[str, ...]:
     return (
-        Text(f"{entry.family}{' *' if entry.tied else ''}{' <' if taken else ''}"),
+        f"{entry.family}{' *' if entry.tied else ''}{' <' if taken else ''}",
         "" if entry.test is None else _percent(entry.test.rmse_percent),
         "" if entry.train is None else _percent(entry.train.rmse_percent),
         _percent(entry.inverse_percent) if entry.invertible and entry.inverse_percent is not None else "none",
@@ -146,16 +134,14 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     if found.chosen.model is None:
         return "cure what the warnings above name and compare again"
     if request.save is not None:
-        what = "compensate" if found.chosen.invertible else "simulate"
-        column = request.output if found.chosen.invertible else request.input
-        option = "--output" if found.chosen.invertible else "--input"
-        return f"dehyst {what} {quoted(request.save)} SIGNAL.csv {option} {quoted(column)}"
-    log = typed(request.logs)
-    signals = f"--input {quoted(request.input)} --output {quoted(request.output)}"
+        if found.chosen.invertible:
+            return f"dehyst compensate {quoted(request.save)} SIGNAL.csv --output {quoted(request.output)}"
+        return f"dehyst simulate {quoted(request.save)} SIGNAL.csv --input {quoted(request.input)}"
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
     window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
-    same = "".join(f" {name} {quoted(value)}" for name, value in window if value is not None)
+    same = [word for name, value in window if value is not None for word in (name, value)]
+    line = typed(["dehyst", "identify", *request.logs, "--input", request.input, "--output", request.output, *same])
     # One advice: what identify takes, chosen without the errors above; a family only where named ones err less.
     named = request.families and found.chosen.error_percent < found.auto_entry.error_percent
     family = f" --family {found.chosen.family}" if named else ""
-    return f"dehyst identify {log} {signals}{same}{family} --save model.json --report report.html"
+    return f"{line}{family} --save model.json --report report.html"

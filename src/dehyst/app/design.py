@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from rich.table import Table
-from rich.text import Text
+from rich.table import Column
 
 from dehyst.app.requests import DesignRequest
 from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import print_json, tell, terminal
+from dehyst.app.terminal import print_end, print_json, table, tell, terminal
 from dehyst.design import ExcitationPlan, design_drift_motion, design_excitation
 from dehyst.design.design import CYCLES
 from dehyst.errors import OutputError, ParameterError, UnitError
@@ -162,75 +162,59 @@ def _facts(designed: _Designed, request: DesignRequest) -> dict[str, Any]:
 
 
 def _print(designed: _Designed, request: DesignRequest) -> None:
-    plan, out = designed.plan, terminal()
+    plan, out, needs = designed.plan, terminal(), designed.needs
     unit = f" {plan.unit}" if plan.unit else ""
-    out.print(Text(f"{designed.name}: {plan.duration:.0f} s, begins and ends at {plan.middle:.4g}{unit}", style="bold"))
-    out.print(Text(f"peak rate {plan.peak_rate:.4g}{unit}/s, peak acceleration {plan.peak_acceleration:.4g}{unit}/s^2"))
-    if designed.needs:
+    out.print(f"{designed.name}: {plan.duration:.0f} s, begins and ends at {plan.middle:.4g}{unit}", style="bold")
+    out.print(f"peak rate {plan.peak_rate:.4g}{unit}/s, peak acceleration {plan.peak_acceleration:.4g}{unit}/s^2")
+    if needs:
         out.print(
-            Text(
-                f"by the nominal model: {100 * designed.needs['pressure_share']:.0f} % of the pressure difference, "
-                f"{100 * designed.needs['flow_share']:.0f} % of the valves' flow, at most "
-                f"{designed.needs['inertia_torque_Nm']:.2g} Nm for the inertia"
-            )
+            f"by the nominal model: {100 * needs['pressure_share']:.0f} % of the pressure difference, "
+            f"{100 * needs['flow_share']:.0f} % of the valves' flow, at most {needs['inertia_torque_Nm']:.2g} Nm for "
+            f"the inertia"
         )
     out.print()
-    out.print(_table(plan), width=max(out.width, 58 + WHY), crop=False)
+    holds, why = (Column(head, overflow="fold", min_width=width) for head, width in (("holds [s]", 9), ("why", WHY)))
+    parts = table((">from [s]", ">for [s]", ">strokes", ">rate", "part", holds, why), _rows(plan))
+    out.print(parts, width=max(out.width, 58 + WHY), crop=False)
     out.print()
-    _print_figures(designed)
-    out.print()
+    told, one = plan.separable, plan.one_loop
+    rows = [
+        (label, f"{getattr(told, key):{digits}}", f"{getattr(one, key):{digits}}")
+        for key, label, digits in (
+            ("smallest", "smallest singular value of all regressors", ".2g"),
+            ("creep", "creep from everything else", ".2g"),
+            ("rate", "rate from everything else", ".2g"),
+            ("congruency", "loops at one place from those at another", ".2g"),
+            ("condition", "condition number", ".0f"),
+        )
+    ]
+    out.print(table(("told apart (1: for sure)", ">this plan", ">one loop"), rows))
     if request.purpose == DRIFT:
-        out.print(
-            Text(f"{CYCLES} complete cycles whose memory is known, in as many blocks alike as drift makes groups")
-        )
         out.print()
-    out.print(Text(_next(designed, request)), soft_wrap=True)
+        out.print(f"{CYCLES} complete cycles whose memory is known, in as many blocks alike as drift makes groups")
+    print_end(_next(designed, request))
 
 
-def _table(plan: ExcitationPlan) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for head in ("from [s]", "for [s]", "strokes", "rate"):
-        table.add_column(head, justify="right")
-    table.add_column("part")
-    table.add_column("holds [s]", overflow="fold", min_width=9)
-    table.add_column("why", overflow="fold", min_width=WHY)
+def _rows(plan: ExcitationPlan) -> Iterator[tuple[str, ...]]:
+    """One row a part of the motion."""
     before = plan.middle
     for each, begin in zip(plan.sections, plan.begins, strict=True):
         ways = np.abs(np.diff([before, *each.tips]))
         peak = float((35.0 / 16.0 * ways / np.array(each.stroke_s)).max())
         holds = ", ".join(dict.fromkeys(f"{time:.3g}" for time in each.hold_s if time > 0))
-        cells = (
+        yield (
             f"{begin:.1f}", f"{each.duration:.1f}", f"{len(each.tips)}", f"{peak:.3g}", each.part, holds, each.why
         )  # fmt: skip
-        table.add_row(*(Text(cell) for cell in cells))
         before = each.tips[-1]
-    return table
-
-
-def _print_figures(designed: _Designed) -> None:
-    """What can be told apart, against one loop."""
-    plan = designed.plan
-    table = Table(box=None, pad_edge=False)
-    for head in ("told apart (1: for sure)", "this plan", "one loop"):
-        table.add_column(Text(head), justify="left" if head.startswith("told") else "right")
-    for key, label in (
-        ("smallest", "smallest singular value of all regressors"),
-        ("creep", "creep from everything else"),
-        ("rate", "rate from everything else"),
-        ("congruency", "loops at one place from those at another"),
-    ):
-        table.add_row(Text(label), f"{getattr(plan.separable, key):.2g}", f"{getattr(plan.one_loop, key):.2g}")
-    table.add_row(Text("condition number"), f"{plan.separable.condition:.0f}", f"{plan.one_loop.condition:.0f}")
-    terminal().print(table)
 
 
 def _next(designed: _Designed, request: DesignRequest) -> str:
     plan = designed.plan
     if request.out is None:
-        return "next: the same line with --out FILE.csv writes it as samples"
+        return "the same line with --out FILE.csv writes it as samples"
     if request.purpose == DRIFT:
         return (
-            f"next: bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what "
+            f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what "
             f"it did: now, as the reference, and again whenever you ask whether the actuator has changed:\n"
             f"dehyst drift MODEL.json LATER.csv --reference NOW.csv"
         )
@@ -238,7 +222,7 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
     first, test, last = plan.begins[1], plan.begins[parts.index("test")], plan.begins[-1]
     fraction = (test - first) / (last - first)
     return (
-        f"next: bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
+        f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
         f"did; then, judged on the part test:\n"
         f"dehyst identify LOG --input COLUMN --output COLUMN --family direct-inverse --initial-state rest "
         f"--from {first:.1f} --to {last:.1f} --train-fraction {fraction:.3f}\n"

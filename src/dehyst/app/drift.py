@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.context import Read, recording_of, signals_of, verdict_findings
-from dehyst.app.ending import concluding
+from dehyst.app.ending import Status, concluding
+from dehyst.app.logs import Read, recording_of, signals_of, verdict_findings
 from dehyst.app.requests import DesignRequest, DriftRequest
-from dehyst.app.status import Status
 from dehyst.app.targets import PAGE, refuse_clashes
-from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
+from dehyst.app.terminal import ask_progress, print_findings, print_json, table, terminal
 from dehyst.design import design_drift_motion
 from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
 from dehyst.findings import Grade, grade_of
@@ -25,19 +21,13 @@ from dehyst.monitoring.parts import NAMES, Subject
 from dehyst.monitoring.result import other_way
 from dehyst.shell import quoted
 
-STATUS = {
-    "unchanged": Status.DONE,
-    "drifted": Status.NO,
-    "not comparable": Status.NOT_COMPARABLE,
-    "cannot tell": Status.CANNOT_TELL,
+ENDS = {  # of what is found: exit status, colour
+    "unchanged": (Status.DONE, "green"),
+    "drifted": (Status.NO, "red"),
+    "not comparable": (Status.NOT_COMPARABLE, "yellow"),
+    "cannot tell": (Status.CANNOT_TELL, "yellow"),
 }
 SAMPLES = 200  # of a designed cycle
-STYLES = {
-    "unchanged": "bold green",
-    "drifted": "bold red",
-    "not comparable": "bold yellow",
-    "cannot tell": "bold yellow",
-}
 
 
 def run_drift(request: DriftRequest) -> None:
@@ -51,11 +41,11 @@ def run_drift(request: DriftRequest) -> None:
         if request.reference is not None:
             reference = recording_of(request, request.reference, None, model.card)
             every = [*read, (request.reference, None, reference)]
-        signals: dict[str, Any] = dict(signals_of(request, every, [model]))
+        signals: dict[str, Any] = dict(signals_of(request, every, model.context)[0])
     with ask_progress("comparing", request.json):
         found = drift(
             model,
-            [record for _, _, record in read],
+            [record for *_, record in read],
             reference=reference,
             false_alarm=request.false_alarm,
             least=request.least,
@@ -66,14 +56,16 @@ def run_drift(request: DriftRequest) -> None:
     if request.refit is not None and found.acceptance is not None and found.acceptance.accepted:
         found.model.save(request.refit)
     if request.report is not None:
+        from dehyst.report import write_drift_report
+
         with ask_progress("drawing", request.json):
-            _report(found, request)
-    with concluding(STATUS[found.status]):
+            write_drift_report(found, request.report, request.model.name)
+    with concluding(ENDS[found.status][0]):
         if request.json:
             print_json(found.as_dict())
         else:
             _print(found, request)
-            print_findings([*verdict_findings(model, f"'{request.model}'", "Do not apply its inverse to a machine")])
+            print_findings(verdict_findings(model, f"'{request.model}'", "Do not apply its inverse to a machine"))
 
 
 def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tuple[str, str]]]:
@@ -93,46 +85,44 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
     return read, unusable
 
 
-def _report(found: Drift, request: DriftRequest) -> None:
-    from dehyst.report import write_drift_report
-
-    assert request.report is not None
-    write_drift_report(found, request.report, request.model.name)
-
-
 def _print(found: Drift, request: DriftRequest) -> None:
     out, other = terminal(), other_way(Subject.of(found.model).backward)
-    out.print(Text(found.verdict, style=STYLES[found.status]))
+    out.print(found.verdict, style=f"bold {ENDS[found.status][1]}")
     for entry in found.logs:
         out.print()
         error = f", error {entry.error_percent:.3g} % of range rms" if entry.error_percent is not None else ""
         inverse = f", {other} {entry.inverse_percent:.3g} %" if entry.inverse_percent is not None else ""
         tested = f" ({entry.tested} tested)" if 0 < entry.tested < entry.cycles else ""
-        out.print(Text(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}"), soft_wrap=True)
+        out.print(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}", soft_wrap=True)
         if entry.changes:
-            out.print(_table(entry.changes))
+            heads = ("", ">change", ">95 % interval", ">effect [%]", ">seen from", ">p")
+            out.print(table(heads, map(_row, entry.changes)))
     for trend in found.trends:
         if trend.clear:
-            out.print(
-                Text(
-                    f"trend of {trend.part}: {trend.slope:+.3g} {trend.unit} in 100 cycles "
-                    f"({trend.low:+.3g} to {trend.high:+.3g})"
-                )
-            )
+            slope = f"{trend.slope:+.3g} {trend.unit} in 100 cycles"
+            out.print(f"trend of {trend.part}: {slope} ({trend.low:+.3g} to {trend.high:+.3g})")
     print_findings([*(f for entry in found.logs for f in entry.findings), *found.findings])
     out.print()
     if found.acceptance is not None:
-        out.print(Text(found.acceptance.reason, style="bold"))
-        written = found.acceptance.accepted
-        out.print(Text(f"model: {request.refit if written else f'{request.model}, as before; nothing was written'}"))
-        if written:
-            _print_accepted(found, cast(Path, request.refit))
+        _print_acceptance(found, request)
     if request.report is not None:
-        out.print(Text(f"report: {request.report}"))
+        out.print(f"report: {request.report}")
     if found.status == "drifted" and found.acceptance is None:
-        out.print(Text("next: repeat with --refit new.json; it is written only if it is better"), soft_wrap=True)
+        out.print("next: repeat with --refit new.json; it is written only if it is better", soft_wrap=True)
     if found.status == "cannot tell":
-        out.print(Text(f"next: {_motion(found)}"), soft_wrap=True)
+        out.print(f"next: {_motion(found)}", soft_wrap=True)
+
+
+def _row(change: Change) -> tuple[str | Text, ...]:
+    unit = f" {change.unit}" if change.unit else ""
+    return (
+        Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),
+        f"{change.estimate:+.3g}{unit}",
+        f"{change.low:+.3g} to {change.high:+.3g}",
+        f"{change.effect_percent:.2g}",
+        f"{change.detectable:.2g}{unit}",
+        f"{change.p_value:.2g}",
+    )
 
 
 def _motion(found: Drift) -> str:
@@ -154,31 +144,20 @@ def _motion(found: Drift) -> str:
     return " ".join((*words, "--out drift.csv"))
 
 
-def _print_accepted(found: Drift, path: Path) -> None:
+def _print_acceptance(found: Drift, request: DriftRequest) -> None:
     """Say what the new model is worth, and what to do with it; a compensator is offered only where that allows one."""
+    assert found.acceptance is not None
+    out = terminal()
+    out.print(found.acceptance.reason, style="bold")
+    if not found.acceptance.accepted:
+        out.print(f"model: {request.model}, as before; nothing was written")
+        return
+    out.print(f"model: {request.refit}")
     verdict, output = found.model.card.provenance.get("verdict"), found.model.card.output.name
-    model, out = quoted(path), terminal()
     if isinstance(verdict, str):
-        out.print(Text(f"verdict on the new model: {verdict}"), soft_wrap=True)
+        out.print(f"verdict on the new model: {verdict}", soft_wrap=True)
     if grade_of(verdict) is Grade.BAD:
         told = "do not compensate with the new model; read its verdict, cure it and identify again"
     else:
-        told = f"dehyst compensate {model} REFERENCE.csv --output {quoted(output)}"
-    out.print(Text(f"next: {told}"), soft_wrap=True)
-
-
-def _table(changes: Sequence[Change]) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for name in ("", "change", "95 % interval", "effect [%]", "seen from", "p"):
-        table.add_column(Text(name), justify="left" if not name else "right")
-    for change in changes:
-        unit = f" {change.unit}" if change.unit else ""
-        table.add_row(
-            Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),
-            f"{change.estimate:+.3g}{unit}",
-            f"{change.low:+.3g} to {change.high:+.3g}",
-            f"{change.effect_percent:.2g}",
-            f"{change.detectable:.2g}{unit}",
-            f"{change.p_value:.2g}",
-        )
-    return table
+        told = f"dehyst compensate {quoted(request.refit)} REFERENCE.csv --output {quoted(output)}"
+    out.print(f"next: {told}", soft_wrap=True)

@@ -1,21 +1,58 @@
-"""How a command ends: one line instead of a traceback, and the status of its meaning, whatever happened."""
+"""How a command ends: its exit status, one line instead of a traceback, and Ctrl-C."""
 
 from __future__ import annotations
 
 import errno
 import io
 import os
+import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from enum import IntEnum
+from types import FrameType
 from typing import NoReturn, TextIO
 
-from dehyst.app.status import Status
 from dehyst.errors import DehystError
 from dehyst.files import FULL
 
 STOPPED = "stopped; files that were complete are kept, none is half written\n"
+AGAIN = 0.005  # s from an interrupt that was swallowed to its repetition
+
+
+class Status(IntEnum):
+    """How a command ended; each has its `meaning`, which the reference of the commands prints.
+
+    Examples
+    --------
+    >>> int(Status.NO), Status.NO.meaning
+    (1, 'the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run')
+    """
+
+    meaning: str
+
+    def __new__(cls, number: int, meaning: str) -> Status:
+        """Give a number its meaning."""
+        status = int.__new__(cls, number)
+        status._value_ = number
+        status.meaning = meaning
+        return status
+
+    DONE = 0, "the command did its work; a check says yes: `verify` signed off, `drift` found no change"
+    NO = 1, "the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run"
+    REFUSED = 2, "refused, nothing was overwritten: the message on the error stream says why and what to type"
+    NOT_COMPARABLE = 3, "`drift` has nothing to compare"
+    CANNOT_TELL = 4, "`drift` cannot tell: the logs do not decide whether something changed"
+    LOST = 5, "the result could not be printed: the disk of the standard output is full, or it is closed"
+    DEFECT = 70, "a defect of dehyst itself: please report the traceback"
+    STOPPED = 130, "stopped with Ctrl-C; every file is as it was before or complete"
+    UNREAD = (
+        141,
+        "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift`, `sweep`"
+        " and a no of `evaluate` the status of the verdict stays",
+    )
 
 
 def end(work: Callable[[], object]) -> NoReturn:
@@ -134,3 +171,40 @@ def _write_whole() -> None:
                 stream.fileno(), "w", buffering=1, encoding=stream.encoding, errors=stream.errors, closefd=False
             )
             setattr(sys, name, whole)
+
+
+def heed(before: Callable[..., object] = signal.default_int_handler) -> None:
+    """Take care of Ctrl-C from now on, `before` having done so; not if who started this process told it not to."""
+    if signal.getsignal(signal.SIGINT) is before:
+        signal.signal(signal.SIGINT, _stop)
+        if hasattr(signal, "pthread_kill"):
+            sys.unraisablehook = _raise_again
+
+
+def let_go() -> None:
+    """Leave Ctrl-C to the system: nothing is left to do but to end, and Python would print what it interrupts there."""
+    if signal.getsignal(signal.SIGINT) is _stop:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt; while a module is being loaded, which may make any other fault of it, end at once.
+
+    That is safe at any moment, because every file is written so that a kill leaves it whole.
+    """
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            cursor = "\r\x1b[K\x1b[?25h" if sys.stderr.isatty() else ""  # which a progress line may have hidden
+            with suppress(OSError):
+                os.write(2, (cursor + STOPPED).encode())
+            os._exit(Status.STOPPED)
+        frame = frame.f_back
+    raise KeyboardInterrupt
+
+
+def _raise_again(swallowed: sys.UnraisableHookArgs) -> None:
+    """Ctrl-C in a destructor or a callback of C code is not lost, and not printed: it comes again after it."""
+    if issubclass(swallowed.exc_type, KeyboardInterrupt):  # at once it would be swallowed by this very hook
+        threading.Timer(AGAIN, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
+    else:
+        sys.__unraisablehook__(swallowed)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import nullcontext
 
-from rich.table import Table
+from rich.table import Column
 from rich.text import Text
 
-from dehyst.app.context import Read, recording_of, signals_of, verdict_findings
-from dehyst.app.ending import concluding
+from dehyst.app.ending import Status, concluding
+from dehyst.app.logs import Read, recording_of, signals_of, verdict_findings
 from dehyst.app.requests import EvaluateRequest
-from dehyst.app.status import Status
-from dehyst.app.terminal import ask_progress, print_findings, print_json, terminal
+from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.findings import Finding
 from dehyst.models import Model, load
@@ -27,9 +26,9 @@ def run_evaluate(request: EvaluateRequest) -> None:
         raise ParameterError(f"a model is named twice: {', '.join(map(str, request.models))}. Name each once.")
     with ask_progress("reading", request.json):
         read = _read(request, list(models.values()))
-        signals = signals_of(request, read, models.values())
+        signals, _ = signals_of(request, read, [card for model in models.values() for card in model.context])
     with ask_progress("evaluating", request.json):
-        found = evaluate(models, [record for _, _, record in read], follow_offset=request.follow_offset, **signals)
+        found = evaluate(models, [record for *_, record in read], follow_offset=request.follow_offset, **signals)
     with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
             print_json(found.as_dict())
@@ -46,11 +45,9 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
             f"the models name different signals ({said}). Say which columns of '{request.log}' hold input and output: "
             f"--input COLUMN --output COLUMN."
         )
+    card, log = models[0].card, request.log
     try:
-        return [
-            (request.log, run, recording_of(request, request.log, run, models[0].card))
-            for run in request.runs or (None,)
-        ]
+        return [(log, run, recording_of(request, log, run, card)) for run in request.runs or (None,)]
     except ColumnError as fault:
         if request.input and request.output:
             raise
@@ -63,21 +60,19 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
 
 def _print(found: Evaluation, request: EvaluateRequest) -> None:
     out = terminal()
-    said = f"run {found.run}: {found.why}" if found.run else found.why
-    out.print(Text(said, style="bold"), soft_wrap=True)
+    out.print(f"run {found.run}: {found.why}" if found.run else found.why, style="bold", soft_wrap=True)
     out.print()
-    table = Table(box=None, pad_edge=False)
-    for k, name in enumerate(("model", "family", "output %", "bias %", "input %", "bias %", "clipped %")):
-        table.add_column(Text(name), justify="right" if k > 1 else "left", no_wrap=k > 0, overflow="fold")
-    for entry in found.entries:
-        table.add_row(*map(Text, _row(entry)), style="bold" if entry.name == found.run else None)
-    out.print(table)
+    numbers = [
+        Column(head, justify="right", no_wrap=True, overflow="fold")
+        for head in ("output %", "bias %", "input %", "bias %", "clipped %")
+    ]
+    heads = (Column("model", overflow="fold"), Column("family", no_wrap=True, overflow="fold"), *numbers)
+    best = next((k for k, entry in enumerate(found.entries) if entry.name == found.run), None)
+    out.print(table(heads, map(_row, found.entries), bold=best))
     first = found.recordings[0]
     out.print(
-        Text(
-            f"rms without bias, and bias, in percent of the range in this log: output {first.output_name}, and input "
-            f"{first.input_name} that the inverse asks for, kept within the identified range"
-        ),
+        f"rms without bias, and bias, in percent of the range in this log: output {first.output_name}, and input "
+        f"{first.input_name} that the inverse asks for, kept within the identified range",
         soft_wrap=True,
     )
     if request.follow_offset is not None:
@@ -92,10 +87,9 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
     for names, shared in _by_models(found).items():
         if len(found.entries) > 1:
             out.print()
-            out.print(Text(", ".join(names), style="bold"), soft_wrap=True)
+            out.print(", ".join(names), style="bold", soft_wrap=True)
         print_findings(shared)
-    out.print()
-    out.print(Text(f"next: {_next(found, request)}"), soft_wrap=True)
+    print_end(_next(found, request))
 
 
 def _by_models(found: Evaluation) -> dict[tuple[str, ...], list[Finding]]:

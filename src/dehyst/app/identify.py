@@ -1,28 +1,38 @@
-"""dehyst identify: log -> model, verdict, report."""
+"""dehyst identify: a model and its verdict from logs, in memory, in chunks, or as a direct inverse."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dehyst.app.columns import named_columns, read_logs
-from dehyst.app.identify_direct import DIRECT, identify_from, refuse_options
-from dehyst.app.identify_stream import open_streams, progress_bar
+from dehyst.app.logs import is_large, named_columns, read_logs, signals_of
 from dehyst.app.requests import IdentifyRequest
 from dehyst.app.targets import MODEL, PAGE, refuse_clashes, refuse_other_model, refuse_unwritable, save_model
-from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
-from dehyst.errors import ParameterError
+from dehyst.app.terminal import (
+    ask_progress,
+    print_end,
+    print_findings,
+    print_json,
+    progress_bar,
+    table,
+    terminal,
+)  # fmt: skip
+from dehyst.errors import DehystError, LogError, ParameterError
 from dehyst.families.best import PURPOSES, identify
 from dehyst.findings import Grade, grade_of
-from dehyst.identification import Fit, Score
+from dehyst.identification import Fit, Score, identify_direct
 from dehyst.identification.settings import PAPER_OPERATORS
-from dehyst.identification.stream import identify_stream
+from dehyst.identification.stream import Progress, identify_stream
+from dehyst.io.chunks import ChunkedLog, open_chunks
 from dehyst.shell import quoted
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import Console
 
+DIRECT = "direct-inverse"
 # A cause of what is left is named where it explains more than this share of it, and more than this percent of range.
 MUCH, FELT = 0.3, 0.5
 
@@ -36,7 +46,7 @@ def run_identify(request: IdentifyRequest) -> None:
         refuse_other_model(request.save, request.overwrite, request.logs, _known(request))
     if request.figures is not None:
         refuse_unwritable(request.figures, folder=True)
-    refuse_options(request)
+    _refuse_options(request)
     request = named_columns("identify", request, request.json)
     fit = _identify(request)
     if request.save is not None:
@@ -46,19 +56,50 @@ def run_identify(request: IdentifyRequest) -> None:
             _report(fit, request)
     if request.json:
         print_json(fit.as_dict())
+    else:
+        _print(fit, request)
+
+
+def _refuse_options(request: IdentifyRequest) -> None:
+    """Refuse options that say nothing to the family that was asked for."""
+    direct = {
+        "--creep": request.creep is not None,
+        "--creep-times": request.creep_times is not None,
+        "--load": request.load is not None,
+        "--mean-pressure": request.mean_pressure is not None,
+        "--no-position-schedule": not request.position_schedule,
+    }
+    forward = {
+        "--n": request.n != "100",
+        "--eps": request.eps is not None,
+        "--thresholds": request.thresholds is not None,
+        "--stream": request.stream is True,
+        "--spool-dir": request.spool_dir is not None,
+        "--shear": request.shear is not None,
+        "--max-inverse-gain": request.max_inverse_gain is not None,
+    }
+    is_direct = request.family == DIRECT
+    wrong = [name for name, given in (forward if is_direct else direct).items() if given]
+    if not wrong:
         return
-    _print(fit, request)
+    about = (
+        f"says nothing to --family {DIRECT}, whose terms are its own and which reads the log at once"
+        if is_direct
+        else f"belongs to --family {DIRECT}, and the family is {request.family}"
+    )
+    raise ParameterError(
+        f"{' and '.join(wrong)} {about}. Leave it out, or choose {'another family' if is_direct else 'that family'}.",
+        options=wrong,
+    )
 
 
 def _identify(request: IdentifyRequest) -> Fit:
     if request.family == DIRECT:
-        with ask_progress("reading", request.json):
-            records = read_logs(request)
-        return identify_from(request, records)
+        return _identify_direct(request)
     typed = {
         "n": (_operators(request.n), PAPER_OPERATORS),
         "eps": (_eps(request) if request.eps != "auto" else None, None),
-        "thresholds": (_thresholds(request.thresholds), None),
+        "thresholds": (_numbers("--thresholds", request.thresholds, "numbers", "0,0.5,1"), None),
         "initial_state": (request.initial_state, "auto"),
     }
     settings: dict[str, Any] = {name: value for name, (value, usual) in typed.items() if value != usual}
@@ -66,15 +107,93 @@ def _identify(request: IdentifyRequest) -> Fit:
     if request.shear is not None or request.max_inverse_gain is not None:
         shear = _number("--shear", request.shear, "k of the sheared loop, input + k output")
         settings |= {"shear": shear, "max_inverse_gain": request.max_inverse_gain}
-        _refuse_streaming(request)
-    streams = None if "shear" in settings else open_streams(request)
+        if request.stream:
+            raise ParameterError(
+                "--shear and --max-inverse-gain compare several fits and need the log in memory; leave --stream out, "
+                "or take a part of the log with --from and --to."
+            )
+    streams = None if "shear" in settings else _open_streams(request)
     if streams is not None:
-        with progress_bar(request.json) as show:
+        with stream_progress(request.json) as show:
             return identify_stream(streams, progress=show, spool_dir=request.spool_dir, **settings)
     with ask_progress("reading", request.json):
-        records = read_logs(request)
+        records = [record for _, _, record in read_logs(request)]
     with ask_progress("identifying", request.json):
         return identify(records, purpose=request.purpose, **settings)
+
+
+def _identify_direct(request: IdentifyRequest) -> Fit:
+    with ask_progress("reading", request.json):
+        read = read_logs(request)
+        signals, units = signals_of(request, read)
+    more: dict[str, Any] = dict(signals)
+    with ask_progress("identifying", request.json):
+        return identify_direct(
+            [record for _, _, record in read],
+            creep="auto" if request.creep is None else request.creep,
+            creep_times=_numbers("--creep-times", request.creep_times, "seconds", "4,25,150"),
+            units=units,
+            position_schedule=request.position_schedule,
+            initial_state=request.initial_state,
+            train_fraction=request.train_fraction,
+            **more,
+        )
+
+
+def _open_streams(request: IdentifyRequest) -> list[ChunkedLog] | None:
+    """Open the logs of a request in chunks if it asks for that, or if they are large; None: read them at once.
+
+    Raises
+    ------
+    ParameterError
+        If streaming was asked for together with what it does not do.
+    DehystError
+        If streaming was asked for and a log cannot be read in chunks.
+    """
+    windowed = request.start is not None or request.stop is not None
+    if request.stream and windowed:
+        raise ParameterError(
+            "--stream reads whole logs: --from and --to do not go with it. Leave them out, cut the log into files "
+            "beforehand, or read it at once with --no-stream."
+        )
+    large = request.stream is None and not windowed and is_large(request.logs)
+    if not request.stream and not large:
+        return None
+    columns = request.input or "", request.output or "", request.time
+    try:
+        return [
+            open_chunks(log, *columns, run=run, time_unit=request.time_unit)
+            for log in request.logs
+            for run in request.runs or (None,)
+        ]
+    except DehystError as fault:
+        # Nobody asked for chunks: a format that cannot be read in them is read at once, as smaller logs are.
+        if request.stream or type(fault) is not LogError:
+            raise
+        return None
+
+
+@contextmanager
+def stream_progress(quiet: bool, console: Console | None = None) -> Iterator[Callable[[Progress], None] | None]:
+    """Show stage, share and bytes of a long identification, on a terminal only."""
+    from rich.progress import BarColumn, DownloadColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
+    with progress_bar(*columns, quiet=quiet, console=console) as bar:
+        if bar is None:
+            yield None
+            return
+        task = bar.add_task("reading")
+        stage = ""
+
+        def show(now: Progress) -> None:
+            nonlocal stage
+            if now.stage != stage:
+                stage = now.stage
+                bar.reset(task, description=f"{now.stage}, {now.number} of {now.of}")
+            bar.update(task, completed=now.done, total=now.total or None)
+
+        yield show
 
 
 def _known(request: IdentifyRequest) -> dict[str, Any]:
@@ -111,23 +230,14 @@ def _number(option: str, text: str | None, meaning: str) -> float | str | None:
         raise ParameterError(f"{option} {text!r} is neither a number nor auto; it is {meaning}.") from None
 
 
-def _refuse_streaming(request: IdentifyRequest) -> None:
-    """Refuse what needs the log in memory."""
-    if request.stream:
-        raise ParameterError(
-            "--shear and --max-inverse-gain compare several fits and need the log in memory; leave --stream out, or "
-            "take a part of the log with --from and --to."
-        )
-
-
-def _thresholds(text: str | None) -> list[float] | None:
+def _numbers(option: str, text: str | None, kind: str, example: str) -> list[float] | None:
     if text is None:
         return None
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise ParameterError(
-            f"--thresholds {text!r} is not a list of numbers; write them with commas: --thresholds 0,0.5,1"
+            f"{option} {text!r} is not a list of {kind}; write them with commas: {option} {example}"
         ) from None
 
 
@@ -141,79 +251,57 @@ def _report(fit: Fit, request: IdentifyRequest) -> None:
 
 
 def _print(fit: Fit, request: IdentifyRequest) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    out = terminal()
-    out.print(Text(fit.verdict, style="bold"))
+    out, certificate, unit = terminal(), fit.certificate, fit.recordings[0].output_unit
+    out.print(fit.verdict, style="bold")
     out.print()
-    unit = fit.recordings[0].output_unit
-    table = Table(box=None, pad_edge=False)
-    for name in ("", "rms" + (f" [{unit}]" if unit else ""), "rms [% of range]", "NRMSE", "max"):
-        table.add_column(Text(name), justify="left" if not name else "right")
-    certificate = fit.certificate
     name = "sheared loop" if fit.model.shear is not None else fit.family
-    rows: list[tuple[str, Score | None]] = [(f"{name}, fitted", fit.train), (f"{name}, held out", fit.test)]
+    scores: list[tuple[str, Score | None]] = [(f"{name}, fitted", fit.train), (f"{name}, held out", fit.test)]
     if certificate.operators:
-        rows.append(
-            ("no hysteresis, held out" if fit.test else "no hysteresis, fitted", fit.static_test or fit.static_train)
-        )
-    for label, score in rows:
-        if score is not None:
-            table.add_row(
-                Text(label), f"{score.rmse:.4g}", f"{score.rmse_percent:.2f}", f"{score.nrmse:.3f}", f"{score.max:.4g}"
-            )
-    out.print(table)
+        label = "no hysteresis, held out" if fit.test else "no hysteresis, fitted"
+        scores.append((label, fit.static_test or fit.static_train))
+    rows = [
+        (label, f"{score.rmse:.4g}", f"{score.rmse_percent:.2f}", f"{score.nrmse:.3f}", f"{score.max:.4g}")
+        for label, score in scores
+        if score is not None
+    ]
+    out.print(table(("", f">rms [{unit}]" if unit else ">rms", ">rms [% of range]", ">NRMSE", ">max"), rows))
     if fit.table:
         out.print()
-        out.print(_compared(fit))
+        _print_choice(fit)
         if fit.test and fit.settings.get("family") == "auto":
             out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
     memory = f"{fit.size} carry weight; start state '{certificate.initial_state}'" if fit.size else "no operators"
-    out.print(
-        Text(
-            f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide\n"
-            + ", ".join(
-                f"{what} {value:{digits}}"
-                for what, value, digits in (
-                    ("optimality", certificate.kkt_residual, ".0e"),
-                    ("inverse round trip", certificate.round_trip_error, ".0e"),
-                    ("inverse gain at most", certificate.inverse_gain, ".4g"),
-                )
-                if math.isfinite(value)
-            )
-        )
+    figures = (
+        ("optimality", certificate.kkt_residual, ".0e"),
+        ("inverse round trip", certificate.round_trip_error, ".0e"),
+        ("inverse gain at most", certificate.inverse_gain, ".4g"),
     )
+    out.print(f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide")
+    out.print(", ".join(f"{what} {value:{digits}}" for what, value, digits in figures if math.isfinite(value)))
     if fit.model.remarks:
-        out.print(Text("; ".join(fit.model.remarks)))
-        out.print(Text("\n".join(filter(None, (*fit.evidence_words, fit.lacking)))))
+        out.print("; ".join(fit.model.remarks))
+        out.print("\n".join(filter(None, (*fit.evidence_words, fit.lacking))))
     left = fit.residual.largest
     if left is not None and left.share > MUCH and left.size_percent > FELT:
         out.print(
-            Text(
-                f"{100.0 * left.share:.0f} % of the squared residual {left.words}, {left.size_percent:.2g} % of range "
-                f"rms: what to try is in the report (--report)"
-            )
+            f"{100.0 * left.share:.0f} % of the squared residual {left.words}, {left.size_percent:.2g} % of range rms: "
+            f"what to try is in the report (--report)"
         )
     print_findings(fit.warnings)
-    print_end(out, _next(fit, request.save), model=request.save, report=request.report, figures=request.figures)
+    print_end(_next(fit, request.save), model=request.save, report=request.report, figures=request.figures)
 
 
-def _compared(fit: Fit) -> Table:
+def _print_choice(fit: Fit) -> None:
     """From what the model was chosen: errors of the output, and of the input that the inverse asks for."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=None, pad_edge=False)
-    for name in ("% of range, rms", "direction", "output", "input", "tracking", ""):
-        table.add_column(Text(name), justify="right" if name in ("output", "input", "tracking") else "left")
-    for row in fit.table:
-        table.add_row(
-            Text(row.family), row.direction, f"{row.test_percent:.2f}",
+    rows = [
+        (
+            row.family, row.direction, f"{row.test_percent:.2f}",
             "none" if math.isnan(row.input_percent) else f"{row.input_percent:.2f}",
             "" if row.tracking_percent is None else f"{row.tracking_percent:.2f}", "chosen" if row.chosen else "",
-        )  # fmt: skip
-    return table
+        )
+        for row in fit.table
+    ]  # fmt: skip
+    terminal().print(table(("% of range, rms", "direction", ">output", ">input", ">tracking", ""), rows))
 
 
 def _next(fit: Fit, saved: Path | None) -> str:

@@ -1,60 +1,70 @@
-"""dehyst inspect: what is in a log."""
+"""dehyst inspect and dehyst example: what is in a log, and a log to try things on."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.cells import cell_len
 from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+from rich.table import Column
 
-from dehyst.app.terminal import print_findings, print_json, terminal
-from dehyst.io import LogSummary, inspect_log
+from dehyst.app.requests import ExampleRequest, InspectRequest
+from dehyst.app.targets import refuse_existing
+from dehyst.app.terminal import print_end, print_findings, print_json, table, terminal
+from dehyst.files import write_atomically
+from dehyst.io import inspect_log
 from dehyst.io.inspect import ColumnSummary
-from dehyst.shell import visible
+from dehyst.shell import quoted, visible
 
 # Letters left for the last column of the table at least.
 REMARK = 24
 # More columns than this are a recording of everything: those that may be wanted come first, the others are counted.
 MOST_COLUMNS = 60
+HEADS = ("column", "unit", "from", "to", "loops", "missing", "looks like")
+NUMBERS = HEADS[2:6]
 
 
-def run_inspect(log: Path, run: str | None, as_json: bool, time_unit: str | None = None) -> None:
+def run_inspect(request: InspectRequest) -> None:
     """Print columns, sampling, runs and the line to type next."""
-    summary = inspect_log(log, run, time_unit=time_unit)
-    if as_json:
+    summary = inspect_log(request.log, request.run, time_unit=request.time_unit)
+    if request.json:
         print_json(dataclasses.asdict(summary))
         return
-    _print(summary)
-
-
-def _print(summary: LogSummary) -> None:
     out = terminal()
-    rows = f"{summary.rows} rows" + (f" of run '{summary.run}'" if summary.run is not None else "")
-    out.print(Text(f"{summary.name}: {rows}", style="bold"))
+    run = f" of run '{summary.run}'" if summary.run is not None else ""
+    out.print(f"{summary.name}: {summary.rows} rows{run}", style="bold")
     if len(summary.runs) > 1:
-        out.print(Text("runs: " + ", ".join(f"{name} ({count})" for name, count in summary.runs.items())))
+        out.print("runs: " + ", ".join(f"{name} ({count})" for name, count in summary.runs.items()))
     if summary.sampling is not None:
         s = summary.sampling
         rate = f", {1 / s.median:.4g} Hz" if s.median > 0 else ""
         out.print(
-            Text(
-                f"time: column '{s.column}', {' to '.join(_from_to(s.first, s.last))} s, step {s.median:.4g} s{rate}, "
-                f"jitter {100 * s.jitter:.0f} %, {s.gaps} gaps, {s.repeated} repeated and {s.backward} backward stamps"
-            )
+            f"time: column '{s.column}', {' to '.join(_from_to(s.first, s.last))} s, step {s.median:.4g} s{rate}, "
+            f"jitter {100 * s.jitter:.0f} %, {s.gaps} gaps, {s.repeated} repeated and {s.backward} backward stamps"
         )
     out.print()
     print_columns(out, summary.columns)
     print_findings(summary.findings)
-    out.print()
-    if summary.command:
-        out.print(Text(f"next: {summary.command}"), soft_wrap=True)
-    else:
-        out.print(Text("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN"))
+    print_end(summary.command or "")
+    if not summary.command:
+        out.print("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN")
+
+
+def run_example(request: ExampleRequest) -> None:
+    """Write the example log and say what to type next."""
+    from dehyst.robot.experiments import example_csv  # only here: to inspect a log needs none of the robot
+
+    text = example_csv(request.seed)
+    refuse_existing(request.out, request.overwrite, content=text)
+    write_atomically(request.out, text)
+    sys.stdout.write(
+        f"wrote {request.out}: a simulated joint, pressure difference [bar] -> angle [deg], 12 loops\n"
+        f"next: dehyst identify {quoted(request.out)} --input pressure_difference_bar --output angle_deg "
+        f"--save model.json --report report.html\n"
+    )
 
 
 def _interest(column: ColumnSummary) -> tuple[bool, bool, bool]:
@@ -63,26 +73,20 @@ def _interest(column: ColumnSummary) -> tuple[bool, bool, bool]:
 
 
 def print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:
-    """Print one row a column, of very many only those that matter most."""
-    shown = sorted(columns, key=_interest)[:MOST_COLUMNS] if len(columns) > MOST_COLUMNS else ()
-    _print_table(out, shown or columns)
-    if shown:
-        out.print(Text(f"and {len(columns) - len(shown)} more columns; all of them: dehyst inspect LOG --json"))
+    """Print one row a column, of very many only those that matter most.
 
-
-def _print_table(out: Console, columns: Sequence[ColumnSummary]) -> None:
-    """Print one row a column; only the last cell is folded, and the table grows beyond a narrow terminal instead."""
-    heads = ("column", "unit", "from", "to", "loops", "missing", "looks like")
-    rows = [_cells(column) for column in columns]
-    widths = [max(cell_len(row[k]) for row in (heads, *rows)) for k in range(len(heads) - 1)]
-    table = Table(box=None, pad_edge=False)
-    for name, width in zip(heads, (*widths, None), strict=True):
-        number = name in ("from", "to", "loops", "missing")
-        table.add_column(name, justify="right" if number else "left", overflow="fold", min_width=width)
-    for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
-    needed = sum(widths) + 2 * len(widths) + REMARK
-    out.print(table, width=max(out.width, needed), crop=False)
+    Only the last cell is folded, and the table grows beyond a narrow terminal instead.
+    """
+    shown = sorted(columns, key=_interest)[:MOST_COLUMNS] if len(columns) > MOST_COLUMNS else columns
+    rows = [_cells(column) for column in shown]
+    widths = [max(cell_len(row[k]) for row in (HEADS, *rows)) for k in range(len(HEADS) - 1)]
+    heads = [
+        Column(name, justify="right" if name in NUMBERS else "left", overflow="fold", min_width=width)
+        for name, width in zip(HEADS, (*widths, None), strict=True)
+    ]
+    out.print(table(heads, rows), width=max(out.width, sum(widths) + 2 * len(widths) + REMARK), crop=False)
+    if len(shown) < len(columns):
+        out.print(f"and {len(columns) - len(shown)} more columns; all of them: dehyst inspect LOG --json")
 
 
 def _cells(column: ColumnSummary) -> tuple[str, ...]:

@@ -1,40 +1,36 @@
-"""dehyst simulate and dehyst compensate: a model or its inverse over a logged signal."""
+"""dehyst simulate and dehyst compensate: a model or its inverse over a logged signal, from an assumed past."""
 
 from __future__ import annotations
 
 import math
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.context import given_of, outside, verdict_findings
-from dehyst.app.requests import SimulateRequest
-from dehyst.app.start import (
-    MODEL,
-    REST,
-    UNKNOWN,
-    band_columns,
-    column,
-    middle_of,
-    place,
-    refuse_without_unknown_state,
-    say,
-    start_of,
-)
-from dehyst.app.targets import refuse_existing
+from dehyst.app.logs import given_of, outside, part_of, verdict_findings
+from dehyst.app.requests import CompensateRequest, SimulateRequest
+from dehyst.app.targets import BAND, refuse_existing
 from dehyst.app.terminal import print_findings, tell
 from dehyst.arrays import Array
-from dehyst.errors import ColumnError, OutputError, TimeError
+from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
-from dehyst.models import Model, load
+from dehyst.models import Band, Model, ModelCard, SignalCard, load
 from dehyst.models.card import in_units_of
 
-# A step of the computed input between two samples, as a share of the identified range, that is worth a word.
+# A step of the computed input between two samples, as a share of the identified range, that is worth a warning.
 JUMP = 0.1
+# A band narrower than this share of its largest width has closed.
+CLOSED = 1e-6
+UNKNOWN, REST, MODEL = STARTS = ("unknown", "rest", "model")
+ABOUT = {
+    REST: "at rest at the first sample, as if the actuator had never moved",
+    MODEL: "as the log began that the model was identified from; wrong where the actuator comes from elsewhere",
+}
 
 
 def run_simulate(request: SimulateRequest) -> None:
@@ -52,12 +48,11 @@ def run_simulate(request: SimulateRequest) -> None:
                 f"the end of the range was written. Scale the input, or identify on a log that covers it.",
             )
         )
-    write(request, signal, {column(model.card.input): x, **played.columns})
-    say(played.start, played.told)
-    print_findings([*about(signal, "input"), *findings, *played.findings], stderr=True)
+    _write(request, signal, {_column(model.card.input): x, **played.columns}, played)
+    print_findings([*_about(signal, "input"), *findings, *played.findings], stderr=True)
 
 
-def run_compensate(request: SimulateRequest) -> None:
+def run_compensate(request: CompensateRequest) -> None:
     """Write time, wanted output and the input that produces it."""
     model, signal = _read(request, "output")
     said = verdict_findings(model, f"'{request.model}'", "Do not apply this input to a machine")
@@ -68,10 +63,38 @@ def run_compensate(request: SimulateRequest) -> None:
     if not request.unknown_state:
         findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += jumps(played.answer, model, signal)
-    write(request, signal, {column(model.card.output): y, **played.columns})
-    say(played.start, played.told)
-    print_findings([*said, *about(signal, "reference"), *findings, *played.findings], stderr=True)
+    findings += _jumps(played.answer, model, signal)
+    _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
+    print_findings([*said, *_about(signal, "reference"), *findings, *played.findings], stderr=True)
+
+
+def _read(request: SimulateRequest, role: str) -> tuple[Model, Signal]:
+    for target in (request.out, request.figure):
+        if target is not None and target.resolve() in {request.log.resolve(), request.model.resolve()}:
+            raise OutputError(
+                f"'{target}' is the log or the model itself; writing there would lose it. Name another file."
+            )
+    if request.figure is not None:
+        from dehyst.report.svg import require_picture_name
+
+        refuse_existing(require_picture_name(request.figure), request.overwrite, own=BAND)
+        if not request.unknown_state:
+            raise ParameterError(
+                "--figure belongs to --unknown-state, which gives the band that the output lies in; add that, or leave "
+                "it out."
+            )
+    model = load(request.model)
+    column = request.column or getattr(model.card, role).name
+    try:
+        signal = read_signal(request.log, column, run=request.run, **part_of(request))
+    except ColumnError as fault:
+        if request.column is not None:
+            raise
+        raise ColumnError(
+            f"{fault}. It is the {role} of '{request.model}'; if another column holds that, add --{role} COLUMN.",
+            **fault.facts,
+        ) from None
+    return model, signal
 
 
 @dataclass(frozen=True)
@@ -90,66 +113,115 @@ class _Played:
 def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, prefix: str, default: str) -> _Played:
     """Run a model along its input, from the past that was asked for."""
     given, findings = given_of(request, model, signal)
-    start, time, card, told = start_of(request, default), _time(request, model, signal), model.card.output, ""
-    if start != UNKNOWN:
-        begun = model.at_rest(float(x[0])) if start == REST else model
-        answer = begun.simulate(x, time, **given)
-        columns = {column(card, prefix): answer}
-    elif request.unknown_state:
-        band = model.band(x, time, request.past, **given)
-        answer, start = band.middle, ""
-        columns, more = band_columns(band, card, prefix, signal, request.figure)
-        findings += more
-    else:
-        past = request.past or model.usual_past
-        band = model.band(x, time, past, **given)
-        answer, told = band.middle, middle_of(band, past, model.card, signal)
-        columns = {column(card, prefix): answer}
-        if model.direction == "inverse" and np.any(band.half_width > 0.0):
-            columns[column(card, "doubt")] = band.half_width
-    return _Played(columns, answer, start, told, findings, time, given)
-
-
-def _read(request: SimulateRequest, role: str) -> tuple[Model, Signal]:
-    _refuse_sources(request)
-    refuse_without_unknown_state(request.unknown_state, request.figure, request.overwrite)
-    model = load(request.model)
-    try:
-        signal = read_signal(
-            request.log,
-            request.column or getattr(model.card, role).name,
-            time=request.time,
-            run=request.run,
-            start=request.start,
-            stop=request.stop,
-            time_unit=request.time_unit,
-        )
-    except ColumnError as fault:
-        if request.column is not None:
-            raise
-        raise ColumnError(
-            f"{fault}. It is the {role} of '{request.model}'; if another column holds that, add --{role} COLUMN.",
-            **fault.facts,
-        ) from None
-    return model, signal
-
-
-def _time(request: SimulateRequest, model: Model, signal: Signal) -> Array | None:
-    if signal.time is None and model.rate_dependent:
+    start, time, card, told = _start(request, default), signal.time, model.card.output, ""
+    if time is None and model.rate_dependent:
         raise TimeError(
             f"'{request.model}' is a {model.family} model, which depends on time (creep or rate), and '{request.log}' "
             f"has no time column. Name it with --time, or add one.",
             log=str(request.log),
         )
-    return signal.time
+    if start != UNKNOWN:
+        begun = model.at_rest(float(x[0])) if start == REST else model
+        answer = begun.simulate(x, time, **given)
+        columns = {_column(card, prefix): answer}
+    elif request.unknown_state:
+        band = model.band(x, time, request.past, **given)
+        answer, start = band.middle, ""
+        columns = _band_columns(band, card, prefix, signal, request.figure)
+        findings.append(_band_finding(band, card, prefix, signal))
+    else:
+        past = request.past or model.usual_past
+        band = model.band(x, time, past, **given)
+        answer, told = band.middle, _middle(band, past, model.card, signal)
+        columns = {_column(card, prefix): answer}
+        if model.direction == "inverse" and np.any(band.half_width > 0.0):
+            columns[_column(card, "doubt")] = band.half_width
+    return _Played(columns, answer, start, told or ABOUT.get(start, ""), findings, time, given)
 
 
-def about(signal: Signal, role: str) -> list[Finding]:
+def _start(request: SimulateRequest, default: str) -> str:
+    """Return which start was asked for, `default` if none."""
+    start = request.begin or (UNKNOWN if request.unknown_state else default)
+    if start not in STARTS:
+        raise ParameterError(f"--start {start!r:.40} is unknown; there are: {', '.join(STARTS)}.", start=start)
+    for option, given in (("--unknown-state", request.unknown_state), ("--past", request.past is not None)):
+        if given and start != UNKNOWN:
+            cure = f"Leave out {option} or --start {start}" if request.begin else f"Add --start unknown to {option}"
+            raise ParameterError(
+                f"{option} is for an actuator of whose past nothing is known, and the start '{start}' assumes one: "
+                f"{ABOUT[start]}. {cure}."
+            )
+    return start
+
+
+def _middle(band: Band, past: tuple[float, float] | None, card: ModelCard, signal: Signal) -> str:
+    """Return what to say about the middle of what a model may answer after any past within a range."""
+    width = band.half_width
+    where = f" within {past[0]:.4g} to {past[1]:.4g} {card.input.unit}".rstrip() if past else ""
+    closed = _closed_from(band)
+    end = f"by {width[-1]:.3g} at the end" if closed is None else f"known from {_place(signal, closed)} on"
+    told = f"the middle of all pasts{where}: the first value may be off by {width[0]:.3g} {card.output.unit}".rstrip()
+    return f"{told}, {end}; --start rest or model assumes one past"
+
+
+def _column(card: SignalCard, prefix: str = "") -> str:
+    """Name of a column: that of the signal with its unit."""
+    name = f"{prefix}_{card.name}" if prefix else card.name
+    return f"{name} [{card.unit}]" if card.unit else name
+
+
+def _band_columns(band: Band, card: SignalCard, prefix: str, signal: Signal, figure: Path | None) -> dict[str, Array]:
+    """Return columns middle, low, high and certainty; draw them if a picture is wanted.
+
+    Nothing is known at the first sample, and nothing new is unknown at a gap: the memory is carried on across it.
+    """
+    if figure is not None:
+        from dehyst.report.pictures import write_band
+
+        time, across = (signal.time, "time [s]") if signal.time is not None else (None, "sample number")
+        time = np.arange(signal.values.size, dtype=np.float64) if time is None else time
+        write_band(figure, time, band.low, band.high, band.certainty, across, _column(card, prefix))
+    return {
+        _column(card, prefix): 0.5 * (band.low + band.high),
+        _column(card, f"{prefix}_low"): band.low,
+        _column(card, f"{prefix}_high"): band.high,
+        "certainty": band.certainty,
+    }
+
+
+def _band_finding(band: Band, card: SignalCard, prefix: str, signal: Signal) -> Finding:
+    width = band.high - band.low
+    unit = f" {card.unit}" if card.unit else ""
+    closed = _closed_from(band)
+    if closed is not None:
+        end = f"it is known from {_place(signal, closed)} on"
+    else:
+        end = f"at the end it is still {0.5 * float(width[-1]):.3g}{unit}: begin with a stroke over the whole range"
+    return Finding(
+        "memory-unknown",
+        f"nothing was assumed of the past: the first value is known to {0.5 * float(width[0]):.3g}{unit} to either "
+        f"side, and {end}. The column {_column(card, prefix)} is the middle of the band.",
+    )
+
+
+def _closed_from(band: Band) -> int | None:
+    """Return the first sample from which on a band is a point; None if it stays open."""
+    width = band.high - band.low
+    closed = np.flatnonzero(width <= CLOSED * max(float(width[0]), 1e-300))
+    return int(closed[0]) if closed.size else None
+
+
+def _place(signal: Signal, index: int) -> str:
+    """Where a sample lies, in words."""
+    return f"sample {index + 1}" if signal.time is None else f"{signal.time[index]:.6g} s"
+
+
+def _about(signal: Signal, role: str) -> list[Finding]:
     """Findings of reading, with what is done here at gaps: nothing is unknown to a computation, it just goes on."""
     if not signal.breaks:
         return list(signal.findings)
     first, count = signal.breaks[0], len(signal.breaks)
-    where = f"{'the first ' if count > 1 else ''}between {place(signal, first - 1)} and {place(signal, first)}"
+    where = f"{'the first ' if count > 1 else ''}between {_place(signal, first - 1)} and {_place(signal, first)}"
     found = [finding for finding in signal.findings if finding.code != "gap"]
     return [
         *found,
@@ -163,7 +235,7 @@ def about(signal: Signal, role: str) -> list[Finding]:
     ]
 
 
-def jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
+def _jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
     """Steps of the computed input that no valve or amplifier follows from one sample to the next."""
     card = model.card.input
     if card.low is None or card.high is None or not card.high > card.low or x.size < 2:
@@ -181,7 +253,7 @@ def jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
             "input-jumps",
             f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
             f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
-            f"{place(signal, k)} to {place(signal, k + 1)}. The actuator will lag there. Smooth the reference or "
+            f"{_place(signal, k)} to {_place(signal, k + 1)}. The actuator will lag there. Smooth the reference or "
             f"sample it more finely{_eps(model)}.",
         )
     ]
@@ -213,25 +285,19 @@ def _eps(model: Model) -> str:
     return ", or raise --eps when identifying" if bounded else ""
 
 
-def _refuse_sources(request: SimulateRequest) -> None:
-    """Refuse to write over the log or the model, whatever option is given."""
-    out = request.out
-    for target in (out, request.figure):
-        if target is not None and target.resolve() in {request.log.resolve(), request.model.resolve()}:
-            raise OutputError(
-                f"'{target}' is the log or the model itself; writing there would lose it. Name another file."
-            )
+def _write(request: SimulateRequest, signal: Signal, columns: dict[str, Array], played: _Played) -> None:
+    """Write time and columns to the file that was asked for, or to the terminal; say which start was taken.
 
-
-def write(request: SimulateRequest, signal: Signal, columns: dict[str, Array]) -> None:
-    """Write time and columns to the file that was asked for, or to the terminal."""
+    Nothing is said of the start where the band itself was asked for.
+    """
     table: dict[str, npt.ArrayLike] = {} if signal.time is None else {"time [s]": signal.time}
     table |= columns
-    out = request.out
-    text = format_csv(table, out or "the table")
-    if out is None:
+    text = format_csv(table, request.out or "the table")
+    if request.out is None:
         sys.stdout.write(text)
-        return
-    refuse_existing(out, request.overwrite, content=text)
-    write_atomically(out, text)
-    tell(f"wrote {out}: {', '.join(table)}")
+    else:
+        refuse_existing(request.out, request.overwrite, content=text)
+        write_atomically(request.out, text)
+        tell(f"wrote {request.out}: {', '.join(table)}")
+    if played.start:
+        tell(f"start: {played.start}, {played.told}")

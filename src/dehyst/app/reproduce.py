@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -11,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Column
 
 from dehyst.app.requests import ReproduceRequest
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
-from dehyst.app.terminal import tell, terminal
+from dehyst.app.terminal import progress_bar, table, tell, terminal
 from dehyst.control import FLAGS
 from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
@@ -120,70 +119,58 @@ def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
     return logs
 
 
-class _Bar:
-    """A bar a stage."""
+class _Stages:
+    """A bar a stage, or where there is no terminal a line."""
 
-    def __init__(self, bars: Progress) -> None:
-        self._bars = bars
-        self._task: Any = None
-
-    def stage(self, name: str, total: int) -> None:
-        self._task = self._bars.add_task(name, total=total)
-
-    def step(self) -> None:
-        self._bars.advance(self._task)
-
-
-class _Lines:
-    """A line a stage, where there is no terminal to draw on."""
+    def __init__(self, bars: Progress | None) -> None:
+        self._bars, self._task = bars, TaskID(0)
 
     def stage(self, name: str, total: int) -> None:
-        sys.stderr.write(f"{name} ({total})\n")
-        sys.stderr.flush()
+        if self._bars is None:
+            tell(f"{name} ({total})")
+        else:
+            self._task = self._bars.add_task(name, total=total)
 
     def step(self) -> None:
-        """Nothing between the lines."""
+        if self._bars is not None:
+            self._bars.advance(self._task)
 
 
 @contextmanager
-def _shown_progress() -> Iterator[_Bar | _Lines]:
-    if not sys.stderr.isatty():
-        yield _Lines()
-        return
+def _shown_progress() -> Iterator[_Stages]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=terminal(stderr=True)) as bars:
-        yield _Bar(bars)
+    with progress_bar(*columns, keep=True) as bars:
+        yield _Stages(bars)
 
 
 def _print(result: Reproduction) -> None:
     """One table: rms error off and on, and their ratio, of every plant, joint, trial, controller and compensator."""
-    names = result.compensators
+    names, out = result.compensators, terminal()
     controllers = result.settings.get("controllers", [])
-    title = f"rms error in degrees without and with the compensator{' ' + repr(names[0]) if len(names) == 1 else 's'}"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    words = ("plant", "joint", "trial", *(["controller"] if controllers else []), *(["with"] if len(names) > 1 else []))
-    for name in (*words, "off", names[0] if len(names) == 1 else "on", "ratio", "max ratio"):
-        left = name in ("plant", "trial", "controller", "with")
-        whole = len("slow_no_integrator") if name == "trial" else None  # headings break before this does
-        table.add_column(name, justify="left" if left else "right", min_width=whole)
+    several = len(names) > 1
+    whose = "s" if several else f" {names[0]!r}"
+    trial = Column("trial", min_width=len("slow_no_integrator"))  # headings break before this does
+    more = [*(["controller"] if controllers else []), *(["with"] if several else [])]
+    heads: list[str | Column] = ["plant", ">joint", trial, *more]
+    heads += [">off", ">on" if several else f">{names[0]}", ">ratio", ">max ratio"]
+    rows = []
     for plant, found in result.plants.items():
         mean = mean_figures(found)
         for controller in controllers or [""]:
             joints = mean["controllers"][controller]["joints"] if controller else mean["joints"]
             for first, run, name in _rows(joints, names):
                 off, on = run["off"], run[name]
-                table.add_row(
-                    plant, *first, *([controller] if controllers else []), *([name] if len(names) > 1 else []),
-                    f"{off['rms_deg']:.3f}", f"{on['rms_deg']:.3f}", _share(on["rms_deg"], off["rms_deg"]),
-                    _share(on["max_deg"], off["max_deg"]),
-                )  # fmt: skip
-    terminal().print(table)
+                figures = f"{off['rms_deg']:.3f}", f"{on['rms_deg']:.3f}"
+                shares = (_share(on[key], off[key]) for key in ("rms_deg", "max_deg"))
+                who = [*([controller] if controllers else []), *([name] if several else [])]
+                rows.append((plant, *first, *who, *figures, *shares))
+    out.print(table(heads, rows, title=f"rms error in degrees without and with the compensator{whose}"))
     for plant, found in result.plants.items():
         for name, one in found.identified.items():
             left_off = [str(n) for n, joint in one.items() if not joint.accepted]
-            where = plant if len(names) == 1 else f"{plant}, {name}"
+            where = f"{plant}, {name}" if several else plant
             if left_off:
-                terminal().print(
+                out.print(
                     f"{where}: the model of joint {', '.join(left_off)} was not switched on: it does not explain loops "
                     f"that it was not fitted to, so there is nothing to compensate."
                 )

@@ -1,375 +1,346 @@
-"""What can be typed after each command: options with their help, once; `dehyst.cli` makes parsers of them."""
+"""Arguments and options of every command: one dataclass a command, one field an option with its help."""
 
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-Log = Annotated[Path, typer.Argument(help="Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet.")]
-Logs = Annotated[tuple[Path, ...], typer.Argument(metavar="log", help="One log file or several, fitted together.")]
-Model = Annotated[Path, typer.Argument(help="Model file written by `dehyst identify ... --save`.")]
-Input = Annotated[
-    str | None, typer.Option("--input", help="Column that drives the actuator; by default by names and units.")
-]
-Output = Annotated[str | None, typer.Option("--output", help="Column that responds; by default by names and units.")]
-Time = Annotated[str | None, typer.Option("--time", help="Time column, if it is not found by itself.")]
-TimeUnit = Annotated[
-    str | None, typer.Option("--time-unit", help="Unit of the time column, e.g. ms, if its name does not tell.")
-]
-Run = Annotated[str | None, typer.Option("--run", help="Run to use, if the log holds several.")]
-Runs = Annotated[tuple[str, ...], typer.Option("--run", help="Run to use, if the log holds several; repeat for more.")]
-TrainFraction = Annotated[
-    float | None,
-    typer.Option(
+COMMON = {  # name of a field -> its flag and its help, the same in every command that has it
+    "input": ("--input", "Column that drives the actuator; by default by names and units."),
+    "output": ("--output", "Column that responds; by default by names and units."),
+    "time": ("--time", "Time column, if it is not found by itself."),
+    "time_unit": ("--time-unit", "Unit of the time column, e.g. ms, if its name does not tell."),
+    "run": ("--run", "Run to use, if the log holds several."),
+    "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
+    "start": ("--from", "Leave out samples before this time [s]."),
+    "stop": ("--to", "Leave out samples from this time on [s]."),
+    "load": ("--load", "direct-inverse: column of the load (force, torque, mass)."),
+    "mean_pressure": ("--mean-pressure", "direct-inverse: column of the mean pressure."),
+    "train_fraction": (
         "--train-fraction",
-        help="Share of each log that is fitted; the rest is the test. By default half, or of three logs whole ones.",
+        "Share of each log that is fitted; the rest is the test. By default half, or of three logs whole ones.",
     ),
-]
-Start = Annotated[float | None, typer.Option("--from", help="Leave out samples before this time [s].")]
-Stop = Annotated[float | None, typer.Option("--to", help="Leave out samples from this time on [s].")]
-Out = Annotated[Path | None, typer.Option("--out", help="CSV file to write; without it, CSV goes to the terminal.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist already.")]
-LoadColumn = Annotated[
-    str | None, typer.Option("--load", help="direct-inverse: column of the load (force, torque, mass).")
-]
-MeanPressureColumn = Annotated[
-    str | None, typer.Option("--mean-pressure", help="direct-inverse: column of the mean pressure.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON and nothing else.")]
-UnknownState = Annotated[
-    bool, typer.Option("--unknown-state", help="Assume nothing of the past: middle, low and high instead of one value.")
-]
-Past = Annotated[
-    tuple[float, float] | None,
-    typer.Option(
-        "--past",
-        metavar="LO HI",
-        help="What the signal cannot have left before; the identified range without it; no direct inverse.",
-    ),
-]
-Begin = Annotated[
-    str | None,
-    typer.Option(
-        "--start",
-        metavar="unknown|rest|model",
-        help="Past of the actuator. compensate takes unknown (plays) or rest, simulate takes model, as the log began.",
-    ),
-]
-Band = Annotated[Path | None, typer.Option("--figure", help="Picture of the band, .svg or .png, with --unknown-state.")]
+    "robot": ("--robot", "Parameter file of the arm, .toml; the packaged arm without it."),
+    "report": ("--report", "Write a report page to this HTML file."),
+    "figure": ("--figure", "Picture to write, .svg or .png."),
+    "figures": ("--figures", "Write every figure as SVG and PNG into this folder."),
+    "overwrite": ("--overwrite", "Replace files that exist already."),
+    "json": ("--json", "Print the result as JSON and nothing else."),
+}
 
 
-def option(flag: str, about: str, *, default: Any = None, needed: bool = False, **more: Any) -> Any:
-    """Return the field of an option with its help; `more` is for its parser."""
-    metadata = {"typed": typer.Option(flag, help=about, **more)}
-    return field(metadata=metadata) if needed else field(default=default, metadata=metadata)
+def option(about: str = "", default: Any = None, *, flag: str = "", metavar: str | None = None) -> Any:
+    """Return the field of an option; without words about it, it is one of `COMMON`, its flag that of its name."""
+    return field(default=default, kw_only=True, metadata={"about": about, "flag": flag, "metavar": metavar})
 
 
-def argument(about: str, *, default: Any = MISSING, **more: Any) -> Any:
-    """Return the field of an argument with its help."""
-    metadata = {"typed": typer.Argument(help=about, **more)}
-    return field(metadata=metadata) if default is MISSING else field(default=default, metadata=metadata)
+def argument(about: str, default: Any = MISSING, *, metavar: str | None = None) -> Any:
+    """Return the field of what is typed without a flag."""
+    return field(default=default, metadata={"about": about, "metavar": metavar, "argument": True})
 
 
-@dataclass(frozen=True)
+LOG = "Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet."
+MODEL = "Model file written by `dehyst identify ... --save`."
+INPUT, OUTPUT = "Input column; by default the model's.", "Output column; by default the model's."
+
+
+@dataclass(frozen=True, eq=False)
 class LogsRequest:
-    """Logs that something is identified from."""
+    """Which columns of logs are read, and which part of them."""
 
-    logs: Logs
-    input: Input = None
-    output: Output = None
-    time: Time = None
-    time_unit: TimeUnit = None
-    runs: Runs = ()
-    start: Start = None
-    stop: Stop = None
+    input: str | None = option()
+    output: str | None = option()
+    time: str | None = option()
+    time_unit: str | None = option()
+    runs: tuple[str, ...] = option(default=())
+    start: float | None = option()
+    stop: float | None = option()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class IdentifyRequest(LogsRequest):
     """Identify a hysteresis model and its inverse from a log."""
 
+    logs: tuple[Path, ...] = argument("One log file or several, fitted together.", metavar="log")
     family: str = option(
-        "--family",
         "auto: the best there is for this log; or pi (the paper), pi-cumulative, modified-pi, stop, static, direct-"
         "inverse, or any family of `dehyst compare`.",
-        default="auto",
+        "auto",
     )
     purpose: str = option(
-        "--for",
         "What the model is for: compensate keeps the gain of the inverse low, simulate only the error.",
-        default="compensate",
+        "compensate",
+        flag="--for",
         metavar="compensate|simulate",
     )
-    n: str = option("--n", "Number of operators, or auto: by held-out error.", default="100")
+    n: str = option("Number of operators, or auto: by held-out error.", "100")
     eps: str | None = option(
-        "--eps",
-        "Smallest slope after a reversal, relative to the ranges; auto, the default: the firmest that costs less than "
+        "Smallest slope after a reversal, relative to the ranges; auto, the default: the largest that costs less than "
         "5 % of the accuracy. For pi w_1 >= EPS, 0.001 (the paper) by default.",
         metavar="auto|EPS",
     )
-    thresholds: str | None = option("--thresholds", "Thresholds instead of a grid, e.g. 0,0.5,1 [input].")
-    initial_state: str = option("--initial-state", "auto, zero, rest, rising, falling or unknown.", default="auto")
-    train_fraction: TrainFraction = None
-    shear: str | None = option(
-        "--shear", "Fit the loop around the diagonal, input + K output (pi only).", metavar="auto|K"
-    )
-    max_inverse_gain: float | None = option(
-        "--max-inverse-gain", "Largest slope of the inverse [input/output]; sets eps.", metavar="G"
-    )
-    creep: int | None = option("--creep", "direct-inverse: number of time constants; by default as it helps.")
-    creep_times: str | None = option("--creep-times", "direct-inverse: time constants instead, e.g. 4,25,150 [s].")
-    load: LoadColumn = None
-    mean_pressure: MeanPressureColumn = None
+    thresholds: str | None = option("Thresholds instead of a grid, e.g. 0,0.5,1 [input].")
+    initial_state: str = option("auto, zero, rest, rising, falling or unknown.", "auto")
+    train_fraction: float | None = option()
+    shear: str | None = option("Fit the loop around the diagonal, input + K output (pi only).", metavar="auto|K")
+    max_inverse_gain: float | None = option("Largest slope of the inverse [input/output]; sets eps.", metavar="G")
+    creep: int | None = option("direct-inverse: number of time constants; by default as it helps.")
+    creep_times: str | None = option("direct-inverse: time constants instead, e.g. 4,25,150 [s].")
+    load: str | None = option()
+    mean_pressure: str | None = option()
     position_schedule: bool = option(
-        "--position-schedule/--no-position-schedule",
         "direct-inverse: whether weights may change with the output.",
-        default=True,
+        True,
+        flag="--position-schedule/--no-position-schedule",
     )
-    save: Path | None = option("--save", "Write the model to this JSON file.")
-    report: Path | None = option("--report", "Write a report page to this HTML file.")
-    figures: Path | None = option("--figures", "Write every figure as SVG and PNG into this folder.")
+    save: Path | None = option("Write the model to this JSON file.")
+    report: Path | None = option()
+    figures: Path | None = option()
     stream: bool | None = option(
-        "--stream/--no-stream", "Read in chunks, in constant memory, or at once; without either, by size."
+        "Read in chunks, in constant memory, or at once; without either, by size.", flag="--stream/--no-stream"
     )
-    spool_dir: Path | None = option(
-        "--spool-dir", "Folder of the temporary copy that streaming makes of text logs and bags."
-    )
-    overwrite: Overwrite = False
-    json: Json = False
+    spool_dir: Path | None = option("Folder of the temporary copy that streaming makes of text logs and bags.")
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SimulateRequest:
     """Print a model's output for a logged input, as CSV."""
 
-    model: Model
-    log: Log
-    column: str | None = option("--input", "Input column; by default the model's.")
-    time: Time = None
-    time_unit: TimeUnit = None
-    run: Run = None
-    start: Start = None
-    stop: Stop = None
-    out: Out = None
-    load: LoadColumn = None
-    mean_pressure: MeanPressureColumn = None
-    unknown_state: UnknownState = False
-    past: Past = None
-    begin: Begin = None
-    figure: Band = None
-    overwrite: Overwrite = False
+    model: Path = argument(MODEL)
+    log: Path = argument(LOG)
+    column: str | None = option(INPUT, flag="--input")
+    time: str | None = option()
+    time_unit: str | None = option()
+    run: str | None = option()
+    start: float | None = option()
+    stop: float | None = option()
+    out: Path | None = option("CSV file to write; without it, CSV goes to the terminal.")
+    load: str | None = option()
+    mean_pressure: str | None = option()
+    unknown_state: bool = option("Assume nothing of the past: middle, low and high instead of one value.", False)
+    past: tuple[float, float] | None = option(
+        "What the signal cannot have left before; the identified range without it; no direct inverse.", metavar="LO HI"
+    )
+    begin: str | None = option(
+        "Past of the actuator. compensate takes unknown (plays) or rest, simulate takes model, as the log began.",
+        flag="--start",
+        metavar="unknown|rest|model",
+    )
+    figure: Path | None = option("Picture of the band, .svg or .png, with --unknown-state.")
+    overwrite: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CompensateRequest(SimulateRequest):
     """Print the input that makes the actuator follow a reference, as CSV."""
 
     log: Path = argument("File with the motion the actuator should make.", metavar="reference")
-    column: str | None = option("--output", "Column of the wanted output; by default the model's.")
+    column: str | None = option("Column of the wanted output; by default the model's.", flag="--output")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class InspectRequest:
+    """Show columns, units, sampling, gaps and loops of a log, and the line to type next."""
+
+    log: Path = argument(LOG)
+    run: str | None = option()
+    time_unit: str | None = option()
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
+class ExampleRequest:
+    """Write an example log: a simulated joint with Maxwell slip and creep."""
+
+    out: Path = option("CSV file to write.", Path("example.csv"))
+    seed: int = option("Seed of the sensor noise.", 0)
+    overwrite: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class DesignRequest:
     """Design the motion to run on a rig before an identification: loops, rates and holds, within limits."""
 
-    joint: int | None = option("--joint", "Joint of the robot: limits come from its file.")
-    robot: Path | None = option("--robot", "Parameter file of the arm, .toml; the packaged arm without it.")
-    range: tuple[float, float] | None = option(
-        "--range", "Range that the motion uses, and does not leave.", metavar="LO HI"
-    )
-    unit: str | None = option("--unit", "Unit of range, rate and acceleration; deg with --joint.")
-    rate: float | None = option("--rate", "Largest rate [unit/s]; without it the range in 4 s.")
-    acceleration: float | None = option(
-        "--acceleration", "Largest acceleration [unit/s^2]; without it what that stroke takes."
-    )
-    time_limit: float = option("--time-limit", "Longest duration [s].", default=600.0)
-    period: float = option("--period", "Time between two samples of --out [s].", default=0.02)
-    out: Path | None = option("--out", "CSV file to write: time, command, part.")
-    figure: Path | None = option("--figure", "Picture to write, .svg or .png.")
-    purpose: str = option(
-        "--for", "identification, or drift: cycles alike.", default="identification", metavar="PURPOSE"
-    )
-    overwrite: Overwrite = False
-    json: Json = False
+    joint: int | None = option("Joint of the robot: limits come from its file.")
+    robot: Path | None = option()
+    range: tuple[float, float] | None = option("Range that the motion uses, and does not leave.", metavar="LO HI")
+    unit: str | None = option("Unit of range, rate and acceleration; deg with --joint.")
+    rate: float | None = option("Largest rate [unit/s]; without it the range in 4 s.")
+    acceleration: float | None = option("Largest acceleration [unit/s^2]; without it what that stroke takes.")
+    time_limit: float = option("Longest duration [s].", 600.0)
+    period: float = option("Time between two samples of --out [s].", 0.02)
+    out: Path | None = option("CSV file to write: time, command, part.")
+    figure: Path | None = option()
+    purpose: str = option("identification, or drift: cycles alike.", "identification", flag="--for", metavar="PURPOSE")
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReproduceRequest:
     """Run the paper's experiment on the simulated arm and write its report."""
 
-    quick: bool = option("--quick", "One plant, one seed, shorter trials, no studies: less than 20 s.", default=False)
-    plant: str | None = option("--plant", "all, maxwell-slip, preisach, dahl or none; several as preisach,none.")
-    joint: str = option("--joint", "Joint that is compensated: 1, 2, 4 or all.", default="all")
+    quick: bool = option("One plant, one seed, shorter trials, no studies: less than 20 s.", False)
+    plant: str | None = option("all, maxwell-slip, preisach, dahl or none; several as preisach,none.")
+    joint: str = option("Joint that is compensated: 1, 2, 4 or all.", "all")
     compensator: tuple[str, ...] = option(
-        "--compensator",
         "paper, literal, scaled, direct, creep, scheduled, adaptive, ilc, maxwell-slip or best; several as paper,best.",
-        default=("paper",),
+        ("paper",),
     )
     controller: str = option(
-        "--controller",
-        "paper, vo-minh, sliding-mode, one-valve or pid; several as paper,pid: the report is about the first.",
-        default="paper",
+        "paper, vo-minh, sliding-mode, one-valve or pid; several as paper,pid: the report is about the first.", "paper"
     )
-    seed: int | None = option("--seed", "Run this seed only; without it 0, 1 and 2, with --quick 0.")
-    cycles: int | None = option("--cycles", "Cycles of the path in every trial; 10 fast and 1 slow without it.")
-    robot: Path | None = option("--robot", "Parameter file of the arm, .toml; the packaged arm without it.")
-    out: Path = option("--out", "Folder for report and logs.", default=Path("reproduction"))
-    figures: Path | None = option("--figures", "Write every figure as SVG and PNG into this folder.")
-    json: Path | None = option("--json", "Write every figure to this JSON file too.")
-    overwrite: Overwrite = False
+    seed: int | None = option("Run this seed only; without it 0, 1 and 2, with --quick 0.")
+    cycles: int | None = option("Cycles of the path in every trial; 10 fast and 1 slow without it.")
+    robot: Path | None = option()
+    out: Path = option("Folder for report and logs.", Path("reproduction"))
+    figures: Path | None = option()
+    json: Path | None = option("Write every figure to this JSON file too.")
+    overwrite: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SweepRequest:
     """Run the simulated experiment over many parameters; goes on where it was stopped. Status 1 if runs failed."""
 
     sweep: Path = argument("What to vary; see examples/sensitivity.toml.", metavar="SWEEP.toml")
-    out: Path | None = option("--out", "Table to write, .csv or .parquet; SWEEP.csv here without it.")
-    figure: Path | None = option("--figure", "Picture to write, .svg or .png; beside the table without it.")
-    workers: int | None = option("--workers", "Processes; one a processor without it.")
-    dask: str | None = option("--dask", "Run on the Dask cluster at this address, tcp://host:port.")
-    restart: bool = option("--restart", "Drop finished runs of an earlier start.", default=False)
-    retry: bool = option("--retry", "Run again what failed in an earlier start.", default=False)
-    overwrite: Overwrite = False
+    out: Path | None = option("Table to write, .csv or .parquet; SWEEP.csv here without it.")
+    figure: Path | None = option("Picture to write, .svg or .png; beside the table without it.")
+    workers: int | None = option("Processes; one a processor without it.")
+    dask: str | None = option("Run on the Dask cluster at this address, tcp://host:port.")
+    restart: bool = option("Drop finished runs of an earlier start.", False)
+    retry: bool = option("Run again what failed in an earlier start.", False)
+    overwrite: bool = option(default=False)
 
 
-@dataclass(frozen=True)
-class DriftRequest:
+@dataclass(frozen=True, eq=False)
+class DriftRequest(LogsRequest):
     """Tell whether the actuator has changed since it was identified; exit status 1 if it has."""
 
-    model: Model
+    input: str | None = option(INPUT)
+    output: str | None = option(OUTPUT)
+    model: Path = argument(MODEL)
     logs: tuple[Path, ...] = argument("New logs, in their order in time.", metavar="log")
-    input: str | None = option("--input", "Input column; by default the model's.")
-    output: str | None = option("--output", "Output column; by default the model's.")
-    time: Time = None
-    time_unit: TimeUnit = None
-    runs: tuple[str, ...] = option("--run", "Run to use, if the logs hold several; repeat for more.", default=())
-    start: Start = None
-    stop: Stop = None
-    reference: Path | None = option(
-        "--reference", "Log of the new actuator; by default that of the model, if it is among the logs."
-    )
-    false_alarm: float = option(
-        "--false-alarm", "Probability of a false alarm allowed to the whole call.", default=0.01
-    )
-    least: float | None = option("--least", "Smallest change worth a word, rms in percent of range.")
-    load: str | None = option("--load", "Column of the load, if the model depends on it.")
-    mean_pressure: str | None = option("--mean-pressure", "Column of the mean pressure, if the model depends on it.")
-    ignore: tuple[str, ...] = option("--ignore", "Part that does not count, e.g. offset; repeat for more.", default=())
-    refit: Path | None = option("--refit", "Identify anew; write this JSON file only if it is better.")
-    report: Path | None = option("--report", "Write a report page to this HTML file.")
-    overwrite: Overwrite = False
-    json: Json = False
+    reference: Path | None = option("Log of the new actuator; by default that of the model, if it is among the logs.")
+    false_alarm: float = option("Probability of a false alarm allowed to the whole call.", 0.01)
+    least: float | None = option("Smallest change worth reporting, rms in percent of range.")
+    load: str | None = option()
+    mean_pressure: str | None = option()
+    ignore: tuple[str, ...] = option("Part that does not count, e.g. offset; repeat for more.", ())
+    refit: Path | None = option("Identify anew; write this JSON file only if it is better.")
+    report: Path | None = option()
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExportRequest:
     """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
 
-    model: Model
-    target: str = option("--target", "c, c-header, fmu2, fmu3, st, simulink or arduino.", needed=True)
-    out: Path = option("--out", "Folder to write.", needed=True, metavar="DIR")
-    real: str | None = option("--real", "double or float; without it double, for arduino float.")
-    what: str = option("--what", "inverse, forward or joint-controller.", default="inverse")
+    model: Path = argument(MODEL)
+    target: str = option("c, c-header, fmu2, fmu3, st, simulink or arduino.", MISSING)
+    out: Path = option("Folder to write.", MISSING, metavar="DIR")
+    real: str | None = option("double or float; without it double, for arduino float.")
+    what: str = option("inverse, forward or joint-controller.", "inverse")
     range: tuple[float, float] | None = option(
-        "--range", "What the actuator can be given; else the identified range.", metavar="LO HI"
+        "What the actuator can be given; else the identified range.", metavar="LO HI"
     )
-    ramp: int | None = option("--ramp", "Samples over which switching on and off fades; 500 without it.")
+    ramp: int | None = option("Samples over which switching on and off fades; 500 without it.")
     log: Path | None = option(
-        "--log", "Your log: an excerpt becomes part of the check; of a model or its inverse, which take one column."
+        "Your log: an excerpt becomes part of the check; of a model or its inverse, which take one column."
     )
-    run: Run = None
-    start: Start = None
-    stop: Stop = None
-    time: Time = None
-    column: str | None = option("--column", "Its column that is the input of what is exported; else the model's.")
-    controller: Path | None = option("--controller", "Parameters of the joint controller, JSON.")
-    period: float | None = option("--period", "Of a unit that depends on time: between two samples [s].")
+    run: str | None = option()
+    start: float | None = option()
+    stop: float | None = option()
+    time: str | None = option()
+    column: str | None = option("Its column that is the input of what is exported; else the model's.")
+    controller: Path | None = option("Parameters of the joint controller, JSON.")
+    period: float | None = option("Of a unit that depends on time: between two samples [s].")
     follow_offset: float | None = option(
-        "--follow-offset",
-        "One more input, what was measured: an offset follows the last cycle, within this share of the output's range.",
+        "Add an offset that follows the last cycle, within this share of the output's range; the unit takes what was "
+        "measured as one more input.",
         metavar="LIMIT",
     )
-    name: str | None = option("--name", "C identifier; made of the model's file name without it.")
-    prune: bool = option("--prune", "Drop operators of weight zero, which is exact.", default=False)
-    overwrite: Overwrite = False
-    json: Json = False
+    name: str | None = option("C identifier; made of the model's file name without it.")
+    prune: bool = option("Drop operators of weight zero, which is exact.", False)
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class VerifyRequest:
+    """Compile and run an export, compare it with the model and with your log, sign it off."""
+
+    folder: Path = argument("Folder written by `dehyst export`.", metavar="DIR")
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class CompareRequest(LogsRequest):
     """Identify every hysteresis family from a log: errors, parameters, time, inverses, side by side."""
 
-    families: str | None = option("--families", "Only these, with commas, e.g. pi,preisach,bouc-wen; default all.")
-    train_fraction: TrainFraction = None
-    seed: int = option("--seed", "Of the searches of families whose fit is not convex.", default=0)
-    save: Path | None = option("--save", "Write the model of the best family to this JSON file.")
-    report: Path | None = option("--report", "Write a report page to this HTML file.")
-    figure: Path | None = option("--figure", "Write the picture to this file, .svg or .png.")
-    overwrite: Overwrite = False
-    json: Json = False
+    logs: tuple[Path, ...] = argument("One log file or several, fitted together.", metavar="log")
+    families: str | None = option("Only these, with commas, e.g. pi,preisach,bouc-wen; default all.")
+    train_fraction: float | None = option()
+    seed: int = option("Of the searches of families whose fit is not convex.", 0)
+    save: Path | None = option("Write the model of the best family to this JSON file.")
+    report: Path | None = option()
+    figure: Path | None = option()
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
-class EvaluateRequest:
+@dataclass(frozen=True, eq=False)
+class EvaluateRequest(LogsRequest):
     """Score saved models of any family on another log: output, input of the inverse, and which one to run."""
 
+    input: str | None = option(INPUT)
+    output: str | None = option(OUTPUT)
     models: tuple[Path, ...] = argument("Model files, of any family.", metavar="MODEL...")
     log: Path = argument("Log that they were not identified from, such as one of use.")
-    input: str | None = option("--input", "Input column; by default that of the models.")
-    output: str | None = option("--output", "Output column; by default that of the models.")
-    time: Time = None
-    time_unit: TimeUnit = None
-    runs: Runs = ()
-    start: Start = None
-    stop: Stop = None
-    load: LoadColumn = None
-    mean_pressure: MeanPressureColumn = None
+    load: str | None = option()
+    mean_pressure: str | None = option()
     follow_offset: float | None = option(
-        "--follow-offset",
-        "Score with an offset that follows the last cycle, within this share of the output's range.",
-        metavar="LIMIT",
+        "Score with an offset that follows the last cycle, within this share of the output's range.", metavar="LIMIT"
     )
-    json: Json = False
+    json: bool = option(default=False)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MuscleRequest:
     """Put a muscle model on a test bench: forces, loops, quick release; fit it to a bench log."""
 
-    model: str | None = argument(
-        "Name of a model, or file that --save wrote; see --list.", default=None, metavar="MODEL"
-    )
-    list_models: bool = option("--list", "List all models and their parameter sets.", default=False)
-    which: str | None = option("--set", "Published parameter set; the first without it.")
+    model: str | None = argument("Name of a model, or file that --save wrote; see --list.", None, metavar="MODEL")
+    list_models: bool = option("List all models and their parameter sets.", False, flag="--list")
+    which: str | None = option("Published parameter set; the first without it.", flag="--set")
     parameters: tuple[str, ...] = option(
-        "--param", "Change a parameter; repeat for more.", default=(), metavar="NAME=VALUE"
+        "Change a parameter; repeat for more.", (), flag="--param", metavar="NAME=VALUE"
     )
-    length: str | None = option("--length", "Length at rest, 0.3 [m] or 300mm.")
-    pressures: str | None = option("--pressures", "Pressures, e.g. 1,3,6 [bar].")
-    contractions: str | None = option("--contractions", "Contractions, e.g. 0,10,20 [%].")
-    loads: str | None = option("--loads", "Loads of the isotonic loops, e.g. 100,400 [N].")
-    log: Path | None = option("--log", "Bench log to fit the model to.")
-    contraction: str | None = option("--contraction", "Column of the contraction, a number, percent or mm.")
-    length_column: str | None = option("--length-column", "Column of the length instead; needs --length.")
-    pressure: str = option("--pressure", "Column of the gauge pressure.", default="pressure")
-    force: str = option("--force", "Column of the force.", default="force")
-    time: Time = None
-    time_unit: TimeUnit = None
-    run: Run = None
-    start: Start = None
-    stop: Stop = None
-    contraction_unit: str | None = option("--contraction-unit", "Of contraction or length: 1, percent, mm, ...")
-    pressure_unit: str | None = option("--pressure-unit", "bar, kPa, MPa, psi, ...")
-    force_unit: str | None = option("--force-unit", "N, kN, lbf, ...")
-    absolute: bool = option("--absolute", "The pressure is absolute.", default=False)
-    at_rest: bool = option("--at-rest", "Every row is a point at rest, even if the log has time.", default=False)
-    seed: int = option("--seed", "Of starts and of samples left out.", default=0)
-    save: Path | None = option("--save", "Write the fitted model to this JSON file.")
-    report: Path | None = option("--report", "Write a report page to this HTML file.")
-    figure: Path | None = option("--figure", "Picture to write, .svg or .png.")
-    overwrite: Overwrite = False
-    json: Json = False
+    length: str | None = option("Length at rest, 0.3 [m] or 300mm.")
+    pressures: str | None = option("Pressures, e.g. 1,3,6 [bar].")
+    contractions: str | None = option("Contractions, e.g. 0,10,20 [%].")
+    loads: str | None = option("Loads of the isotonic loops, e.g. 100,400 [N].")
+    log: Path | None = option("Bench log to fit the model to.")
+    contraction: str | None = option("Column of the contraction, a number, percent or mm.")
+    length_column: str | None = option("Column of the length instead; needs --length.")
+    pressure: str = option("Column of the gauge pressure.", "pressure")
+    force: str = option("Column of the force.", "force")
+    time: str | None = option()
+    time_unit: str | None = option()
+    run: str | None = option()
+    start: float | None = option()
+    stop: float | None = option()
+    contraction_unit: str | None = option("Of contraction or length: 1, percent, mm, ...")
+    pressure_unit: str | None = option("bar, kPa, MPa, psi, ...")
+    force_unit: str | None = option("N, kN, lbf, ...")
+    absolute: bool = option("The pressure is absolute.", False)
+    at_rest: bool = option("Every row is a point at rest, even if the log has time.", False)
+    seed: int = option("Of starts and of samples left out.", 0)
+    save: Path | None = option("Write the fitted model to this JSON file.")
+    report: Path | None = option()
+    figure: Path | None = option()
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
+from rich.table import Column
 
-from dehyst.app.ending import concluding
+from dehyst.app.ending import Status, concluding
 from dehyst.app.requests import SweepRequest
-from dehyst.app.status import Status
 from dehyst.app.targets import SWEEP, refuse_existing
-from dehyst.app.terminal import tell, terminal
+from dehyst.app.terminal import progress_bar, table, tell, terminal
 from dehyst.report.svg import require_picture_name
 from dehyst.robot.experiments.sweep import SweepResult, load_sweep, run_sweep
 from dehyst.robot.experiments.sweep.table import Summary, ratios_of, summarise
@@ -37,15 +34,9 @@ def run_sweep_command(request: SweepRequest) -> None:
     try:
         with _shown_progress() as progress:
             result = run_sweep(
-                spec,
-                out,
-                workers=request.workers,
-                dask=request.dask,
-                progress=progress,
-                restart=request.restart,
-                retry=request.retry,
-                overwrite=request.overwrite,
-            )
+                spec, out, workers=request.workers, dask=request.dask, progress=progress, restart=request.restart,
+                retry=request.retry, overwrite=request.overwrite,
+            )  # fmt: skip
     except KeyboardInterrupt:
         tell(f"stopped; finished runs are kept in {out}.journal. To go on: {_line(request)}")
         raise SystemExit(Status.STOPPED) from None
@@ -75,41 +66,28 @@ def _line(request: SweepRequest, *more: str) -> str:
     return typed([*words, *more])
 
 
-class _Bar:
-    """Progress as a bar that is redrawn."""
+class _Told:
+    """Progress as a bar that is redrawn, or where there is no terminal as a line now and then."""
 
-    def __init__(self, bar: Progress) -> None:
-        self._bar, self._task = bar, bar.add_task("runs", total=None, failed="", rate="", start=False)
-        self._begin = time.monotonic()
-
-    def __call__(self, done: int, failed: int, total: int, resumed: int) -> None:
-        rate = _rate(done - resumed, time.monotonic() - self._begin)
-        if done == resumed:
-            self._bar.start_task(self._task)
-        told = f", {failed} failed" if failed else ""
-        self._bar.update(self._task, completed=done, total=total, failed=told, rate=rate)
-
-
-class _Lines:
-    """Progress as a line now and then."""
-
-    def __init__(self) -> None:
-        self._begin = time.monotonic()
+    def __init__(self, bar: Progress | None) -> None:
+        self._bar, self._begin = bar, time.monotonic()
         self._last = self._begin
+        if bar is not None:
+            self._task = bar.add_task("runs", total=None, failed="", rate="", start=False)
 
     def __call__(self, done: int, failed: int, total: int, resumed: int) -> None:
         now = time.monotonic()
-        first, last = done == resumed, done == total
-        if not (first or last or now - self._last >= LINE_SECONDS):
-            return
-        self._last = now
-        fresh, elapsed = done - resumed, now - self._begin
-        left = f", {_duration((total - done) * elapsed / fresh)} left" if fresh and not last else ""
-        rate = _rate(fresh, elapsed)
-        kept = f", {resumed} of them from the journal" if first and resumed else ""
-        told = f", {failed} failed" if failed else ""
-        sys.stderr.write(f"{done} of {total} runs{kept}{told}{', ' + rate if rate else ''}{left}\n")
-        sys.stderr.flush()
+        fresh, elapsed, first = done - resumed, now - self._begin, done == resumed
+        rate, told = _rate(fresh, elapsed), f", {failed} failed" if failed else ""
+        if self._bar is not None:
+            if first:
+                self._bar.start_task(self._task)
+            self._bar.update(self._task, completed=done, total=total, failed=told, rate=rate)
+        elif first or done == total or now - self._last >= LINE_SECONDS:
+            self._last = now
+            left = f", {_duration((total - done) * elapsed / fresh)} left" if fresh and done != total else ""
+            kept = f", {resumed} of them from the journal" if first and resumed else ""
+            tell(f"{done} of {total} runs{kept}{told}{', ' + rate if rate else ''}{left}")
 
 
 def _rate(runs: int, seconds: float) -> str:
@@ -128,9 +106,6 @@ def _duration(seconds: float) -> str:
 
 @contextmanager
 def _shown_progress() -> Iterator[Any]:
-    if not sys.stderr.isatty():
-        yield _Lines()
-        return
     columns = (
         BarColumn(),
         TextColumn("{task.completed} of {task.total} runs{task.fields[failed]}"),
@@ -138,37 +113,29 @@ def _shown_progress() -> Iterator[Any]:
         TimeRemainingColumn(compact=True),
         TextColumn("left"),
     )
-    with Progress(*columns, console=terminal(stderr=True), transient=True) as bar:
-        yield _Bar(bar)
+    with progress_bar(*columns) as bar:
+        yield _Told(bar)
 
 
 def _print(result: SweepResult) -> None:
     """Print medians and ranges, one line a set of parameters."""
     rows = summarise(result.spec, result.points, result.columns)
-    labels = list(rows[0].figures)
-    table = Table(box=None, pad_edge=False)
-    table.add_column("study", overflow="fold")
-    table.add_column("parameters", overflow="fold")
-    table.add_column("runs", justify="right")
-    for label in labels:
-        table.add_column(Text(label), justify="right", overflow="fold")
-    for row in rows[:MOST_ROWS]:
-        table.add_row(*_cells(row, labels))
-    out = terminal()
-    out.print(Text(f"{result.spec.name}: median (lowest to highest) over the runs", style="bold"))
-    out.print(table, width=max(out.width, 60 + 22 * len(labels)), crop=False)
+    labels, out = list(rows[0].figures), terminal()
+    heads: list[str | Column] = [Column("study", overflow="fold"), Column("parameters", overflow="fold"), ">runs"]
+    heads += [Column(label, justify="right", overflow="fold") for label in labels]
+    out.print(f"{result.spec.name}: median (lowest to highest) over the runs", style="bold")
+    shown = table(heads, (_cells(row, labels) for row in rows[:MOST_ROWS]))
+    out.print(shown, width=max(out.width, 60 + 22 * len(labels)), crop=False)
     if len(rows) > MOST_ROWS:
-        out.print(Text(f"and {len(rows) - MOST_ROWS} more; all are in {result.out}"))
+        out.print(f"and {len(rows) - MOST_ROWS} more; all are in {result.out}")
 
 
-def _cells(row: Summary, labels: Sequence[str]) -> tuple[Text, ...]:
+def _cells(row: Summary, labels: Sequence[str]) -> tuple[str, ...]:
     values = ", ".join(f"{key.rpartition('.')[2]} {_short(value)}" for key, value in row.values.items())
     runs = f"{row.runs}" + (f" ({row.failed} failed)" if row.failed else "")
-    figures = []
-    for label in labels:
-        figure = row.figures[label]
-        figures.append("" if figure is None else "{:.3f} ({:.3f} to {:.3f})".format(*figure))
-    return tuple(Text(cell) for cell in (row.study, values, runs, *figures))
+    found = [row.figures[label] for label in labels]
+    figures = ("" if figure is None else "{:.3f} ({:.3f} to {:.3f})".format(*figure) for figure in found)
+    return (row.study, values, runs, *figures)
 
 
 def _short(value: object) -> str:

@@ -13,9 +13,9 @@ from typing import Any
 from dehyst.errors import OutputError
 from dehyst.shell import quoted
 
-# How the files begin that dehyst itself writes again and again; enough of a file is read to see it.
+# How the files begin that dehyst itself writes again and again, and what is no such file.
 MODEL = '"format": "dehyst-model"'
-FAMILY_MODEL = '"format": "dehyst-family"'
+FAMILY_MODEL = '"format": "dehyst-family"'  # a model too
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
@@ -24,8 +24,19 @@ FAMILIES = "dehyst compare: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
+OTHERS = {
+    MODEL: "no dehyst model",
+    PAGE: "no report of dehyst",
+    SWEEP: "no picture of a sweep",
+    EXCITATION: "no picture of dehyst design",
+    BAND: "no picture of an unknown memory",
+    FAMILIES: "no picture of dehyst compare",
+    MUSCLE: "no muscle of dehyst",
+    MUSCLES: "no picture of dehyst muscle",
+    REPRODUCTION: "no result of dehyst reproduce",
+}
 PICTURES = (EXCITATION, FAMILIES, MUSCLES)
-_BEGINNING = 2000
+MARKED = 2000  # characters at the beginning of a file, in which the mark stands
 
 
 def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content: str | None = None) -> None:
@@ -38,23 +49,12 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
         return
     if path.is_fifo() or path.is_char_device() or (path.is_file() and path.stat().st_size == 0):  # nothing to lose
         return
-    beginning = _beginning(path, _BEGINNING)
-    if own is not None and (own in beginning or (own == MODEL and FAMILY_MODEL in beginning)):
+    there = beginning(path, MARKED)
+    if own is not None and (own in there or (own == MODEL and FAMILY_MODEL in there)):
         return
-    if content is not None and _beginning(path, len(content.encode()) + 1) == content:
+    if content is not None and beginning(path, len(content.encode()) + 1) == content:
         return
-    kinds = {
-        MODEL: "no dehyst model",
-        PAGE: "no report of dehyst",
-        SWEEP: "no picture of a sweep",
-        EXCITATION: "no picture of dehyst design",
-        BAND: "no picture of an unknown memory",
-        FAMILIES: "no picture of dehyst compare",
-        MUSCLE: "no muscle of dehyst",
-        MUSCLES: "no picture of dehyst muscle",
-        REPRODUCTION: "no result of dehyst reproduce",
-    }
-    kind = "" if own is None else f" and is {kinds[own]}"
+    kind = f" and is {OTHERS[own]}" if own is not None else ""
     raise OutputError(
         f"'{path}' exists already{kind}; writing there would lose it. Name another file, or add --overwrite.",
         path=str(path),
@@ -185,7 +185,8 @@ def refuse_unwritable(path: Path, folder: bool = False) -> None:
         raise OutputError(f"cannot write to '{path}': '{place}' may not be written to.", path=str(path))
 
 
-def _beginning(path: Path, size: int) -> str:
+def beginning(path: Path, size: int) -> str:
+    """Return the first bytes of a file as text; "" of a pipe, and of what cannot be read."""
     try:
         if not path.is_file():  # a pipe would block the reader
             return ""

@@ -1,4 +1,4 @@
-"""What the commands share: a console that takes user text literally, progress, findings."""
+"""What the commands print: tables, findings, files written, the line to type next, JSON, progress."""
 
 from __future__ import annotations
 
@@ -7,17 +7,21 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
+from rich.table import Column, Table
 from rich.text import Text
 
 from dehyst.findings import Finding
 from dehyst.shell import visible_lines
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
 
 
 class _Terminal(Console):
@@ -32,8 +36,8 @@ class _Terminal(Console):
 
 
 def terminal(stderr: bool = False) -> Console:
-    """Console for results, or for messages with `stderr`; column names in brackets are not markup."""
-    return _Terminal(stderr=stderr, markup=False, highlight=False, soft_wrap=False)
+    """Console for results, or for messages with `stderr`; text is printed as it is, brackets are no markup."""
+    return _Terminal(stderr=stderr, markup=False, highlight=False, emoji=False, soft_wrap=False)
 
 
 def tell(text: str) -> None:
@@ -41,17 +45,43 @@ def tell(text: str) -> None:
     sys.stderr.write(visible_lines(text) + "\n")
 
 
-@contextmanager
-def ask_progress(what: str, quiet: bool = False) -> Iterator[None]:
-    """Show what is going on while it takes long, on a terminal only."""
-    if quiet or not sys.stderr.isatty():
-        yield
-        return
-    with terminal(stderr=True).status(f"{what} ..."):
-        yield
+def table(
+    heads: Iterable[str | Column],
+    rows: Iterable[Sequence[str | Text]],
+    bold: int | None = None,
+    title: str | None = None,
+) -> Table:
+    """Return a table without lines; a column whose head begins with ">" is flush right, and row `bold` is bold."""
+
+    def column(head: str) -> Column:
+        return Column(head.removeprefix(">"), justify="right" if head.startswith(">") else "left")
+
+    columns = [column(head) if isinstance(head, str) else head for head in heads]
+    made = Table(*columns, title=title, title_justify="left", box=None, pad_edge=False)
+    for number, row in enumerate(rows):
+        made.add_row(*row, style="bold" if number == bold else None)
+    return made
 
 
-def print_json(found: Mapping[str, Any]) -> None:
+def print_findings(findings: Iterable[Finding], stderr: bool = False) -> None:
+    """Print findings, code first, wrapped and indented."""
+    console = terminal(stderr)
+    for finding in findings:
+        console.print(Text.assemble(("\nwarning ", "yellow"), (finding.code, "bold yellow"), f": {finding.message}"))
+
+
+def print_end(following: str, **written: Path | None) -> None:
+    """Print what was written, and what to type next."""
+    out = terminal()
+    out.print()
+    for what, path in written.items():
+        if path is not None:
+            out.print(f"{what}: {path}")
+    if following:
+        out.print(f"next: {following}", soft_wrap=True)
+
+
+def print_json(found: Any) -> None:
     """Write a result as JSON, which has no infinities: null stands for them."""
     sys.stdout.write(json.dumps(_finite(found), indent=1, allow_nan=False) + "\n")
 
@@ -66,17 +96,25 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def print_end(out: Console, following: str, **written: Path | None) -> None:
-    """Print what was written, and what to type next."""
-    out.print()
-    for what, path in written.items():
-        if path is not None:
-            out.print(Text(f"{what}: {path}"))
-    out.print(Text(f"next: {following}"), soft_wrap=True)
+@contextmanager
+def ask_progress(what: str, quiet: bool = False) -> Iterator[None]:
+    """Show what is going on while it takes long, on a terminal only."""
+    if quiet or not sys.stderr.isatty():
+        yield
+        return
+    with terminal(stderr=True).status(f"{what} ..."):
+        yield
 
 
-def print_findings(findings: Iterable[Finding], stderr: bool = False) -> None:
-    """Print findings, code first, wrapped and indented."""
-    console = terminal(stderr)
-    for finding in findings:
-        console.print(Text.assemble(("\nwarning ", "yellow"), (finding.code, "bold yellow"), f": {finding.message}"))
+@contextmanager
+def progress_bar(
+    *columns: ProgressColumn, quiet: bool = False, keep: bool = False, console: Console | None = None
+) -> Iterator[Progress | None]:
+    """Yield a progress bar on the error stream, which stays at its end with `keep`; None where there is no terminal."""
+    if quiet or not (sys.stderr.isatty() if console is None else console.is_terminal):
+        yield None
+        return
+    from rich.progress import Progress
+
+    with Progress(*columns, console=console or terminal(stderr=True), transient=not keep) as bar:
+        yield bar

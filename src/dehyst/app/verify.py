@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import platform
-import sys
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from rich.table import Table
 from rich.text import Text
 
-from dehyst.app.ending import concluding
-from dehyst.app.status import Status
-from dehyst.app.terminal import ask_progress, terminal
+from dehyst.app.ending import Status, concluding
+from dehyst.app.requests import VerifyRequest
+from dehyst.app.targets import beginning
+from dehyst.app.terminal import ask_progress, print_json, table, terminal
 from dehyst.errors import OutputError
 from dehyst.export import Check, compilers
 from dehyst.export.exchange import alone, repair
@@ -28,29 +26,26 @@ SIGNED = "Verified by `dehyst verify`."
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
-def run_verify(folder: Path, as_json: bool) -> None:
+def run_verify(request: VerifyRequest) -> None:
     """Check, print, write `VERIFIED` if all passed and its code ran; exit status 1 otherwise."""
+    folder = request.folder
     with alone(folder):
         repair(folder)
-    withdraw(folder)
-    with ask_progress("compiling and running", as_json):
+    _withdraw(folder)
+    with ask_progress("compiling and running", request.json):
         found = verify_folder(folder)
     if found.good:
-        write_atomically(folder / VERIFIED, signed(found))
+        write_atomically(folder / VERIFIED, _signed(found))
     with concluding(Status.DONE if found.good else Status.NO):
-        _tell(folder, found, as_json)
+        if request.json:
+            checks = [check.as_dict() for check in found.checks]
+            said = {"folder": str(folder), "verified": found.good, "why_not": found.why_not, "checks": checks}
+            print_json({**said, "doubt": _doubt(found)})
+        else:
+            _print(folder, found)
 
 
-def _tell(folder: Path, found: Verification, as_json: bool) -> None:
-    if as_json:
-        checks = [check.as_dict() for check in found.checks]
-        content = {"folder": str(folder), "verified": found.good, "why_not": found.why_not, "checks": checks}
-        sys.stdout.write(json.dumps({**content, "doubt": _doubt(found)}, indent=1) + "\n")
-    else:
-        _print(folder, found)
-
-
-def withdraw(folder: Path) -> None:
+def _withdraw(folder: Path) -> None:
     """Take away what an earlier run signed, before anything else: it is not about what is there now.
 
     Raises
@@ -60,7 +55,7 @@ def withdraw(folder: Path) -> None:
     """
     path = folder / VERIFIED
     try:
-        if path.is_file() and (exported_files(folder) is not None or _beginning(path) == SIGNED.encode("ascii")):
+        if path.is_file() and (exported_files(folder) is not None or beginning(path, len(SIGNED)) == SIGNED):
             path.unlink()
     except OSError as fault:
         raise OutputError(
@@ -70,18 +65,13 @@ def withdraw(folder: Path) -> None:
         ) from None
 
 
-def _beginning(path: Path) -> bytes:
-    with path.open("rb") as stream:
-        return stream.read(len(SIGNED))
-
-
 def _doubt(found: Verification) -> str:
     """Return the verdict on the model if it was less than good: right code of a bad model is no good compensator."""
     verdict = doubtful(found.subject.provenance.get("verdict")) if found.subject else ""
     return f"the code is the model's; the model's verdict was: {verdict}" if verdict else ""
 
 
-def signed(found: Verification) -> str:
+def _signed(found: Verification) -> str:
     """Return the summary that is written into a folder that holds what it claims."""
     checks, unit, doubt = found.checks, found.subject, _doubt(found)
     assert unit is not None  # it is good
@@ -108,19 +98,14 @@ def _print(folder: Path, found: Verification) -> None:
     out, checks = terminal(), found.checks
     for detail, claims in _faults(checks).items():  # full width, and a cause once however many compilers found it
         out.print(Text.assemble(("failed ", STYLES["failed"]), f"{', '.join(claims)}\n  {detail}"), soft_wrap=True)
-    table = Table(box=None, pad_edge=False)
-    for name in ("", "claim", "detail"):
-        table.add_column(name)
-    for check in checks:
-        if check.ok:
-            table.add_row(Text(check.status, style=STYLES[check.status]), Text(check.claim), Text(check.detail))
-    out.print(table)
+    rows = [(Text(check.status, style=STYLES[check.status]), check.claim, check.detail) for check in checks if check.ok]
+    out.print(table(("", "claim", "detail"), rows))
     counts = {status: sum(check.status == status for check in checks) for status in STYLES}
     words = f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped"
     end = f"signed off in {folder / VERIFIED}" if found.good else f"not verified: {found.why_not}"
-    out.print(Text(f"\n{words}; {end}", style="bold" if found.good else "bold red"), soft_wrap=True)
+    out.print(f"\n{words}; {end}", style="bold" if found.good else "bold red", soft_wrap=True)
     if doubt := _doubt(found):
-        out.print(Text(doubt, style="bold yellow"), soft_wrap=True)
+        out.print(doubt, style="bold yellow", soft_wrap=True)
 
 
 def _faults(checks: Iterable[Check]) -> dict[str, list[str]]:
