@@ -11,6 +11,7 @@ import pytest
 
 import dehyst
 from dehyst.io import write_csv
+from report_samples import read
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
@@ -152,9 +153,7 @@ def test_the_page_begins_with_the_error_over_the_cycles_and_runs_nothing(run, fo
     status, _, _ = run("drift", folder / "model.json", folder / "new.csv", folder / "worn.csv", "--report", page)
     text = page.read_text(encoding="utf-8")
     assert status == 1
-    assert re.findall(r"<h2>([^<]*)</h2>", text)[:3] == [
-        "1 Error over the cycles", "2 What changed", "3 The loop then and now",
-    ]  # fmt: skip
+    assert read(page).ids("section")[:3] == ["error", "parts", "loop"]
     assert "default-src 'none'" in text
     assert "<script" not in text
     assert not re.search(r"https?://", re.sub(r'xmlns[^"=]*="[^"]*"', "", text))

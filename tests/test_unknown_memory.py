@@ -306,7 +306,7 @@ def test_the_command_line_writes_middle_low_high_certainty_and_a_picture(files, 
     assert table[0, 5] == 0.0
     assert "memory-unknown" in answer.stderr
     picture = (tmp_path / "band.svg").read_text(encoding="utf-8")
-    assert "any past" in picture
+    assert "possible, whatever was before" in picture
     assert run(*line, "--figure", tmp_path / "band.svg").exit_code == 0  # its own picture is drawn anew
 
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from dehyst.families.comparison import POOR, Comparison
 from dehyst.families.fitting import FamilyFit
-from dehyst.findings import Finding, Grade
+from dehyst.findings import Grade
 from dehyst.identification.certify import GOOD_PERCENT
 from dehyst.identification.fit import Score
 from dehyst.report.drawing import Bar, Line, bar_heights, bars, chart
 from dehyst.report.page import write_page
-from dehyst.report.parts import Figure, Page, Panel, Table, numbered, tables_section, warnings_section
+from dehyst.report.parts import Figure, Page, Panel, Table, notes_section, numbered, tables_section, warnings_section
 from dehyst.report.svg import write_picture
 from dehyst.report.text import bracketed, number, short
 from dehyst.report.theme import DATA, MODEL, OTHER, STATIC, TEST, TRAIN
@@ -68,7 +68,7 @@ def write_comparison_report(found: Comparison, path: str | os.PathLike[str]) -> 
             *comparison_figures(found),
             *warnings_section(found.auto.warnings, f"Warnings of identify, whose choice is {found.auto.family}"),
             tables_section(_table(found)),
-            *warnings_section([Finding(name, words) for name, words in found.notes], "Notes", "notes"),
+            *notes_section(found.notes),
         ),
     )
     return write_page(page, path)

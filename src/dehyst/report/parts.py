@@ -90,8 +90,16 @@ class Step:
     code: str
 
 
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A name with a sentence; it looks like a finding."""
+
+    code: str
+    message: str
+
+
 NOTHING = Markup()
-Block = str | Markup | Table | Figure | Finding | Step
+Block = str | Markup | Table | Figure | Finding | Note | Step
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +178,11 @@ def tables_section(*tables: Table | None) -> Section:
     return Section("tables", "Tables", tuple(table for table in tables if table is not None))
 
 
-def warnings_section(
-    findings: Sequence[Finding], title: str = "Warnings", key: str = "warnings"
-) -> tuple[Section, ...]:
+def warnings_section(findings: Sequence[Finding], title: str = "Warnings") -> tuple[Section, ...]:
     """Return the section of findings; none if there are no findings."""
-    return (Section(key, title, tuple(findings)),) if findings else ()
+    return (Section("warnings", title, tuple(findings)),) if findings else ()
+
+
+def notes_section(notes: Sequence[tuple[str, str]]) -> tuple[Section, ...]:
+    """Return the section of notes, names with a sentence each; none if there are no notes."""
+    return (Section("notes", "Notes", tuple(Note(*note) for note in notes)),) if notes else ()

@@ -11,10 +11,20 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.findings import Finding, Grade
+from dehyst.findings import Grade
 from dehyst.report.drawing import Line, chart
 from dehyst.report.page import write_page
-from dehyst.report.parts import Draw, Figure, Page, Panel, Table, numbered, tables_section, warnings_section
+from dehyst.report.parts import (
+    Draw,
+    Figure,
+    Page,
+    Panel,
+    Table,
+    notes_section,
+    numbered,
+    tables_section,
+    warnings_section,
+)
 from dehyst.report.svg import write_picture
 from dehyst.report.text import number, short
 from dehyst.report.theme import CYCLE, DATA, INK, MODEL, MUTED, TEST
@@ -62,7 +72,7 @@ def write_muscle_report(
             *muscle_figures(bench, fit),
             *warnings_section(warnings),
             tables_section(*_tables(bench, fit)),
-            *warnings_section([Finding("left out", text) for text in bench.skipped], "Notes", "notes"),
+            *notes_section([("left out", text) for text in bench.skipped]),
         ),
     )
     return write_page(page, path)
