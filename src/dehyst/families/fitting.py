@@ -277,8 +277,7 @@ def fit_one(name: str, judge: Judge, data: DataSet, training: Training) -> Famil
         parameters=model.free_parameters, seconds=seconds, start=model.start,
         seed=None if found.convex else training.seed,
     )  # fmt: skip
-    assert fit.train is not None  # nothing is fitted to no samples
-    return replace(fit, model=model.with_card(_card(model, records, fit.train, fit.test)))
+    return replace(fit, model=model.with_card(_card(fit)))
 
 
 def predicted(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -> tuple[Array, ...]:
@@ -332,8 +331,9 @@ def _pieces(
     return listed
 
 
-def _card(model: LoopModel, records: tuple[Recording, ...], train: Score, test: Score | None) -> ModelCard:
-    first = records[0]
+def _card(fit: FamilyFit) -> ModelCard:
+    records, first = fit.recordings, fit.recordings[0]
+    assert fit.train is not None
     return ModelCard(
         SignalCard(first.input_name, first.input_unit, *range_over([record.input for record in records])),
         SignalCard(first.output_name, first.output_unit, *range_over([record.output for record in records])),
@@ -341,25 +341,31 @@ def _card(model: LoopModel, records: tuple[Recording, ...], train: Score, test: 
             "logs": [dict(record.provenance) | {"name": record.name, "samples": record.samples} for record in records],
             "date": _datetime.datetime.now(_datetime.UTC).isoformat(timespec="seconds"),
             "dehyst": __version__,
-            "identified_family": model.family,
-            "initial_state": model.start,
-            "train": train.as_dict(),
-            "test": None if test is None else test.as_dict(),
-            "verdict": verdict_of(model, train, test),
+            "identified_family": fit.model.family,
+            "initial_state": fit.start,
+            "train": fit.train.as_dict(),
+            "test": None if fit.test is None else fit.test.as_dict(),
+            "verdict": _verdict(fit),
         },
     )
 
 
-def verdict_of(model: LoopModel, train: Score, test: Score | None) -> str:
-    """The judgement in one sentence, with the words of all verdicts at its end."""
-    error = (test or train).rmse_percent
-    grade = _grade(error, test is not None, not model.no_inverse)
-    words = next(ending for rank, ending in ENDINGS if rank is grade) + (" with it" if grade is Grade.BAD else "")
-    where = "on held-out loops" if test is not None else "on the fitted samples (none held out)"
-    return f"{model.family}, {model.free_parameters} parameters: {error:.2f} % of range rms {where}: {words}."
+def grade_of(fit: FamilyFit) -> Grade:
+    """Good where what was held out is followed, and the inverse gives the input back, to 3 % each.
 
-
-def _grade(error: float, held_out: bool, invertible: bool) -> Grade:
-    if not invertible or error > POOR_PERCENT:
+    Without an inverse, or where both errors are large, a model is no compensator.
+    """
+    inverse = float("inf") if fit.inverse_percent is None else fit.inverse_percent
+    if not fit.invertible or (fit.error_percent > POOR_PERCENT and inverse > GOOD_PERCENT):
         return Grade.BAD
-    return Grade.GOOD if error <= GOOD_PERCENT and held_out else Grade.CARE
+    within = fit.error_percent <= GOOD_PERCENT and inverse <= GOOD_PERCENT
+    return Grade.GOOD if within and fit.test is not None else Grade.CARE
+
+
+def _verdict(fit: FamilyFit) -> str:
+    """The judgement in one sentence, with the words of all verdicts at its end."""
+    grade = grade_of(fit)
+    words = next(ending for rank, ending in ENDINGS if rank is grade) + (" with it" if grade is Grade.BAD else "")
+    where = "on held-out loops" if fit.test is not None else "on the fitted samples (none held out)"
+    gives = "" if fit.inverse_percent is None else f"; its inverse misses the input by {fit.inverse_percent:.2f} %"
+    return f"{fit.family}, {fit.parameters} parameters: {fit.error_percent:.2f} % of range rms {where}{gives}: {words}."

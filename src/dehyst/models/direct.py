@@ -431,6 +431,11 @@ class DirectInverse(Model):
     ) -> Machine:
         return direct_machine(self, direction, range, ramp, period)
 
+    @property
+    def period(self) -> float:  # type: ignore[override]
+        """Median time between samples of the log that it was identified from; 0 where unknown. [s]"""
+        return float(self.card.provenance.get("settings", {}).get("period", 0.0))
+
     def core_stepper(self, period: float) -> DirectStepper:
         """Return the step of exported code, for samples `period` apart: ``step(y, rate, first, second)`` answers u.
 

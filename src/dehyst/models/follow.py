@@ -226,7 +226,8 @@ def direct_machine(
             "the model is a direct inverse: it answers which input an output needs, and there is no model of the "
             "output to run. Leave direction out (in a terminal: --what forward), or identify another family for it."
         )
-    if period is None:
+    period = period if period is not None else model.period
+    if not period:
         raise ParameterError(
             "the model is a direct inverse: what creeps depends on the time between two samples, which is not known "
             "here. Pass period, the seconds between two samples of your loop (in a terminal: --period SECONDS, what "

@@ -8,10 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dehyst.families.comparison import POOR, Comparison
-from dehyst.families.fitting import FamilyFit
-from dehyst.findings import Grade
-from dehyst.identification.certify import GOOD_PERCENT
+from dehyst.families.comparison import Comparison
+from dehyst.families.fitting import FamilyFit, grade_of
 from dehyst.identification.fit import Score
 from dehyst.report.drawing import Bar, Line, bar_heights, bars, chart
 from dehyst.report.page import write_page
@@ -62,7 +60,7 @@ def write_comparison_report(found: Comparison, path: str | os.PathLike[str]) -> 
         relation=f"{short(first.input_label, 60)} → {short(first.output_label, 60)}",
         subject="families",
         badge=found.chosen.family,
-        grade=grade_of_comparison(found),
+        grade=grade_of(found.chosen),
         lead=found.verdict,
         sections=(
             *comparison_figures(found),
@@ -87,14 +85,6 @@ def write_comparison_figure(found: Comparison, path: str | os.PathLike[str]) -> 
 
 def _names(found: Comparison) -> str:
     return ", ".join(record.name for record in found.recordings)
-
-
-def grade_of_comparison(found: Comparison) -> Grade:
-    """Good where the best family follows the loop and can be inverted, bad where none does."""
-    error = found.chosen.error_percent
-    if error > POOR:
-        return Grade.BAD
-    return Grade.GOOD if error <= GOOD_PERCENT and found.chosen.invertible else Grade.CARE
 
 
 _ERRORS = (

@@ -141,6 +141,12 @@ def prepare_direct(
     return data
 
 
+def period_of(data: DirectData) -> float:
+    """Median time between two samples of the log; 0 without time stamps. [s]"""
+    steps = [np.diff(piece.time) for piece in data.pieces if piece.time is not None and piece.time.size > 1]
+    return float(f"{np.median(np.concatenate(steps)):.9g}") if steps else 0.0  # time stamps tell no more digits
+
+
 def _rate(time: Array | None, y: Array) -> Array:
     """Smoothed rate of a piece; zero where there is no time or no second sample."""
     return np.zeros(y.size) if time is None or y.size < 3 else facts.velocity(time, y)

@@ -21,6 +21,7 @@ from dehyst.identification.direct.data import (
     DirectPiece,
     check_creep,
     check_given,
+    period_of,
     prepare_direct,
     time_constants,
 )
@@ -282,6 +283,7 @@ def _settings(asked: _Asked, split: Split, shape: Shape, bank: Bank, data: Direc
     return {
         "family": DirectInverse.family,
         "creep": asked.creep if asked.times is None else "given",
+        "period": period_of(data),
         "creep_times": bank.time_constants.tolist() if "creep" in shape.groups else [],
         "initial_state": asked.initial_state,
         **split.settings,
