@@ -53,7 +53,6 @@ FIRST = Regularisation(0.003, 0.001)
 OTHERS = (Regularisation(0.0005, 0.0003), Regularisation(0.02, 0.003), Regularisation(0.1, 0.01))
 FINALISTS = 2
 AFFORDABLE = 1.03  # times the error of the fit, for an inverse whose gain is not high
-TRIED = 4  # candidates, the best first, of which the first with an inverse is taken
 FIRMER, FIRMEST = 1.001, 4.0  # a gain without bound is met in steps
 TRIES = 10
 STARTS = {  # the origin is that of the log's input
@@ -146,7 +145,7 @@ def _fitted(
 ) -> tuple[Candidate, ElementModel, Weights]:
     """The best candidate, fitted to everything; of firm ones the best that has an inverse, if any has."""
     best = None
-    for one in [each for each in ordered if np.isfinite(each.score)][:TRIED]:
+    for one in (each for each in ordered if np.isfinite(each.score)):
         model, weights = workshops[one.sum.direction].model(one, firm)
         best = best or (one, model, weights)
         if not (firm and model.no_inverse):
@@ -209,6 +208,7 @@ class Workshop:
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
         self._scores: dict[tuple[tuple[str, ...], bool, Regularisation], tuple[float, float]] = {}
         self._models: dict[tuple[Candidate, bool], tuple[ElementModel, Weights]] = {}
+        self._last: tuple[tuple[tuple[str, ...], bool], Columns, Bank, Sums] | None = None
 
     def candidate(self, one: Sum, mapped: bool, regularisation: Regularisation) -> Candidate:
         """Score a sum, once; infinite where it has no solution."""
@@ -248,9 +248,8 @@ class Workshop:
         return self._models[chosen, firm]
 
     def _fitted(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
-        columns = columns_of(chosen.sum.groups, RAMPS[self.direction], self.pace)
-        bank = self._bank(columns, self.start, every=1)
-        sums, own = self._sums(columns, bank, PIECES if chosen.mapped else 1), np.arange(columns.cell.size)
+        columns, bank, sums = self._whole(chosen.sum.groups, chosen.mapped)
+        own = np.arange(columns.cell.size)
         found = Program(sums, own, chosen.mapped).solve(EVERY, chosen.regularisation)
         model = self._record(columns, found, chosen.sum.name)
         if not firm or self.direction == "inverse":
@@ -267,6 +266,15 @@ class Workshop:
                 break
             held, found = self._record(columns, weights, chosen.sum.name), weights
         return held, found
+
+    def _whole(self, groups: tuple[str, ...], mapped: bool) -> tuple[Columns, Bank, Sums]:
+        """Columns of a sum at all samples; of the sum before they are kept, as candidates differ in other things."""
+        if self._last is None or self._last[0] != (groups, mapped):
+            columns = columns_of(groups, RAMPS[self.direction], self.pace)
+            same = self._last is not None and self._last[0][0] == groups
+            bank = self._last[2] if same and self._last else self._bank(columns, self.start, every=1)
+            self._last = (groups, mapped), columns, bank, self._sums(columns, bank, PIECES if mapped else 1)
+        return self._last[1:]
 
     def _record(self, columns: Columns, found: Weights, row: str) -> ElementModel:
         return ElementModel(
