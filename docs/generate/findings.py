@@ -666,7 +666,7 @@ def documented() -> set[str]:
 
 
 def raised() -> set[str]:
-    """Codes in the source: the first argument of every call Finding(...).
+    """Codes in the source: the first argument of every call Finding(...) or about.say(...).
 
     Raises
     ------
@@ -686,10 +686,15 @@ def codes_in(text: str) -> set[str]:
     """
     found: set[str] = set()
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Finding":
+        if isinstance(node, ast.Call) and _makes(node.func) and ast.unparse(node) != "Finding(code, message)":
             code = node.args[0] if node.args else next(k.value for k in node.keywords if k.arg == "code")
             found |= _codes(code)
     return found
+
+
+def _makes(call: ast.expr) -> bool:
+    """Whether a call makes a finding: Finding(code, message), or say(code, message) of what is read."""
+    return getattr(call, "id", getattr(call, "attr", "")) in ("Finding", "say")
 
 
 def _codes(code: ast.expr) -> set[str]:

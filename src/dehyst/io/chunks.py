@@ -340,16 +340,33 @@ class _Tally:
     def findings(self) -> list[Finding]:
         """Findings for what was met with."""
         name, word = self._table.name, self._table.row_word
-        said = {
-            "non-finite": f"{self._bad.count} of {self._rows} rows of {name} were left out because a cell of "
-            f"{', '.join(self._columns)} is empty, infinite or not a number: {self._bad.listed(word)}. Nothing to do "
-            f"if the sensor is known to drop out; otherwise check its cable.",
-            "gap": f"{name} has {self._gaps.count} gap{'s' if self._gaps.count > 1 else ''}, before "
-            f"{self._gaps.listed(word)}; the longest is {self._longest:.4g} s. The log was read in chunks, and the "
-            f"recording goes on across them. Cut the log there if the input may have turned unseen.",
-            "clock-restart": f"the clock of {name} jumps back {self._back.count} times, at {self._back.listed(word)}. "
-            f"The log was read in chunks, in the order of its rows, and the recording goes on. If several recordings "
-            f"follow each other, split the log.",
-        }
-        met = {"non-finite": self._bad, "gap": self._gaps, "clock-restart": self._back}
-        return [Finding(code, said[code]) for code, places in met.items() if places.count]
+        said = [
+            (
+                self._bad,
+                Finding(
+                    "non-finite",
+                    f"{self._bad.count} of {self._rows} rows of {name} were left out because a cell of "
+                    f"{', '.join(self._columns)} is empty, infinite or not a number: {self._bad.listed(word)}. Nothing "
+                    f"to do if the sensor is known to drop out; otherwise check its cable.",
+                ),
+            ),
+            (
+                self._gaps,
+                Finding(
+                    "gap",
+                    f"{name} has {self._gaps.count} gap{'s' if self._gaps.count > 1 else ''}, before "
+                    f"{self._gaps.listed(word)}; the longest is {self._longest:.4g} s. The log was read in chunks, and "
+                    f"the recording goes on across them. Cut the log there if the input may have turned unseen.",
+                ),
+            ),
+            (
+                self._back,
+                Finding(
+                    "clock-restart",
+                    f"the clock of {name} jumps back {self._back.count} times, at {self._back.listed(word)}. "
+                    f"The log was read in chunks, in the order of its rows, and the recording goes on. If several "
+                    f"recordings follow each other, split the log.",
+                ),
+            ),
+        ]
+        return [finding for places, finding in said if places.count]
