@@ -16,12 +16,11 @@ import numpy as np
 from target.random_blocks import Trial, trials
 
 from dehyst.export.iec import load
-from dehyst.export.plc.block import function_block
-from dehyst.export.plc.plcopen import plcopen_xml, text_of
-from dehyst.export.plc.ports import BLOCK
-from dehyst.export.plc.pou import siemens_scl, structured_text
-from dehyst.export.plc.verification import run
 from dehyst.export.signal import Signal
+from dehyst.export.st.blocks import function_block
+from dehyst.export.st.pou import plcopen_xml, siemens_scl, structured_text, text_of
+from dehyst.export.st.programs import Ports
+from dehyst.export.st.verification import run
 
 WORDS = {"input": "", "output": "", "about": ""}
 FORMS = (
@@ -39,7 +38,7 @@ def answers(trial: Trial, number: int) -> tuple[np.ndarray, np.ndarray, Signal]:
     )
     real = "LREAL" if trial.real == "double" else "REAL"
     unit = function_block("Unit1", real, trial.case.block, WORDS)
-    found, seen = run(load(FORMS[number % 3](unit)).new("Unit1"), BLOCK, signal)
+    found, seen = run(load(FORMS[number % 3](unit)).new("Unit1"), Ports.of(unit), signal)
     return found, seen, signal
 
 

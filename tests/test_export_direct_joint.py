@@ -19,9 +19,9 @@ from dehyst.export.iec import load
 from dehyst.export.joint import controller_of
 from dehyst.export.joint_run import ANSWERS, joint_run
 from dehyst.export.numbers import direct_numbers
-from dehyst.export.plc.joint import joint_block
-from dehyst.export.plc.ports import DIRECT_JOINT
-from dehyst.export.plc.pou import siemens_scl, structured_text
+from dehyst.export.st.joint import joint_block
+from dehyst.export.st.pou import siemens_scl, structured_text
+from dehyst.export.st.programs import Ports
 from direct_export_samples import QUICK, direct_model, random_adaptation, random_direct
 from export_samples import make_check, needs_make
 from test_export_st_joint import random_parameters, random_period
@@ -48,7 +48,8 @@ def test_structured_text_has_the_bits_of_the_core(seed, form):
     parameters, model, adaptation = random_parameters(rng), random_direct(rng), random_adaptation(rng)
     controller = JointController(parameters, model, adaptation)
     numbers = direct_numbers(direct_parameters(model, parameters.period))
-    unit = load(form(joint_block("Elbow", "LREAL", parameters, None, "", numbers, adaptation.as_dict()))).new("Elbow")
+    block = joint_block("Elbow", "LREAL", parameters, None, "", numbers, adaptation.as_dict())
+    unit, ports = load(form(block)).new("Elbow"), Ports.of(block)
     switches, readings = 0, [0.1, 3e5, 3e5]
     for k in range(150):
         frozen = readings
@@ -59,11 +60,11 @@ def test_structured_text_has_the_bits_of_the_core(seed, form):
         if restart:
             controller.reset(*readings)
         out = controller.step(*readings, reference, switches)
-        row = dict(zip(DIRECT_JOINT.inputs, [*readings, *reference.as_tuple()], strict=True))
-        row |= {name: bool(switches & bit) for name, bit in DIRECT_JOINT.switches.items()}
+        row = dict(zip(ports.inputs, [*readings, *reference.as_tuple()], strict=True))
+        row |= {name: bool(switches & bit) for name, bit in ports.switches.items()}
         found = unit.call(**row, Restart=restart)
         expected = [getattr(out, name) for name in ANSWERS]
-        assert [struct.pack("d", found[x]) for x in DIRECT_JOINT.outputs] == [struct.pack("d", y) for y in expected]
+        assert [struct.pack("d", found[x]) for x in ports.outputs] == [struct.pack("d", y) for y in expected]
         assert found["FlagWord"] == out.flags
 
 

@@ -27,11 +27,10 @@ from dehyst.control import JointControllerParameters
 from dehyst.export import Check, export, joint_subject, subject_of, verify
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu import binaries
-from dehyst.export.fmu.binaries import LINUX, WINDOWS
-from dehyst.export.fmu.description import Description, base_unit, model_description
+from dehyst.export.fmu.description import Description, Variable, base_unit, model_description, placed
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import STEP, package
-from dehyst.export.fmu.variables import Variable, placed
+from dehyst.export.fmu.sources import LINUX, WINDOWS
 from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
 from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard

@@ -18,10 +18,18 @@ from dehyst.export import export, subject_of, verify
 from dehyst.export import st as target
 from dehyst.export.iec import load
 from dehyst.export.names import RESERVED, type_name
-from dehyst.export.plc.block import function_block
-from dehyst.export.plc.numbers import constant
-from dehyst.export.plc.plcopen import SPACE, plcopen_xml, text_of
-from dehyst.export.plc.pou import Pou, Variable, plain, siemens_scl, structured_text
+from dehyst.export.st.blocks import function_block
+from dehyst.export.st.pou import (
+    SPACE,
+    Pou,
+    Variable,
+    constant,
+    plain,
+    plcopen_xml,
+    siemens_scl,
+    structured_text,
+    text_of,
+)
 from dehyst.export.units import block_numbers
 
 FORMS = {
@@ -173,7 +181,7 @@ def test_a_text_that_was_changed_does_not_verify(tmp_path, old, new, word):
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    checks = target.verify(tmp_path / "out", subject, {})
+    checks = target.verify(tmp_path / "out", subject)
     failed = [check for check in checks if not check.ok]
     assert failed
     assert all("IEC 61131-3 text" in check.claim for check in failed)
@@ -191,7 +199,7 @@ def test_a_damaged_file_fails_and_does_not_stop_the_others(tmp_path, name, conte
         path.unlink()
     else:
         path.write_bytes(content)
-    checks = target.verify(tmp_path / "out", subject, {})
+    checks = target.verify(tmp_path / "out", subject)
     assert not all(check.ok for check in checks)
     assert sum(check.ok for check in checks) >= 6
 

@@ -10,9 +10,9 @@ from dehyst.control import JointControllerParameters
 from dehyst.export import joint_subject, subject_of
 from dehyst.export import st as target
 from dehyst.export.iec import load
-from dehyst.export.plc.ports import BLOCK, JOINT
-from dehyst.export.plc.pou import structured_text
-from dehyst.export.plc.verification import run
+from dehyst.export.st.pou import structured_text
+from dehyst.export.st.programs import Ports
+from dehyst.export.st.verification import run
 from st_by_grammar import Compiled
 from test_export_st import random_model
 from test_export_st_joint import MODEL
@@ -21,10 +21,10 @@ pytest.importorskip("tree_sitter_iec61131_3_st", reason="pip install tree-sitter
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
 
-def compare(subject, ports, folder):
+def compare(subject, folder):
     """Run the test signal in both; return outputs of the checker."""
     unit = target.function_block_of(subject, "Unit1")
-    text = structured_text(unit)
+    text, ports = structured_text(unit), Ports.of(unit)
     compiled, signal = Compiled(text, folder), subject.test
     found, flags = run(load(text).new("Unit1"), ports, signal)
     for k in range(signal.samples):
@@ -42,7 +42,7 @@ def compare(subject, ports, folder):
 def test_blocks(tmp_path, what, real, seed):
     model = random_model(np.random.default_rng(seed), maps=real == "double")
     subject = subject_of(model, what, name="unit", real=real, range=(-1.2, 1.5), ramp=30)
-    found = compare(subject, BLOCK, tmp_path)
+    found = compare(subject, tmp_path)
     if real == "double":
         assert np.array_equal(found.view(np.uint64), subject.test.outputs.view(np.uint64))
 
@@ -51,7 +51,7 @@ def test_blocks(tmp_path, what, real, seed):
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_joint_controllers(tmp_path, real):
     subject = joint_subject(MODEL, JointControllerParameters(), name="elbow", real=real)
-    found = compare(subject, JOINT, tmp_path)
+    found = compare(subject, tmp_path)
     if real == "double":
         assert np.array_equal(found.view(np.uint64), subject.test.outputs.view(np.uint64))
 

@@ -15,9 +15,9 @@ from dehyst.export import export, joint_subject, verify
 from dehyst.export.iec import load
 from dehyst.export.joint import compensator_numbers
 from dehyst.export.joint_run import ANSWERS
-from dehyst.export.plc.joint import joint_block
-from dehyst.export.plc.ports import JOINT
-from dehyst.export.plc.pou import siemens_scl, structured_text
+from dehyst.export.st.joint import joint_block
+from dehyst.export.st.pou import siemens_scl, structured_text
+from dehyst.export.st.programs import Ports
 
 MODEL = dehyst.PrandtlIshlinskii(np.linspace(0, 0.5, 6), [1, 0.2, 0.15, 0.1, 0.08, 0.05], center=0.1, offset=0.02)
 
@@ -61,7 +61,8 @@ def test_every_output_has_the_bits_of_the_core(seed, compensated, form):
     inverse = MODEL.inverse() if compensated else None
     controller = JointController(parameters, inverse)
     tables = compensator_numbers(inverse) if inverse else None
-    unit = load(form(joint_block("Elbow", "LREAL", parameters, tables, ""))).new("Elbow")
+    block = joint_block("Elbow", "LREAL", parameters, tables, "")
+    unit, ports = load(form(block)).new("Elbow"), Ports.of(block)
     switches, readings = 0, [0.1, 3e5, 3e5]
     for k in range(250):
         frozen = readings
@@ -72,11 +73,11 @@ def test_every_output_has_the_bits_of_the_core(seed, compensated, form):
         if restart:
             controller.reset(*readings)
         out = controller.step(*readings, reference, switches)
-        row = dict(zip(JOINT.inputs, [*readings, *reference.as_tuple()], strict=True))
-        row |= {name: bool(switches & bit) for name, bit in JOINT.switches.items()}
+        row = dict(zip(ports.inputs, [*readings, *reference.as_tuple()], strict=True))
+        row |= {name: bool(switches & bit) for name, bit in ports.switches.items()}
         found = unit.call(**row, Restart=restart)
         expected = [getattr(out, name) for name in ANSWERS]
-        assert [struct.pack("d", found[name]) for name in JOINT.outputs] == [struct.pack("d", y) for y in expected]
+        assert [struct.pack("d", found[name]) for name in ports.outputs] == [struct.pack("d", y) for y in expected]
         assert found["FlagWord"] == out.flags
 
 

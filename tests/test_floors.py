@@ -35,7 +35,7 @@ INNER = {  # floors inside large rooms, of what is named
         {"direct", "shear", "stream"},
         {"plays"},
     ),
-    "export": ({"iec"}, {"units"}, {"subject"}, {"plc", "fmu"}, {"fmu2", "fmu3", "st"}, {"verification"}),
+    "export": ({"iec"}, {"units"}, {"subject"}, {"st", "fmu"}, {"fmu2", "fmu3"}, {"verification"}),
     "families": ({"base"}, {"elements"}, {"columns"}, {"choice"}, {"rows"}, {"best"}),
     "report": ({"parts"}, {"drawing", "svg"}, {"figures", "page"}, {"fit", "compare", "drift", "pictures"}),
 }

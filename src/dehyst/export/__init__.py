@@ -1,10 +1,9 @@
 """Identified models, their inverses and whole joint controllers as code for a target, with the proof beside it."""
 
-from dehyst.export.checks import Check
 from dehyst.export.folder import Written, export, read_manifest
 from dehyst.export.joint import joint_subject
 from dehyst.export.subject import Subject, subject_of
-from dehyst.export.targets import TARGETS
+from dehyst.export.targets import TARGETS, Check
 from dehyst.export.verification import verify
 
 __all__ = [

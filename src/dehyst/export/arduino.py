@@ -6,19 +6,18 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from dehyst.export import c, core_files
-from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder, plain_environment, version_of
 from dehyst.export.numbers import UnitNumbers
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 from dehyst.version import __version__
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
@@ -96,7 +95,7 @@ def short_signal(subject: Subject) -> Signal:
     return subject.answer(x, on)
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Compile and run library and sketches here; compile for boards whose compiler is found."""
     return [*check_folder(folder), *(board_check(folder, subject, compiler) for compiler in BOARDS)]
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from dehyst.export import core_files
 from dehyst.export.budget import budget
-from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 from dehyst.findings import Grade, grade_of
 from dehyst.version import __version__
 
@@ -128,6 +127,6 @@ def _range(low: float | None, high: float | None, unit: str) -> str:
     return "nothing" if low is None or high is None else f"{low:.6g} .. {high:.6g}{' ' + unit if unit else ''}"
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Compile the folder with every compiler found, and run its check."""
     return check_folder(folder)

@@ -9,14 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 from dehyst.export import core_files
 from dehyst.export.c import companions, template_values, unit_files, with_warning
-from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import render
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 
 _INCLUDE = re.compile(r"(?m)^#include .*\n")
 _SYSTEM = re.compile(r"(?m)^#include (<\w+\.h>)$")
@@ -107,6 +106,6 @@ def rename(text: str, names: Mapping[str, str]) -> str:
     return words.sub(lambda match: names[match[0]], text)
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Compile the folder with every compiler found, and run its check."""
     return check_folder(folder)

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from dehyst.export.checks import Check
+from dehyst.export.targets import Check
 
 COMPILERS = ("cc", "gcc", "clang")
 LEVELS = ("-O0", "-O2")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from dehyst.export import c, core_files
 from dehyst.export.budget import budget
-from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 
 
 def files(subject: Subject) -> dict[str, str | bytes]:
@@ -76,7 +75,7 @@ def hexadecimal(subject: Subject) -> str:
     return "".join(" ".join(row) + "\n" for row in rows)
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Compile and run C code and S-function with every compiler found; MATLAB's part is the user's."""
     claim = f"check_{subject.name} in MATLAB"
     return [*check_folder(folder), Check(claim, "skipped", "dehyst has no MATLAB: run it there, once for each release")]

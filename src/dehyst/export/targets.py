@@ -1,4 +1,4 @@
-"""Targets: name -> the module that writes and verifies it."""
+"""Targets: name -> the module that writes and verifies it; and what a verification found, one line a claim."""
 
 from __future__ import annotations
 
@@ -8,13 +8,51 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, cast
+from typing import Literal, Protocol, cast
 
 from dehyst.errors import ParameterError
-from dehyst.export.checks import Check
 from dehyst.export.subject import Subject
 
 BLOCKS = ("inverse", "forward", "direct-inverse")
+
+
+Status = Literal["passed", "failed", "skipped"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """One claim about an export, and whether it holds.
+
+    Attributes
+    ----------
+    claim
+        What is claimed, one line.
+    status
+        "passed", "failed", or "skipped" with the reason in `detail`.
+    detail
+        Numbers, or why it failed or was skipped.
+    ran
+        Whether code of the export was compiled and run for it.
+
+    Examples
+    --------
+    >>> Check("outputs have the bits of the model", "passed", "1400 samples").ok
+    True
+    """
+
+    claim: str
+    status: Status
+    detail: str = ""
+    ran: bool = False
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against the claim: a skipped one is not a failed one."""
+        return self.status != "failed"
+
+    def as_dict(self) -> dict[str, str]:
+        """Return ``{"claim": ..., "status": ..., "detail": ...}``."""
+        return {"claim": self.claim, "status": self.status, "detail": self.detail}
 
 
 class TargetModule(Protocol):
@@ -24,7 +62,7 @@ class TargetModule(Protocol):
         """Return relative path -> content of everything that belongs to the target alone."""
         ...
 
-    def verify(self, folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+    def verify(self, folder: Path, subject: Subject) -> list[Check]:
         """Compile, run and compare an exported folder; `subject` is made anew from the model in it."""
         ...
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.export.c import JOINT_WORDS, WORDS, with_warning
+from dehyst.export.fmu.description import Variable
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, step_of
 from dehyst.export.fmu.sources import hexadecimal
-from dehyst.export.fmu.variables import Variable
 from dehyst.export.joint import controller_of
 from dehyst.export.precision import pattern
 from dehyst.export.rendering import TEMPLATES, render

@@ -8,7 +8,7 @@ from dataclasses import fields
 
 from dehyst.control.joint import FLAGS, SWITCHES, JointReference
 from dehyst.control.parameters import JointControllerParameters, Pneumatics
-from dehyst.export.fmu.variables import Variable
+from dehyst.export.fmu.description import Variable
 from dehyst.export.numbers import ElementNumbers, ModelNumbers, UnitNumbers
 from dehyst.export.precision import INPUT_LIMIT
 from dehyst.export.subject import Subject

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from xml.etree import ElementTree as Xml
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.export.fmu.binaries import LINUX, WINDOWS
+from dehyst.export.fmu.sources import LINUX, WINDOWS
 
 _KINDS = {"Real": "real", "Integer": "whole", "Boolean": "truth", "Float64": "real", "Int32": "whole"}
 _CALLS = {

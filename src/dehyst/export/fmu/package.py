@@ -13,11 +13,9 @@ from html import escape
 from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
 from dehyst.export.c import unit_files
-from dehyst.export.fmu.binaries import Binaries, compile_binaries
-from dehyst.export.fmu.description import Description, Version, build_description, model_description
+from dehyst.export.fmu.description import Description, Variable, Version, build_description, model_description, placed
 from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input
-from dehyst.export.fmu.sources import Unit, hexadecimal, sources
-from dehyst.export.fmu.variables import Variable, placed
+from dehyst.export.fmu.sources import Binaries, Unit, compile_binaries, hexadecimal, sources
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.subject import Subject
 from dehyst.version import __version__

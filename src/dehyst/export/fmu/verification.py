@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import OutputError
-from dehyst.export.checks import Check
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu.interface import interface
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import step_of
 from dehyst.export.signal import Signal, Whole, same_bits
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Compile the sources, step the binary, ask FMPy where it is installed."""
     path = folder / f"{subject.name}.fmu"
     signals = [("test signal", subject.test)] + ([("excerpt of the log", subject.excerpt)] if subject.excerpt else [])

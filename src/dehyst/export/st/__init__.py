@@ -1,35 +1,34 @@
 """Target ``st``: a function block for PLCs, as IEC 61131-3 text, Siemens SCL and PLCopen XML, with its test.
 
-What is generated is data (`dehyst.export.plc.pou.Pou`) until the last moment: so all three forms say the same; each
+What is generated is data (`dehyst.export.st.pou.Pou`) until the last moment: so all three forms say the same; each
 is then read back and run by the own checker (`dehyst.export.iec`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.export.c import with_warning
-from dehyst.export.checks import Check
 from dehyst.export.names import type_name
-from dehyst.export.plc.block import INPUT_LIMIT, function_block
-from dehyst.export.plc.direct import direct_function_block
-from dehyst.export.plc.elements import element_function_block
-from dehyst.export.plc.joint import joint_block
-from dehyst.export.plc.plcopen import plcopen_xml
-from dehyst.export.plc.ports import BLOCK, DIRECT_JOINT, JOINT, Ports, signal_names
-from dehyst.export.plc.pou import Pou, plain, siemens_scl, structured_text
-from dehyst.export.plc.programs import PlcSignal, example, joint_example, self_test, writable
-from dehyst.export.plc.template import rendered
-from dehyst.export.plc.verification import check_forms
 from dehyst.export.precision import Floats
 from dehyst.export.signal import Whole
+from dehyst.export.st.blocks import (
+    INPUT_LIMIT,
+    direct_function_block,
+    element_function_block,
+    function_block,
+    signal_names,
+)
+from dehyst.export.st.joint import joint_block
+from dehyst.export.st.pou import Pou, plain, plcopen_xml, rendered, siemens_scl, structured_text
+from dehyst.export.st.programs import PlcSignal, Ports, example, joint_example, self_test, writable
+from dehyst.export.st.verification import check_forms
 from dehyst.export.subject import Subject
+from dehyst.export.targets import Check
 from dehyst.version import __version__
 
 REAL = {"double": "LREAL", "float": "REAL"}
@@ -56,9 +55,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def ports_of(subject: Subject) -> Ports:
     """Return inputs and outputs of the function block."""
-    if subject.joint:
-        return DIRECT_JOINT if subject.direct else JOINT
-    return replace(BLOCK, inputs=(*BLOCK.inputs, *signal_names(tuple(name for name, _ in subject.more))))
+    return Ports.of(function_block_of(subject, ""))
 
 
 def function_block_of(subject: Subject, name: str) -> Pou:
@@ -69,14 +66,9 @@ def function_block_of(subject: Subject, name: str) -> Pou:
     assert subject.joint is not None  # one of both
     assert subject.parameters is not None
     return joint_block(
-        name,
-        real,
-        subject.parameters,
-        subject.joint.compensator,
-        words["about"],
-        subject.joint.direct,
-        subject.joint.adaptation,
-    )
+        name, real, subject.parameters, subject.joint.compensator, words["about"],
+        subject.joint.direct, subject.joint.adaptation,
+    )  # fmt: skip
 
 
 def block_name(subject: Subject) -> str:
@@ -152,7 +144,7 @@ def _words(subject: Subject) -> dict[str, str]:
     }
 
 
-def verify(folder: Path, subject: Subject, manifest: Mapping[str, Any]) -> list[Check]:
+def verify(folder: Path, subject: Subject) -> list[Check]:
     """Run all three forms in the own checker and compare them with the model's answers."""
     signals = {"test signal": subject.test}
     if subject.excerpt is not None:

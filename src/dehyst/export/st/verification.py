@@ -1,4 +1,4 @@
-"""What `dehyst verify` finds out about Structured Text: each form of it, run by the own checker."""
+"""What dehyst verify finds out about Structured Text: each form of it, run by the own checker."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, OutputError
-from dehyst.export.checks import Check
 from dehyst.export.iec import Instance, load
-from dehyst.export.plc.plcopen import text_of
-from dehyst.export.plc.ports import Ports
 from dehyst.export.signal import Signal, Whole
+from dehyst.export.st.pou import text_of
+from dehyst.export.st.programs import Ports
+from dehyst.export.targets import Check
 
 
 def forms(name: str) -> dict[str, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""The programs beside the function block: how it is called, and the test that the PLC runs on itself."""
+"""The programs beside a function block: how it is called, and the test that the PLC runs on itself."""
 
 from __future__ import annotations
 
@@ -7,15 +7,60 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dehyst.export.plc.block import number
-from dehyst.export.plc.numbers import constant
-from dehyst.export.plc.ports import Ports
-from dehyst.export.plc.pou import Pou, Variable
-from dehyst.export.plc.template import rendered
+from dehyst.export.iec import Instance
 from dehyst.export.precision import Floats
+from dehyst.export.signal import Signal
+from dehyst.export.st.blocks import number
+from dehyst.export.st.pou import Pou, Variable, constant, rendered
 
+DOUBTFUL = {"Limited": 4, "LimitedEver": 8, "PressureLimit": 16, "ValveLimit": 32, "Learned": 256}  # bits of flags
 _BEYOND = {"LREAL": 1e101, "REAL": 1e16}  # finite, and rejected like a NaN, for which a PLC has no constant
 _SMALLEST = {"LREAL": float(np.finfo(np.float64).tiny), "REAL": float(np.finfo(np.float32).tiny)}
+
+
+@dataclass(frozen=True)
+class Ports:
+    """How a signal's columns belong to a function block.
+
+    Parameters
+    ----------
+    inputs
+        Names in the order of the columns.
+    switches
+        Name -> bit of the signal's switch.
+    outputs
+        Names in the order of the columns.
+    doubtful
+        Name -> bit of the flags that may hang on the last digit in REAL: whether a limit was met.
+    """
+
+    inputs: tuple[str, ...]
+    switches: Mapping[str, int]
+    outputs: tuple[str, ...]
+    doubtful: Mapping[str, int]
+
+    @classmethod
+    def of(cls, block: Pou) -> Ports:
+        """Return those of a function block: declared in the order of the columns, and of the bits of a switch."""
+        inputs = [v for v in block.variables if v.section == "VAR_INPUT" and v.name != "Restart"]
+        outputs = [v for v in block.variables if v.section == "VAR_OUTPUT"]
+        return cls(
+            tuple(v.name for v in inputs if v.type != "BOOL"),
+            {v.name: 1 << bit for bit, v in enumerate(v for v in inputs if v.type == "BOOL")},
+            tuple(v.name for v in outputs if v.type not in ("BOOL", "UDINT")),
+            {v.name: DOUBTFUL[v.name] for v in outputs if v.name in DOUBTFUL},
+        )
+
+    @property
+    def sure(self) -> int:
+        """Return the bits of the flags that hold in REAL too."""
+        return ~sum(self.doubtful.values())
+
+    def call(self, unit: Instance, signal: Signal, k: int) -> dict[str, float | int | bool]:
+        """Call a unit with sample k of a signal."""
+        row = {name: float(x) for name, x in zip(self.inputs, signal.inputs[k], strict=True)}
+        switches = {name: bool(signal.switch[k] & bit) for name, bit in self.switches.items()}
+        return unit.call(**row, **switches, Restart=False)
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,19 @@ from types import MappingProxyType
 
 from dehyst.control import JointControllerParameters
 from dehyst.export.numbers import DirectNumbers, ModelNumbers
-from dehyst.export.plc.block import common_constants, model_tables, model_variables, number, shape
-from dehyst.export.plc.direct import GROUPS, direct_states, direct_tables, direct_work
-from dehyst.export.plc.pou import Pou, Variable
-from dehyst.export.plc.template import names, rendered, used
+from dehyst.export.st.blocks import (
+    GROUPS,
+    common_constants,
+    direct_states,
+    direct_tables,
+    direct_work,
+    model_tables,
+    model_variables,
+    number,
+    shape,
+    table,
+)
+from dehyst.export.st.pou import Pou, Variable, names, rendered, used
 
 DEGREE = 8
 _ROOT = {  # smallest radicand, first guess and last digit of the root in core/pressure.c
@@ -152,16 +161,11 @@ def _parameters(real: str, p: JointControllerParameters) -> tuple[Variable, ...]
     volumes = [x for muscle in p.volume for x in (*muscle, *[0.0] * (4 - len(muscle)))]
     return (
         *(number(name, real, value, text) for name, value, text in numbers),
-        *(_table(name, real, (*values, *[0.0] * (DEGREE - len(values))), text) for name, values, text in tables),
-        _table("VolumeTable", real, tuple(volumes), "V_1, V_2 [m^3]"),
+        *(table(name, real, (*values, *[0.0] * (DEGREE - len(values))), text) for name, values, text in tables),
+        table("VolumeTable", real, tuple(volumes), "V_1, V_2 [m^3]"),
         Variable("VAR CONSTANT", "FrozenSamples", "DINT", (str(p.frozen_samples),), comment="equal readings, 0: any"),
         Variable("VAR CONSTANT", "HoldSamples", "DINT", (str(p.hold_samples),), comment="faulty readings bridged"),
     )
-
-
-def _table(name: str, real: str, values: tuple[float, ...], comment: str) -> Variable:
-    initial = tuple(number(name, real, value).initial[0] for value in values)
-    return Variable("VAR CONSTANT", name, real, initial, len(values), comment)
 
 
 def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...]:
