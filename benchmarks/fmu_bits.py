@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.export import subject_of
-from dehyst.export.fmu import binaries
+from dehyst.export.fmu import sources
 from dehyst.export.fmu.package import package
 from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
@@ -45,8 +45,8 @@ def main():
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--level", default="-O0")
     asked = parser.parse_args()
-    binaries.TARGETS = (binaries.LINUX,)
-    binaries.OPTIONS = (*binaries.OPTIONS, asked.level)
+    sources.TARGETS = (sources.LINUX,)
+    sources.OPTIONS = (*sources.OPTIONS, asked.level)
     wrong, samples, begin = [], 0, time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(asked.first, asked.first + asked.models):

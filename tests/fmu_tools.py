@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from dehyst.export import compilers
-from dehyst.export.fmu import binaries
+from dehyst.export.fmu import sources
 
 HERE = Path(__file__).parent
 CC = shutil.which("cc") or shutil.which("gcc")
@@ -26,7 +26,7 @@ NEEDS_COMPILER = pytest.mark.skipif(
 def quickly():
     """One compiler and no cross compiler: what else there is, one test tries."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "TARGETS", (binaries.LINUX,))
+        patch.setattr(sources, "TARGETS", (sources.LINUX,))
         patch.setattr(compilers, "COMPILERS", ("cc",))
         patch.setattr(compilers.found, "__defaults__", (("cc",),))
         patch.setattr(compilers, "LEVELS", ("-O1",))

@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 from dehyst.control import JointControllerParameters
 from dehyst.export import Check, export, joint_subject, subject_of, verify
 from dehyst.export.compilers import check_folder
-from dehyst.export.fmu import binaries
+from dehyst.export.fmu import sources
 from dehyst.export.fmu.description import Description, Variable, base_unit, model_description, placed
 from dehyst.export.fmu.loader import Instance
 from dehyst.export.fmu.package import STEP, package
@@ -89,7 +89,7 @@ def fmu(request, subject, tmp_path_factory):
 @pytest.mark.skipif(shutil.which(WINDOWS.compilers[0]) is None, reason="needs a cross compiler for Windows")
 def test_a_cross_compiler_adds_a_library_for_windows(tmp_path):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "TARGETS", (LINUX, WINDOWS))
+        patch.setattr(sources, "TARGETS", (LINUX, WINDOWS))
         both = package(unit(), 2).binaries
     assert sorted(both.files) == ["binaries/linux64/joint_1.so", "binaries/win64/joint_1.dll"]
     assert both.files["binaries/win64/joint_1.dll"][:2] == b"MZ"
@@ -98,7 +98,7 @@ def test_a_cross_compiler_adds_a_library_for_windows(tmp_path):
 def test_an_fmu_without_any_compiler_holds_its_sources_and_says_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(binaries, "TARGETS", (LINUX, WINDOWS))
+        patch.setattr(sources, "TARGETS", (LINUX, WINDOWS))
         export(unit(), "fmu2", tmp_path / "out")
         checks = {check.claim: check for check in verify(tmp_path / "out")}
     assert "No binary for linux64: no cc or gcc or clang" in (tmp_path / "out" / "README.md").read_text()

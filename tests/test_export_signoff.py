@@ -16,7 +16,7 @@ from dehyst import __version__
 from dehyst.control import JointControllerParameters
 from dehyst.errors import DehystError
 from dehyst.export import compilers, export, joint_subject, read_manifest, subject_of, verification
-from dehyst.export.fmu import binaries
+from dehyst.export.fmu import sources
 from dehyst.models import DirectInverse
 from export_samples import CARD, mapped_model, needs_make, play_model
 
@@ -346,7 +346,7 @@ def test_an_fmu_whose_binary_another_compiler_made_is_not_run_and_where_it_can_b
     monkeypatch, tmp_path
 ):
     with monkeypatch.context() as elsewhere:
-        elsewhere.setattr(binaries, "OPTIONS", (*binaries.OPTIONS, "-O1"))
+        elsewhere.setattr(sources, "OPTIONS", (*sources.OPTIONS, "-O1"))
         folder = export(subject_of(play_model(), name="elbow"), "fmu2", tmp_path / "out").folder
     with zipfile.ZipFile(folder / "elbow.fmu") as packed:
         made = [name for name in packed.namelist() if name.startswith("binaries/")]
