@@ -29,6 +29,7 @@ from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 
 import dehyst
 from dehyst import Recording
+from dehyst.families import all_names
 from dehyst.robot.experiments import example_recording
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -118,7 +119,7 @@ def compared(log: Log, run: str, data: Path) -> dict[str, Any]:
     """All families on one run, as plain numbers."""
     record = recording(log, run, data)
     begun, wall = time.process_time(), time.perf_counter()
-    found = dehyst.compare(record).as_dict()
+    found = dehyst.compare(record, all_names()).as_dict()
     spent, waited = time.process_time() - begun, time.perf_counter() - wall
     return {
         "log": log.name, "kind": log.kind, "source": log.source, "run": run, "samples": len(record),

@@ -170,7 +170,7 @@ def compare(
     recordings
         One recording or a list of them; all are fitted together.
     families
-        Names of `dehyst.families.all_names()`; None for all of them.
+        Names of `dehyst.families.all_names()`; None for all of them but the choice among rows, which is one of them.
     train_fraction
         Share of each recording that is fitted; the rest is the test, which no fit sees. The order of the rows is by
         the test: which family is best for a plant is itself a finding from this log, and another log confirms it.
@@ -203,7 +203,8 @@ def compare(
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise ParameterError(f"seed = {seed!r:.40} must be a whole number from 0 on.", seed=seed)
     records = check_recordings(recordings)
-    wanted = tuple(dict.fromkeys(families)) if families is not None else all_names()
+    every = tuple(name for name in all_names() if name != BEST)  # the best row stands among the rows
+    wanted = tuple(dict.fromkeys(families)) if families is not None else every
     unknown = [name for name in wanted if name not in all_names()]
     if unknown or not wanted:
         raise ParameterError(
@@ -233,7 +234,7 @@ def compare(
     found = [_with_reason(entry, auto, curve) for entry in found]
     seen = part[1] if part[1] else part[0]
     masks = tuple(seen.mask(k, len(record)) for k, record in enumerate(records))
-    ranked = sorted(found, key=lambda entry: rank(entry.error_percent))
+    ranked = sorted(found, key=lambda entry: (rank(entry.error_percent), entry.family != auto.family))
     return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
 
 
