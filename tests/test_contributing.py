@@ -1,4 +1,4 @@
-"""CONTRIBUTING shows a new family, figure and log format, each a file, a line and its tests: executed as they stand."""
+"""CONTRIBUTING shows a family, figure, log format and target, each a file, a line and its tests: executed as they stand."""
 
 import importlib.util
 import inspect
@@ -11,9 +11,11 @@ import pytest
 
 import test_families_conformity as conformity
 from dehyst import Recording, compare, load
+from dehyst.export import targets
 from dehyst.families import STARTS, example, identify_family, registry, rows, table
 from dehyst.io import formats
 from dehyst.report import figures, write_report
+from export_samples import play_model
 from report_samples import fit_by_hand
 
 PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -24,6 +26,8 @@ DRAWING = PAGE.partition("## Add a report figure")[2].partition("\n## ")[0]
 FIGURE, LINES, FIGURE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", DRAWING)
 READING = PAGE.partition("## Add a log format")[2].partition("\n## ")[0]
 FORMAT, FORMAT_ROW, FORMAT_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", READING)
+EXPORTING = PAGE.partition("## Add a target of")[2].partition("\n## ")[0]
+TARGET, TARGET_ROW, TARGET_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", EXPORTING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
 
@@ -181,3 +185,32 @@ def test_the_log_format_shown_is_read_by_the_command_and_refused_by_its_name(rea
     assert f"cannot be read as {readable.title}" in run("inspect", path)[2]
     path.write_bytes(b"something else")
     assert f"not those of {readable.title}" in run("inspect", path)[2]
+
+
+@pytest.fixture
+def exportable(tmp_path, monkeypatch):
+    """The file and the row of CONTRIBUTING for a target, as if they were part of the package."""
+    (row,) = eval(f"({TARGET_ROW.strip()})", {"Target": targets.Target})
+    load_shown(row.module, TARGET, tmp_path, monkeypatch)
+    monkeypatch.setattr(targets, "TARGETS", {**targets.TARGETS, row.name: row})
+    return row
+
+
+def test_the_target_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`((?:src|tests)/\S+\.py)`", EXPORTING))
+    assert len(named - {"tests/test_contributing.py"}) == 4
+
+
+@pytest.mark.slow
+def test_the_tests_of_the_target_shown_pass(exportable, tmp_path):
+    assert run_shown(TARGET_TESTS, tmp_path) == 2
+
+
+@pytest.mark.slow
+def test_the_target_shown_is_exported_and_signed_off_by_the_commands(exportable, run, tmp_path):
+    model = play_model().save(tmp_path / "model.json")
+    status, out, err = run("export", model, "--target", exportable.name, "--out", tmp_path / "made")
+    assert status == 0, out + err
+    status, out, err = run("verify", tmp_path / "made")
+    assert status == 0 and "west build" in out, out + err
+    assert f"{exportable.name} ({exportable.summary})" in run("export", model, "--target", "x", "--out", "y")[2]
