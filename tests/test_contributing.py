@@ -1,4 +1,4 @@
-"""CONTRIBUTING shows a family, figure, log format and target, each a file, a line and its tests: executed as they stand."""
+"""CONTRIBUTING shows a family, figure, log format and target, each a file, a line and tests: executed as they stand."""
 
 import importlib.util
 import inspect
