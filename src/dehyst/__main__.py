@@ -1,4 +1,4 @@
-"""The command ``dehyst``, also as ``python -m dehyst``: it begins here, so that Ctrl-C ends it well at any moment."""
+"""The command ``dehyst``, also as ``python -m dehyst``; Ctrl-C is handled from the first import on."""
 
 import _signal  # type: ignore[import-not-found]  # part of the interpreter; `signal` would have to be loaded
 import os

@@ -1,4 +1,4 @@
-"""The command line: makes a parser of every request, and calls what runs it."""
+"""The command line: builds a parser for every command, and calls the function that runs it."""
 
 from __future__ import annotations
 

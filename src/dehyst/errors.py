@@ -1,4 +1,4 @@
-"""Every fault dehyst names: one base class, one class per fault, the cure in the message.
+"""All errors of dehyst: one base class, one class for each kind of fault; the message says what to do.
 
 A message says what happened, gives the numbers, says why it matters and what to type. The same facts
 are attributes of the exception (``error.facts``), so that a program can act on them.

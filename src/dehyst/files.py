@@ -1,4 +1,4 @@
-"""Files are written atomically: a reader sees the old file or the new one, never half of one, and loses neither."""
+"""Writes files atomically: a reader, or a crash, sees the old file or the new one, never half of one."""
 
 from __future__ import annotations
 

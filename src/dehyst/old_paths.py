@@ -1,4 +1,4 @@
-"""Modules that have moved, under their old paths, with a warning; for one release."""
+"""Old import paths of modules that have moved: they still work for one release, with a warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text for a terminal: names from files made printable, and words quoted for every shell."""
+"""Makes names from files printable on a terminal, and quotes words for each shell."""
 
 from __future__ import annotations
 

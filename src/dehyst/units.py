@@ -1,4 +1,4 @@
-"""Units: read from column names, spelled in one way, converted within one dimension.
+"""Reads units from column names, spells them in one way, and converts them within one dimension.
 
 Values stay in the units of the log; this table exists for labels, for time stamps and for checks.
 """

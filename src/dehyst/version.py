@@ -1,3 +1,3 @@
-"""The version of the package: a module of its own, so that none asks the public face for it."""
+"""The version of the package."""
 
 __version__ = "0.1.0"

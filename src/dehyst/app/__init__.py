@@ -1,1 +1,1 @@
-"""One file a command: call one function, print what it found."""
+"""The commands of the command line: each module runs one command and prints its result."""

@@ -1,4 +1,4 @@
-"""dehyst drift: has the actuator changed since it was identified; a new model only if it is better."""
+"""dehyst drift: tests whether the actuator has changed since its identification, and offers a new model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""dehyst inspect and dehyst example: what is in a log, and a log to try things on."""
+"""dehyst inspect and dehyst example: shows what a log contains; writes an example log."""
 
 from __future__ import annotations
 

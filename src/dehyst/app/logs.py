@@ -1,4 +1,4 @@
-"""Logs of a command: columns, recordings, scheduling signals; warnings of a model's range and verdict."""
+"""Reads the logs of a command: columns, recordings, scheduling signals; warns of inputs outside a model's range."""
 
 from __future__ import annotations
 

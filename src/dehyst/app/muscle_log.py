@@ -1,4 +1,4 @@
-"""dehyst muscle --log: columns of a bench log, in whatever units, to contraction, pressure and force in SI."""
+"""dehyst muscle --log: converts the columns of a test-bench log to contraction, pressure and force in SI units."""
 
 from __future__ import annotations
 

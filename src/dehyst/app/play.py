@@ -1,4 +1,4 @@
-"""dehyst simulate and dehyst compensate: a model or its inverse over a logged signal, from an assumed past."""
+"""dehyst simulate and dehyst compensate: run a model or its inverse over a logged signal, from a start state."""
 
 from __future__ import annotations
 

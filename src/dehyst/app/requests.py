@@ -1,4 +1,4 @@
-"""Arguments and options of every command: one dataclass a command, one field an option with its help."""
+"""Arguments and options of every command: one dataclass per command, one field per option, with its help text."""
 
 from __future__ import annotations
 

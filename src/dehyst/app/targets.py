@@ -1,4 +1,4 @@
-"""Files to write: what a user has is never overwritten silently."""
+"""Checks where a command may write: existing files are never overwritten without a message."""
 
 from __future__ import annotations
 

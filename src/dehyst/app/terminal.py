@@ -1,4 +1,4 @@
-"""What the commands print: tables, findings, files written, the line to type next, JSON, progress."""
+"""What commands print: tables, findings, written files, the next command to type, JSON, progress."""
 
 from __future__ import annotations
 

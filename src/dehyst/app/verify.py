@@ -1,4 +1,4 @@
-"""dehyst verify: compile an export, run it, compare it with the model, sign it off."""
+"""dehyst verify: compiles an export, runs it, compares it with the model, and records the result."""
 
 from __future__ import annotations
 

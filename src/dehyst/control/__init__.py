@@ -1,4 +1,4 @@
-"""Control of a joint: compensators, and the host side of the core's joint controller."""
+"""Control of a joint: compensators, and the Python side of the joint controller in the C core."""
 
 from dehyst.control.block import BLOCK_FLAGS, Block
 from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along

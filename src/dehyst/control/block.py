@@ -1,4 +1,4 @@
-"""A model or its inverse as a function block of a machine: bounded, switched without a bump, saved and restored."""
+"""A model or its inverse as a function block: limited output, bumpless switching, state that can be saved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compensators: what is added to the pressure difference against hysteresis, as a function of the desired path."""
+"""Compensators: compute the pressure difference that cancels hysteresis along the desired path."""
 
 from __future__ import annotations
 

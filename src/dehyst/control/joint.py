@@ -1,4 +1,4 @@
-"""The controller of one joint with two antagonistic muscles: parameters, references, outputs."""
+"""The controller of a joint with two antagonistic muscles: parameters, references, outputs."""
 
 from __future__ import annotations
 

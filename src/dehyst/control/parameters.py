@@ -1,4 +1,4 @@
-"""Parameters of a joint controller, and of how it learns, checked before the core sees them."""
+"""Parameters of a joint controller and of its learning, checked before they reach the C core."""
 
 from __future__ import annotations
 

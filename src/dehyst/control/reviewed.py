@@ -1,4 +1,4 @@
-r"""Controllers of a pneumatic joint that the literature has tried, to be run where the paper's is.
+r"""Other controllers of a pneumatic joint from the literature, run in place of the paper's controller.
 
 A record says what a law is told beside the `JointControllerParameters` that every law shares: sensors' guard,
 observer, characteristic A, B, C, limits, air and valve. ``for_joint`` derives its numbers from those by the formulas

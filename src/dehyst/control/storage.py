@@ -1,4 +1,4 @@
-"""Files of a joint controller: JSON with a schema version and a checksum; faults of images of a state, in words."""
+"""Files of a joint controller: JSON with schema version and checksum; errors of saved states as messages."""
 
 from __future__ import annotations
 

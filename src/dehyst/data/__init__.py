@@ -1,1 +1,1 @@
-"""Recordings; their turning points, loops and gaps; outliers; the range that percentages refer to."""
+"""Recordings, their turning points, loops and gaps, outliers, and the range that percentages refer to."""

@@ -1,4 +1,4 @@
-"""Samples that are no measurement although they are numbers: spikes, short false runs, codes of a failed sensor.
+"""Detects outliers: spikes, short false runs, and error codes of a failed sensor.
 
 One of them is enough to spoil a fit, because a play operator remembers the extreme for ever.
 """

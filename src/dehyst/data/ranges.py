@@ -1,4 +1,4 @@
-"""Range of a signal, the 100 % of every error in percent; a few extreme samples do not make it."""
+"""The range of a signal (100 % of every error in percent), robust to a few extreme samples."""
 
 from __future__ import annotations
 

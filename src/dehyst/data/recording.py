@@ -1,4 +1,4 @@
-"""Recording: what a test rig logged, ready for identification."""
+"""Recording: input, output and time of a test-rig log, ready for identification."""
 
 from __future__ import annotations
 

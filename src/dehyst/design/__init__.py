@@ -1,4 +1,4 @@
-"""Design of motions: what to log so that a model can be told from it, and how to home."""
+"""Design of test motions: what to log for a good identification, and how to home."""
 
 from dehyst.design.design import design_drift_motion, design_excitation
 from dehyst.design.excitation import UNSEEN_TIPS, Limits, decaying_cycles, loops, triangle_sweep

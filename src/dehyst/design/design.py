@@ -1,4 +1,4 @@
-"""Motions to log: one that lets hysteresis, creep and rate be told apart, and one that `drift` compares.
+"""Designs motions to log: one that separates hysteresis, creep and rate, and one for `drift` to compare.
 
 The plan for an identification consists of sections, in shares of half the range around its middle:
 

@@ -1,4 +1,4 @@
-"""Signals to command for homing, calibration, identification and its test: smooth strokes within limits.
+"""Test signals for homing, calibration, identification and validation: smooth strokes within limits.
 
 All of them move from tip to tip in smooth strokes and return time and value, (T,) each, at a fixed period; the time
 starts at zero and ends with the first sample at or after the end of the motion. The peak rate is stated for each.

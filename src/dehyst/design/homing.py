@@ -1,4 +1,4 @@
-"""Shortest homing: the motion after which the memory of a bank of stops is known, or known and spent.
+"""Shortest homing motion: afterwards the state of a bank of stop operators is known, or bounded.
 
 A stop of radius r holds E = x - z, |E| <= r, where z moves with z <- max(x - r, min(x + r, z)). Nobody knows z before
 the first motion: every z in [x - r, x + r] is admissible.

@@ -1,4 +1,4 @@
-"""Shortest homing of an identified direct inverse: its stops and its lags along the path."""
+"""Shortest homing motion of an identified direct inverse: its stop operators and first-order lags."""
 
 from __future__ import annotations
 

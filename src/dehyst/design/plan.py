@@ -1,4 +1,4 @@
-"""Plan of an excitation: its sections, the motion as samples, and the candidates that a design chooses among."""
+"""A plan of an excitation: its sections, its samples, and the candidate plans to choose from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Can hysteresis, creep and rate be told apart from a motion? Asked of the regressors of the direct inverse.
+"""Tests whether a motion separates hysteresis, creep and rate, from the regressors of the direct inverse.
 
     u = polynomial(y) + sum_i s_i E_i[y] + sum_j c_j (y - L_j[y]) + d dy/dt
 

@@ -1,4 +1,4 @@
-"""Identified models, their inverses and whole joint controllers as code for a target, with the proof beside it."""
+"""Exports models, inverses and joint controllers as code for a target, with tests of that code."""
 
 from dehyst.export.folder import Written, export, read_manifest
 from dehyst.export.joint import joint_subject

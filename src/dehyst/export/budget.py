@@ -1,4 +1,4 @@
-"""What a unit costs on a target: bytes of parameters and state, instructions of a step."""
+"""What an exported unit costs on a target: bytes of parameters and state, instructions of a step."""
 
 from __future__ import annotations
 

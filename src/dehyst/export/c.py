@@ -1,4 +1,4 @@
-"""Target ``c``: the core's sources as they are, one parameter file, an example, a check that needs only a compiler."""
+"""Target ``c``: sources of the core, one parameter file, an example, and a check that needs only a compiler."""
 
 from __future__ import annotations
 

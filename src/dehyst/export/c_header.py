@@ -1,4 +1,4 @@
-"""Target ``c-header``: all of it in one header; one source file of a program defines NAME_IMPLEMENTATION before it.
+"""Target ``c-header``: the whole export in one header; one source file defines NAME_IMPLEMENTATION before it.
 
 Types are those of the core and shared by all such headers of a program; functions of the core get the unit's name in
 front, and so do the names that are local to a source file: two headers, from whatever versions, do not collide.

@@ -1,4 +1,4 @@
-"""Host compilers: which there are, and `make check` of an exported folder with each."""
+"""Finds the C compilers of this computer, and runs `make check` of an exported folder with each."""
 
 from __future__ import annotations
 

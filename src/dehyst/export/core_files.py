@@ -1,4 +1,4 @@
-"""The sources of the core as they are, and which of them a unit needs."""
+"""The source files of the C core, and which of them an exported unit needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A folder of files takes the place of another one: whenever it is interrupted, the old one or the new one is whole.
+"""Replaces a folder atomically: after an interruption the old folder or the new one is complete.
 
 The new files are written beside the folder and the two are exchanged in one step, where the system has one. Where it
 has none, or the folder cannot be moved (one stands in it, it is a mount, nothing may be made beside it), the new files

@@ -1,4 +1,4 @@
-"""A whole joint controller as something that targets can write: its compensator in SI, its numbers, its tolerances."""
+"""Export of a whole joint controller: its compensator in SI units, its parameters, its tolerances."""
 
 from __future__ import annotations
 

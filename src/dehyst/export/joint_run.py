@@ -1,4 +1,4 @@
-"""A recorded run of a joint controller: a joint that follows a motion, with switching and faulty sensors."""
+"""Test run of an exported joint controller: a joint that follows a motion, with switching and faulty sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of exported units: identifiers of C, C++ and Structured Text."""
+"""Checks names of exported units: valid identifiers of C, C++ and Structured Text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers of an exported unit: records with the fields of the core's structures in C, whatever the precision."""
+"""Parameters of an exported unit: records with the same fields as the C structures of the core."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers in double or float: rounding, constants in C, and what a unit must be that float can hold."""
+"""Double or float: rounding, constants in C, and which units can be exported in float."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Templates of exported files: plain text, filled by jinja2."""
+"""Fills the text templates of exported files, with jinja2."""
 
 from __future__ import annotations
 

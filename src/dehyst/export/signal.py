@@ -1,4 +1,4 @@
-"""What goes into an exported unit sample by sample, and what the model answers: test signals, excerpts of logs."""
+"""Test signals of an exported unit and the model's answers to them: generated signals, excerpts of logs."""
 
 from __future__ import annotations
 

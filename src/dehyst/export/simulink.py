@@ -1,4 +1,4 @@
-"""Target ``simulink``: a Level-2 C MEX S-function, and the recipe of a C Function block, which generates code."""
+"""Target ``simulink``: a Level-2 C MEX S-function, and instructions for a C Function block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is exported: one unit, its numbers, its signals, the proof that goes with it."""
+"""What is exported: one unit with its parameters, test signals and checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Targets: name -> the module that writes and verifies it; and what a verification found, one line a claim."""
+"""Table of export targets: name and the module that writes and verifies it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A unit: a block that runs here, the numbers that a target runs it with, and the signal that compares both.
+"""A unit to export: the block in Python, its parameters on the target, and the signal that compares both.
 
 Three kinds of models have a block in the core: plays, direct inverses and sums of elements. What differs between them
 stands in the `UnitNumbers` that `play_unit`, `direct_unit` and `element_unit` return.

@@ -1,4 +1,4 @@
-"""What `dehyst verify` does for every target; each target adds its own checks."""
+"""Checks that `dehyst verify` runs for every target; each target adds its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hysteresis families of the literature: one file a family, fitted to one log and compared."""
+"""Hysteresis models of the literature: one file per family, fitted to one log and compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every family of loops can do: simulate, be identified, be inverted where an inverse exists."""
+"""Base class of hysteresis families: simulate, identify, and invert where an inverse exists."""
 
 from __future__ import annotations
 

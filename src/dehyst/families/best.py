@@ -1,4 +1,4 @@
-"""identify(): one answer to "which model?" for a log, from all rows of elements, plays and the curve."""
+"""identify(): chooses the best model of a log among sums of elements, plays and the curve without hysteresis."""
 
 from __future__ import annotations
 

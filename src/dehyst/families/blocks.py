@@ -1,4 +1,4 @@
-"""block(): the function block of a model of any family, as a machine runs it and as it is exported."""
+"""block(): a model of any family as a function block, for real-time use and export."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bouc-Wen: the force after a turn rises to its limit as sharply as a power says, and falls as steeply as it likes.
+"""Bouc-Wen model: hysteretic force with a sharpness exponent and different loading and unloading.
 
 The state of an element depends on the path x alone::
 

@@ -1,4 +1,4 @@
-r"""Which sum of elements a log calls for: rows, map and regularisation by blocks held out within the training.
+r"""Chooses the terms, output map and regularisation of a sum of elements by held-out blocks of the training part.
 
 The training is cut into five consecutive blocks. A candidate's score is a mean of errors of its output on blocks that
 it did not see: m, the median of the rms of each block left out in turn, and f_4 and f_5, of the last two blocks, each

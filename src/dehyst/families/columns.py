@@ -1,4 +1,4 @@
-"""Columns of the program of elements: each rises, or stands still, with the present sample, whatever the memory.
+"""Regressor columns of a sum of elements: each rises or stays constant with the present sample.
 
 A column reads one element e of one memory cell::
 

@@ -1,4 +1,4 @@
-"""compare(): every family on one log, on the same samples, with the same verdict."""
+"""compare(): fits every family to one log and scores all on the same held-out samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The curve without memory that friction is added to: a polynomial on [-1, 1] that rises, with straight ends."""
+"""The curve without hysteresis under friction models: a rising polynomial on [-1, 1] with straight ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dahl's friction: after every turn the force rises along an exponential to the dry friction.
+"""Dahl friction: after every reversal the force approaches Coulomb friction exponentially.
 
 Bristles of a rubbing surface bend before they slip. The force of one kind of bristles depends on the path x alone::
 

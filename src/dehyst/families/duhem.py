@@ -1,4 +1,4 @@
-"""Duhem, in Coleman and Hodgdon's form: loops that are wider where the input is, towards a curve and away from it.
+"""Duhem model in the form of Coleman and Hodgdon: the slope depends on input, output and direction.
 
 The slope of the output depends on the direction of the input, its value, and the distance to a curve f::
 

@@ -1,4 +1,4 @@
-"""A sum of elements, or its inverse, as a block of the core: tables for a period, limits, the straight line."""
+"""A sum of elements or its inverse as a block of the core: constants for a period, limits, linear ends."""
 
 from __future__ import annotations
 

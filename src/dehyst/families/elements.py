@@ -1,4 +1,4 @@
-r"""Sums of elements: the one record for every family whose loop is a sum of memories, run by the core's machine.
+r"""Sums of elements (plays, stops, creep, ...): one parameter record for all such families, run by the core.
 
 A row of the grammar names elements, maps and a direction; the record holds their numbers::
 

@@ -1,4 +1,4 @@
-"""Models of families from the parameters of their files: values, scaling and start."""
+"""Builds models of families from the parameters in their files."""
 
 from __future__ import annotations
 

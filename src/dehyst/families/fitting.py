@@ -1,4 +1,4 @@
-"""identify_family(): from recordings to a model of a family of the literature, scored on what was held out."""
+"""identify_family(): fits a family of the literature to recordings, scored on held-out data."""
 
 from __future__ import annotations
 

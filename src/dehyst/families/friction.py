@@ -1,4 +1,4 @@
-"""What families of friction along a path share: y = c(x) + sum of w z[x], forwards, backwards, fitted convexly."""
+"""Common base of friction models along a path: y = c(x) + sum of w z[x], forward, inverse, convex fit."""
 
 from __future__ import annotations
 

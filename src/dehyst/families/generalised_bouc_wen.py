@@ -1,4 +1,4 @@
-"""Generalised Bouc-Wen: one element whose knees and unloading differ between the sides of the range and of the force.
+"""Generalised Bouc-Wen model: asymmetric, with different sharpness and unloading for each sign of input and force.
 
 The state of the element depends on the path x alone; x' is its direction::
 

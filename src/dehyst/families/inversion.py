@@ -1,4 +1,4 @@
-"""Inputs for wanted outputs, searched sample by sample: for every family whose output strictly follows its input."""
+"""Numerical inverse, sample by sample, of every family whose output strictly rises or falls with its input."""
 
 from __future__ import annotations
 

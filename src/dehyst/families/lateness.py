@@ -1,4 +1,4 @@
-r"""By how much one signal of a log is late: the shift between both at which a sum of elements errs least.
+r"""Estimates the delay between two signals of a log: the shift at which a sum of elements fits best.
 
 A lag that the loop itself has, creep or friction, is in the sum already, which is fitted anew at every shift. What is
 left for a shift is a dead time: of transport, of a filter, of two clocks.

@@ -1,4 +1,4 @@
-r"""Every family as the controller's model: what hysteresis asks for along the desired path.
+r"""Compensator from any family: its hysteresis along the desired path, for the joint controller.
 
 A compensator needs a relation from the desired angle to the pressure difference, and there are two ways to one:
 

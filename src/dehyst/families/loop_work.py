@@ -1,4 +1,4 @@
-"""The work that a closed loop of a model takes up: its sign tells whether the output leads or lags."""
+"""Area of a closed loop of a model; its sign tells whether the output leads or lags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LuGre: bristles that bend, slip, and carry less the faster they rub; the force depends on speed.
+"""LuGre friction: bristles with stiffness and damping and the Stribeck effect; depends on speed.
 
 The mean deflection z of the bristles follows the path x and its speed v::
 

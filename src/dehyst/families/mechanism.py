@@ -1,4 +1,4 @@
-"""Every family as the plant's mechanism: the true hysteresis of a simulated muscle."""
+"""Any family as the true hysteresis of a simulated muscle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Files of families that are rows of elements now: their old parameters, played as they were.
+r"""Reads files of families that are sums of elements today: same parameters, same output.
 
 Before they were rows, ``creep-pi``, ``rate-dependent-pi``, ``generalised-pi``, ``maxwell-slip`` and
 ``krasnoselskii-pokrovskii`` were records of their own. Where the formula of a file is a sum of elements, reading it

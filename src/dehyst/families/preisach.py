@@ -1,4 +1,4 @@
-r"""Preisach operator by its Everett function: the general rate-independent loop with congruent minor loops.
+r"""Preisach operator with an Everett function: rate-independent loops with congruent minor loops.
 
 .. math::
 

@@ -1,4 +1,4 @@
-r"""One program for every row of elements: normal equations by block and by piece of the output map, an active set.
+r"""Convex program of every sum of elements: normal equations by block, solved with an active set.
 
     minimise  sum over rows of (c + A w - T(y))^2 / T'(y)^2  +  n (lam^2 |differences of neighbours|^2 + ridge^2 |w|^2)
     subject to  w >= 0,  w >= 0.02 for ramps of x,  T' >= 0.05,  T of mean slope 1

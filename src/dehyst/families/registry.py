@@ -1,4 +1,4 @@
-"""The families: rows of a table, and modules that are imported when they are first asked for.
+"""Table of families: names, and modules imported on first use.
 
 A new row is a row in table.py; another family is a module with a `FAMILY`, one line here, and a test file
 (CONTRIBUTING.md shows it).

@@ -1,4 +1,4 @@
-"""Whether a sum of elements rises with its input whatever its memory: the least slope that can act."""
+"""Tests whether a sum of elements rises with its input in every state: its least possible slope."""
 
 from __future__ import annotations
 

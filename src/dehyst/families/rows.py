@@ -1,4 +1,4 @@
-r"""Rows of elements: families of one grammar, fitted by one program, run and inverted by one machine.
+r"""Families that are sums of elements, built from the table of rows: fitted, run and inverted in the same way.
 
 A row of the table (`dehyst.families.table`) says which groups of columns take part in a sum, whether a map stands
 behind it, and its direction::

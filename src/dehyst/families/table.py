@@ -1,4 +1,4 @@
-"""The table of rows: which groups of columns take part in a sum of elements, in which direction, under which name.
+"""Table of sums of elements: name, direction, and which groups of columns each family has.
 
 Plain data, and the one place where a row is named: the registry, the fit, the pages and the command read it.
 """

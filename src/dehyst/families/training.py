@@ -1,4 +1,4 @@
-"""What a family is fitted to: the first part of every recording, scaled, and the memory of every piece."""
+"""Training data of a family: the first part of every recording, scaled, with initial states."""
 
 from __future__ import annotations
 

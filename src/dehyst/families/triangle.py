@@ -1,4 +1,4 @@
-"""Cells on the triangle alpha >= beta of switching values: (i, j), j <= i, is number i (i + 1)/2 + j."""
+"""Cells of the Preisach triangle alpha >= beta: cell (i, j), j <= i, has number i (i + 1)/2 + j."""
 
 from __future__ import annotations
 

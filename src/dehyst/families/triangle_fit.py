@@ -1,4 +1,4 @@
-"""Least squares of what cells on the triangle of switching values weigh: convex, the grid chosen by held-out blocks.
+"""Least-squares fit of Preisach weights: convex, with the grid chosen on held-out blocks.
 
 A model of this kind is linear in its masses, y = offset + states @ masses. Off the diagonal all masses have one sign:
 positive, or negative where the loops run clockwise. On the diagonal they are at least what the smallest slope asks for.

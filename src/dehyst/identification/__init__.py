@@ -1,4 +1,4 @@
-"""Identification: data -> model, with what the data can and cannot tell."""
+"""Identification of models from logs, with warnings about what the data cannot determine."""
 
 from dehyst.identification.cross_validation import CrossValidation, Trial, cross_validate
 from dehyst.identification.direct import identify_direct

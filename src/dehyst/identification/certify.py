@@ -1,4 +1,4 @@
-"""From an estimate to a `Fit`: model, scores, certificate, findings, verdict, provenance."""
+"""From estimated parameters to a `Fit`: model, scores, optimality check, findings, verdict, provenance."""
 
 from __future__ import annotations
 

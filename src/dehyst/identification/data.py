@@ -1,4 +1,4 @@
-"""Recordings as one data set: scaled, split, with the memory of every piece accounted for."""
+"""Recordings as one data set: scaled, split, with the initial state of every piece."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one test of rate and creep: a log explained with and without them, on blocks held out, whatever the model."""
+"""Test for rate dependence and creep: fits the log with and without them, compares on held-out blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the data shows by itself: orientation, width, sizes and speeds of loops, drift."""
+"""Facts read from the data: orientation and width of the loops, their sizes and speeds, drift."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The families as quadratic programs on the normal equations of cells.
+"""Families of play operators as quadratic programs on their normal equations.
 
     minimise 1/2 v'G v - g'v + 1/2 u'E u - h'u,   v = T u,   u_i >= lower_i
 

@@ -1,4 +1,4 @@
-"""What an identification returns: model, scores, certificate, findings."""
+"""The result of an identification: model, scores, optimality check, findings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Least squares with bounds by orthogonal factors: QR reduction, an active set, then a solution on its support.
+"""Bounded least squares: QR reduction, an active set, then a solution on the positive weights.
 
     minimise |F a + P w - b|^2   subject to   w >= lower,   a free
 

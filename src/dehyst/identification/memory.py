@@ -1,4 +1,4 @@
-"""Memory of the plays before the first sample and after a gap: assumed states, and from where on it is known."""
+"""Initial states of the plays, at the first sample and after gaps: assumed, and from when on they are known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings cleaned before any identification: outliers bridged, samples after the actuator broke or changed left out.
+"""Cleans recordings before identification: bridges outliers, drops samples after the actuator failed.
 
 `stopped_at` finds an output that no longer follows its input, `changed_at` an output that is another one at the same
 input and memory from some cycle on; both for good.

@@ -1,4 +1,4 @@
-"""Identification of plays: from recordings to a fitted, certified model, and refits of the same data from kept sums."""
+"""Identification of play operators: from recordings to a fitted, checked model, and fast refits."""
 
 from __future__ import annotations
 

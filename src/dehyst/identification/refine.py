@@ -1,4 +1,4 @@
-"""Refinement of a solution of the normal equations: digits that sums over millions of samples have lost come back.
+"""Iterative refinement of a solution of the normal equations: restores digits lost in long sums.
 
 `refine`, on the data, for families without an output map:
 

@@ -1,4 +1,4 @@
-"""What the residual of a fit follows, and what is noise: how much a better model or a better log could gain."""
+"""Analyses the residual of a fit: what it depends on, what is noise, how much a better model could gain."""
 
 from __future__ import annotations
 

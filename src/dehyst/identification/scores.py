@@ -1,4 +1,4 @@
-"""Predictions of a model over recordings, scores of model and curve, round trip, and what residuals say of the data."""
+"""Predictions and scores of a model and of the curve, round trip through the inverse, residual warnings."""
 
 from __future__ import annotations
 

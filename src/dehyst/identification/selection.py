@@ -1,4 +1,4 @@
-"""Selection of a family by its error on blocks held out inside the training part.
+"""Chooses a family by its error on held-out blocks of the training part.
 
 The training samples are cut into five consecutive blocks. Each candidate is fitted five times without one block and
 scored on it; since the memory of a play depends on the input alone, which is known throughout, a block can be left out

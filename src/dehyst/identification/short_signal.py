@@ -1,4 +1,4 @@
-"""A long log as a short signal that gives every play the same state at the samples that are looked at.
+"""Replaces a long log by a short signal that leads to the same play states at chosen samples.
 
 The state of a play at a sample depends on the input up to it only by its extremes that nothing wiped out. So a few
 thousand rows of a log of millions, together with those extremes between them, are an exact stand-in: every start, grid

@@ -1,4 +1,4 @@
-"""Which samples are fitted, and which are held out to test on: a share of each recording, or whole recordings."""
+"""Splits logs into fitted and held-out samples: a share of each recording, or whole recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The best curve without hysteresis: the bar that every model has to clear, and the answer where none does."""
+"""The best curve without hysteresis: the baseline for every model, and the result if none is better."""
 
 from __future__ import annotations
 

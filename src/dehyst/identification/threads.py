@@ -1,4 +1,4 @@
-"""How many threads work: many small factorisations on one, independent banks of operators on all."""
+"""Sets the number of threads: one for many small factorisations, all for independent operators."""
 
 from __future__ import annotations
 

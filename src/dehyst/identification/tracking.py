@@ -1,4 +1,4 @@
-"""How far a compensator would track, told from the log: its demands played on the forward models of the others."""
+"""Estimates the tracking error of a compensator from a log: its input drives the other candidates' forward models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs in, tables out: files become tables (`formats`), tables become recordings (`logs`)."""
+"""Reads logs and writes tables: files become tables (`formats`), tables become recordings (`logs`)."""
 
 from dehyst.io.chunks import ChunkedLog, open_chunks
 from dehyst.io.inspect import ColumnSummary, LogSummary, Sampling, inspect_log

@@ -1,4 +1,4 @@
-"""Warnings about input and output: held, stuck at a limit, quantised, too few loops, columns swapped."""
+"""Warnings about input and output: constant, saturated, quantised, too few loops, columns swapped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs larger than memory: input and output in chunks, in constant memory, as often as they are needed.
+"""Reads logs larger than memory: input and output in chunks, in constant memory, repeatable.
 
 Rows in which a signal or the time is no number are left out and counted. What needs the whole log at once is not done:
 outliers stay in, angles are not unwrapped, rows are not sorted, gaps and a clock that jumps back are findings only.

@@ -1,4 +1,4 @@
-"""Cleaning: rows that hold no measurement, false values, wrapped angles, and gaps. Every cure is a finding.
+"""Cleans logs: rows without measurements, false values, wrapped angles, gaps; reports every change.
 
 A false value is a number that was not measured: a spike, or the code of a failed sensor. One of them is enough to spoil
 a fit, because a play operator remembers the extreme for ever.

@@ -1,4 +1,4 @@
-"""Time columns: which one belongs to a signal, in which unit, and whether two tell the same time."""
+"""Time columns: which one belongs to a signal, its unit, and whether two agree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Binary logs become tables: arrays turn into columns, labels and clocks; in one go, or in pieces from a `Source`."""
+"""Converts binary logs to tables: arrays become columns with names and times, whole or in chunks."""
 
 from __future__ import annotations
 

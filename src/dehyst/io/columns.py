@@ -1,4 +1,4 @@
-"""Which column is meant: by name, without its unit, by number; and which run."""
+"""Finds a column by name, by name without unit, or by number; finds a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guards around readers of other packages: their faults become one named error; time and memory are limited."""
+"""Guards calls of other packages' readers: one kind of error, limited time and memory."""
 
 from __future__ import annotations
 

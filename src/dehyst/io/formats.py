@@ -1,4 +1,4 @@
-"""The table of formats: by which bytes a log is recognised, and which module reads it."""
+"""Table of log formats: how the first bytes identify one, and which module reads it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a log holds, which columns look like input and output, and what to type next.
+"""Describes a log: its columns, likely input and output, and the next command.
 
 Which column is which is a guess to be confirmed: it is shown with its reason, and never used silently unless names and
 units leave no other choice.

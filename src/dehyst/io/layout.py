@@ -1,4 +1,4 @@
-"""Layout of a text log: comments, preamble, delimiter, decimal sign, header, units row, first line of data."""
+"""Detects the layout of a text log: comments, delimiter, decimal sign, header, units row, first data line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs become recordings, signals and tables: choose columns, run and window, clean, say what was found."""
+"""Turns logs into recordings: chooses columns, run and time window, cleans, and reports."""
 
 from __future__ import annotations
 

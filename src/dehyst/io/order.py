@@ -1,4 +1,4 @@
-"""Time stamps out of order: repeated, swapped, stray, restarting; clocks that jump. Every cure is a finding."""
+"""Repairs time stamps out of order: repeated, swapped, stray, restarting; reports every change."""
 
 from __future__ import annotations
 

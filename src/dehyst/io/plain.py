@@ -1,4 +1,4 @@
-"""Plain text logs: lines of one width, every cell a number or a short label. The engine reads them from the bytes."""
+"""Fast reader of regular text logs: constant line width, cells that are numbers or short labels."""
 
 from __future__ import annotations
 

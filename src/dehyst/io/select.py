@@ -1,4 +1,4 @@
-"""From the columns of a table to cleaned samples: rows of a run, window, one clock or two."""
+"""From the columns of a table to cleaned samples: run, time window, one time column or two."""
 
 from __future__ import annotations
 

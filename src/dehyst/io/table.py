@@ -1,4 +1,4 @@
-"""Table: what a log file holds, before anyone decided which column is the input."""
+"""Table: the columns of a log file, before input and output are chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the bytes of a text log to its lines: compression, encoding, line ends."""
+"""Reads a text log as lines: compression, encoding, line ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals, runs and tables of results to files that dehyst, and anything else, can read back: CSV, Parquet, MCAP.
+"""Writes signals, runs and result tables as CSV, Parquet or MCAP.
 
 A run as an MCAP file (the extra ``dehyst[ros]``) has one topic a channel and one message a sample. The message type is
 made for the channel: a float64 field a column, under the column's name, and its definition stands in the file, so that

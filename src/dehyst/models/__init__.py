@@ -1,4 +1,4 @@
-"""Hysteresis models: frozen parameters and their formulas."""
+"""Hysteresis models: immutable parameters and formulas."""
 
 from dehyst.models.base import HysteresisModel, RejectedSamplesWarning, StackStepper, Stepper
 from dehyst.models.card import ModelCard, SignalCard

@@ -1,4 +1,4 @@
-"""Checks that every model makes on the arrays it is given."""
+"""Input checks of all models: shape, type, finite values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every hysteresis model can do: simulate, step in real time, invert, be saved."""
+"""Base class of hysteresis models: simulate, step in real time, invert, save."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model is about: its signals, their units and ranges, and where it came from."""
+"""Description of a model: its signals, units, ranges and origin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The direct inverse: what an actuator needs at its input, as a function of its output and of its past."""
+"""Direct inverse: the input an actuator needs, as a function of its desired output and the output's history."""
 
 from __future__ import annotations
 

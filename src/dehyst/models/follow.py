@@ -1,4 +1,4 @@
-"""A direct inverse in use: solved for the output that an input gives, and as a block of the core on a machine."""
+"""A direct inverse solved for the output of a given input, and as a block of the core."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks of the core: what a model hands over to a machine, and the block of a sum of plays with its limits."""
+"""Models as blocks of the core: parameters handed over, and the block of a sum of plays with its limits."""
 
 from __future__ import annotations
 

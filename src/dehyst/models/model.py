@@ -1,4 +1,4 @@
-"""What every model answers, whatever its family and whichever way round it was identified."""
+"""Interface of every model, of any family, identified forward or as an inverse."""
 
 from __future__ import annotations
 

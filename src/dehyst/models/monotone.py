@@ -1,4 +1,4 @@
-"""Monotone piecewise linear maps, the curve without memory, and modified Prandtl-Ishlinskii: plays between maps."""
+"""Monotone piecewise linear maps, the curve without hysteresis, and modified Prandtl-Ishlinskii models."""
 
 from __future__ import annotations
 

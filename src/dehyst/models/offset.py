@@ -1,4 +1,4 @@
-"""An offset that follows the last cycle: its numbers, for models and for the units that run them."""
+"""Offset correction from the last cycle: its parameters, for models and exported units."""
 
 from __future__ import annotations
 

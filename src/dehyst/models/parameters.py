@@ -1,4 +1,4 @@
-"""Models from the parameters of their files; `file_parameters` of each is the other way."""
+"""Builds models from the parameters in their files; `file_parameters` does the reverse."""
 
 from __future__ import annotations
 

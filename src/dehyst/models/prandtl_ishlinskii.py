@@ -1,4 +1,4 @@
-"""The Prandtl-Ishlinskii operator (sum of plays), its closed inverse, and the same as a sum of stops."""
+"""The Prandtl-Ishlinskii operator (sum of plays), its closed-form inverse, and its form as a sum of stops."""
 
 from __future__ import annotations
 

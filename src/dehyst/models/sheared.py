@@ -1,4 +1,4 @@
-"""The sheared loop: identified around the diagonal, used as what is added to the input."""
+"""Sheared-loop model: hysteresis identified relative to the 45 degree line, used as a correction of the input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Model files: plain JSON with a schema version and a checksum, never code."""
+"""Model files: plain JSON with schema version and checksum, never executable code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""What a model can answer when nobody knows what the actuator did before the first sample.
+r"""Output bounds of a model whose initial state is unknown.
 
 With M and m the largest and smallest input so far, a play of radius r has forgotten its start as soon as
 :math:`M - m \ge 2 r`. The others lie anywhere in :math:`[M - r, m + r]`, neighbours at most :math:`r_{i+1} - r_i`

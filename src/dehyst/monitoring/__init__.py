@@ -1,4 +1,4 @@
-"""A saved model against new logs: how well it does (`evaluate`), and whether the actuator has changed (`drift`)."""
+"""Tests a saved model on new logs: its accuracy (`evaluate`), and changes of the actuator (`drift`)."""
 
 from dehyst.monitoring.procedure import drift
 from dehyst.monitoring.result import Acceptance, Blocks, Change, Drift, LogDrift, Trend

@@ -1,4 +1,4 @@
-"""evaluate(): models that exist, whatever their family, on a log that they were not identified from."""
+"""evaluate(): scores existing models of any family on a log they were not identified from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Cycles of a driving signal, groups of them that say about equally much, and t-tests on the scatter between groups.
+r"""Groups cycles of a periodic signal so that each group is equally informative; t-tests between groups.
 
 Tests on groups are honest about noise that is correlated within a group, whatever its colour: every group of
 consecutive cycles is fitted by itself, and what counts is how the estimates :math:`\theta_g` of q groups scatter, not

@@ -1,4 +1,4 @@
-"""Logs made ready for drift: units, range, cycles, whether they can be compared, and what limits the judgement."""
+"""Prepares logs for the drift test: units, range, cycles, whether they can be compared."""
 
 from __future__ import annotations
 

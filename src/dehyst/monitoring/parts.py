@@ -1,4 +1,4 @@
-r"""A model taken apart: curve, hysteresis, creep; and its error as a sum of parts, fitted to groups of cycles.
+r"""Splits a model into curve, hysteresis and creep, and fits changes of these parts to groups of cycles.
 
 .. math::
 

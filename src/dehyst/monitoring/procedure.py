@@ -1,4 +1,4 @@
-"""drift(): has the actuator changed since its model was identified?"""
+"""drift(): tests whether the actuator has changed since its model was identified."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What drift() returns, and its verdict in words."""
+"""The result of drift(), and its verdict as text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of drift: from fits of groups to changes with intervals, a status, scores over the cycles and trends."""
+"""Statistical tests of drift: changes with confidence intervals, status, scores and trends over cycles."""
 
 from __future__ import annotations
 

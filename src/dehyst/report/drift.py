@@ -1,4 +1,4 @@
-"""The page of a check for drift: has the actuator changed since its model was identified?"""
+"""The report page of a drift test: has the actuator changed since its model was identified?"""
 
 from __future__ import annotations
 

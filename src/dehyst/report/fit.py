@@ -1,4 +1,4 @@
-"""The page of a fit: verdict, figures, lines to type next, tables."""
+"""The report page of a fit: verdict, figures, next commands, tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judges a fit in six aspects (accuracy, unseen data, inverse, ...): good, usable with care, do not use."""
+"""Grades a fit in six aspects (accuracy, unseen data, inverse, ...): good, usable with care, do not use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The parts of a page as plain data: tables, figures with panels, sections, commands to type; no drawing here."""
+"""Elements of a report page as plain data: tables, figures with panels, sections, commands."""
 
 from __future__ import annotations
 

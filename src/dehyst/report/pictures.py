@@ -1,4 +1,4 @@
-"""Pictures of two commands: the output band of an unknown initial state, the plan of an excitation."""
+"""Pictures of two commands: output band for an unknown initial state, and plan of an excitation."""
 
 from __future__ import annotations
 

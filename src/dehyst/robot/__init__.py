@@ -1,1 +1,1 @@
-"""The laboratory: muscles, the simulated arm, ISO 9283, the paper's experiment. The log path knows none of it."""
+"""Simulated robot: muscles, the arm, ISO 9283, the paper's experiment; not used when working with logs."""

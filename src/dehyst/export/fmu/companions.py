@@ -1,4 +1,4 @@
-"""What lies beside an .fmu file: its sources, a check that needs only a compiler, tables for FMPy."""
+"""Files beside an .fmu file: its sources, a check that needs only a compiler, tables for FMPy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A small importer of co-simulation FMUs: enough to step one and to look at its variables, with nothing installed."""
+"""A small importer of co-simulation FMUs, without other packages: steps one and reads its variables."""
 
 from __future__ import annotations
 

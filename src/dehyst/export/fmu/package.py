@@ -1,4 +1,4 @@
-"""The .fmu file of a subject, and what lies beside it in the exported folder."""
+"""Writes the .fmu file and the files beside it in the exported folder."""
 
 from __future__ import annotations
 

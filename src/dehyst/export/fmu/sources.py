@@ -1,4 +1,4 @@
-"""C sources of an FMU, with the core renamed, and the binaries that compilers of this machine make of them."""
+"""Sources of an FMU: the core, the unit's header and the FMI functions, included by one file all.c."""
 
 from __future__ import annotations
 

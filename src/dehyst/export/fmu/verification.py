@@ -1,4 +1,4 @@
-"""Checks of an exported FMU: its sources compiled, its binary stepped, its description read by FMPy."""
+"""Checks of an exported FMU: compiles its sources, steps its binary, reads its description with FMPy."""
 
 from __future__ import annotations
 

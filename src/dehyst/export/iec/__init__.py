@@ -1,4 +1,4 @@
-"""Checker of the Structured Text that dehyst exports: parse it, check its types, run it with IEEE arithmetic.
+"""Checker of exported Structured Text: parses it, checks its types, and runs it in IEEE arithmetic.
 
 It knows the subset of IEC 61131-3 that the exported function blocks use and refuses everything else. It is no PLC: what
 it shows is that the text is well formed, that types agree, that no index leaves its array and no integer its range, and

@@ -1,4 +1,4 @@
-"""Structured Text to Python: words, then recursive descent that checks types and writes a function on the way."""
+"""Translates Structured Text to Python: tokens, then recursive descent with type checks."""
 
 from __future__ import annotations
 

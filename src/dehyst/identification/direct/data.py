@@ -1,4 +1,4 @@
-"""Data of a direct inverse: the output drives, the input is explained; time constants of creep that a log separates."""
+"""Data of a direct inverse: output as regressor, input as target; which creep time constants a log separates."""
 
 from __future__ import annotations
 

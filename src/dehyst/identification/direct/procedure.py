@@ -1,4 +1,4 @@
-"""identify_direct(): from recordings to a direct inverse, certified and compared."""
+"""identify_direct(): from recordings to a direct inverse, checked and compared."""
 
 from __future__ import annotations
 

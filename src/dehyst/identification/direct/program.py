@@ -1,4 +1,4 @@
-"""The convex program of a direct inverse: columns of terms, rising polynomials, weights of 0 or more, a small ridge."""
+"""Convex program of a direct inverse: rising polynomials, nonnegative weights, small ridge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs as one data set whose samples are read as they are asked for."""
+"""Logs as one data set whose samples are read from the file on demand."""
 
 from __future__ import annotations
 

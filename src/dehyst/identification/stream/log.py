@@ -1,4 +1,4 @@
-"""First pass over a log: gaps in its time, the rows that are kept of it, and its samples by number."""
+"""First pass over a long log: gaps in time, the rows to keep, access to samples by number."""
 
 from __future__ import annotations
 

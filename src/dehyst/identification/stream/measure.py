@@ -1,4 +1,4 @@
-"""Model and curve compared with all samples of logs, in one pass."""
+"""Scores of model and curve on all samples of a log, in one pass."""
 
 from __future__ import annotations
 

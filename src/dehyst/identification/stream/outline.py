@@ -1,4 +1,4 @@
-"""A log of any length as a few ten thousand rows: extremes and sums of its buckets; turning points, block by block.
+"""Reduces a log of any length to some ten thousand rows: extremes, sums and turning points.
 
 A bucket is a run of `size` samples. Whenever there are more than `MOST` buckets, neighbours are joined, so the memory
 stays the same and the extremes stay exact. `Zigzag` finds the turning points that `dehyst.data.loops.turning_points`

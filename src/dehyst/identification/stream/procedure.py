@@ -1,4 +1,4 @@
-"""identify_stream(): from logs of any length to a fitted model, in memory that does not grow with them.
+"""identify_stream(): fits logs of any length in constant memory.
 
 Each log is cleaned first: clock jumps that are taken back, values far beyond all others, what follows the actuator's
 end. The rows that stand for a log hold its extremes, so that a false one is among them; whether it is part of a wide

@@ -1,4 +1,4 @@
-"""Samples of a log by number: blocks read forward from the source or a temporary copy, and signals that are sliced."""
+"""Access to samples of a log by number: reads blocks from the file or from a temporary copy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sources of streamed logs, progress of a long identification, and the temporary copy of a log that is slow to read.
+"""Sources of long logs, progress messages, and a temporary copy of a log that is slow to read.
 
 The temporary file has no name where the system allows that, so nothing is left behind whatever ends the process. It
 holds blocks of signals, float64, `BLOCK` samples each; it is read with ordinary reads and not mapped, so that the

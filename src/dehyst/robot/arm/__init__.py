@@ -1,4 +1,4 @@
-"""The simulated arm: parameters, physics of its joints and of its links, kinematics."""
+"""The simulated arm: parameters, physics of joints and links, kinematics."""
 
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.bench import JointBench, Reading

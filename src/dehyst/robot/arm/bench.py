@@ -1,4 +1,4 @@
-"""One joint of the arm on a bench: its valves are commanded from outside, period by period.
+"""One joint of the simulated arm on a test bench, with valves commanded step by step.
 
 `Arm` runs the built-in controller in a closed loop of its own. Here the loop is the caller's: for a controller that
 lives elsewhere, in an FMU, on a target or in a script.

@@ -1,4 +1,4 @@
-"""A path of the tool as angles of the joints over the arc length: solved at a few hundred points, splines between."""
+"""Converts a tool path to joint angles over arc length: solved at some hundred points, then splines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters of one pneumatic joint, as plant/plant.h names them: what `dehyst._native.PneumaticJoint` takes."""
+"""Parameters of one pneumatic joint, as plant/plant.h names them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hysteresis mechanisms of the simulated muscle: three built in, none, or one of your own.
+"""Hysteresis mechanisms of the simulated muscle: three built in, none, or user-defined.
 
 All act in parallel to the static force map and oppose the contraction kappa = (l_0 - l)/l_0. They have one size and one
 scale of strain, so that their virgin curves (force along a first contraction from rest) are close to

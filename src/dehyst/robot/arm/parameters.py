@@ -1,4 +1,4 @@
-"""Parameter file of the simulated robot: read, changed, checked, and handed out in SI; its sources."""
+"""Parameter file of the simulated robot: reads, changes and checks it; values in SI, with their sources."""
 
 from __future__ import annotations
 

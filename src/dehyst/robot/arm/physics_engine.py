@@ -1,4 +1,4 @@
-"""The border to MuJoCo: imported when it is first needed, its faults become named errors."""
+"""Interface to MuJoCo: imported on first use, its faults raised as errors of dehyst."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One pneumatic joint alone, run open loop: its angle is moved, the pressures in its muscles are commanded."""
+"""One pneumatic joint in open loop: prescribed angle, commanded pressures."""
 
 from __future__ import annotations
 

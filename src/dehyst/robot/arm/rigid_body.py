@@ -1,4 +1,4 @@
-"""The arm's rigid body in MuJoCo: a chain of links with mass, gravity, bearings; no contacts, no constraints.
+"""Rigid-body model of the arm in MuJoCo: links with mass, gravity and bearings; no contacts, no constraints.
 
 Frames: x forward, y left, z up, origin on the floor under joint 1. At angles of zero the arm stands in its zero pose
 (``zero_deg`` of the joints is in the bodies' frames). A link lies along the x axis of its body; yaw turns about z,

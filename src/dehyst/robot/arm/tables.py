@@ -1,4 +1,4 @@
-"""Tables of a parameter file as frozen dataclasses in SI: each field is one key, with its unit and its physical range.
+"""Tables of a parameter file as frozen dataclasses in SI: each field has a unit and a valid range.
 
 The key of a field is its name and the unit of the file, ``supply`` in ``"bar"`` is ``supply_bar``. The low and high
 ends are in that unit too. A field that may be None may be left out of the file.

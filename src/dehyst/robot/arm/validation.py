@@ -1,4 +1,4 @@
-"""Values of a parameter file against the tables, one by one and together: unknown, missing, of a wrong type, absurd."""
+"""Checks values of a parameter file: unknown, missing, of a wrong type, out of range, inconsistent."""
 
 from __future__ import annotations
 

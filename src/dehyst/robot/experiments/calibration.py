@@ -1,4 +1,4 @@
-"""Static joint characteristic Q = A(q) p_m + B(q) dp + C(q), measured as on a rig."""
+"""Calibrates the static joint characteristic Q = A(q) p_m + B(q) dp + C(q) by slow sweeps."""
 
 from __future__ import annotations
 

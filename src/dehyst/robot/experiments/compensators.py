@@ -1,4 +1,4 @@
-"""The characteristic that a compensator stands on, and how both are put into the controllers."""
+"""Equips joint controllers with an identified characteristic and a compensator."""
 
 from __future__ import annotations
 

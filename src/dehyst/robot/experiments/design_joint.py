@@ -1,4 +1,4 @@
-"""The excitation of a joint: designed within its range, its valves, its pressures and its inertia, nominally."""
+"""Designs the excitation of a joint within the limits of its range, valves, pressures and inertia."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The direct inverse of a joint, in torque, identified from its written logs."""
+"""Identifies the direct inverse of a joint, in torque, from its written logs."""
 
 from __future__ import annotations
 

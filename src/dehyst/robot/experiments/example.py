@@ -1,4 +1,4 @@
-"""An example log from a mechanism that is not the model's own: Maxwell slip with creep.
+"""Makes the example log: Maxwell slip with creep, not the model class that is identified.
 
 A joint of two pneumatic muscles is moved slowly through loops of different size and its pressure difference is
 logged. The pressure balances an elastic backbone that stiffens, 40 friction elements whose slip force grows with

@@ -1,4 +1,4 @@
-"""Iterative learning: a torque along a path that is repeated, from the errors of the pass before."""
+"""Iterative learning control: a torque along a repeated path, updated from the last pass's errors."""
 
 from __future__ import annotations
 

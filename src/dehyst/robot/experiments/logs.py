@@ -1,4 +1,4 @@
-"""Logs of the trial runs on disk: a CSV and an MCAP file a run."""
+"""Writes logs of the trials to disk: a CSV and an MCAP file per run."""
 
 from __future__ import annotations
 

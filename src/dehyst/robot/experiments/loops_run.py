@@ -1,4 +1,4 @@
-"""Identification of a joint's compensators: its motions run and logged once, each fitted from the written log."""
+"""Runs and logs the identification motions of a joint once, and fits each compensator from the log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the designer of the controller knows before anything is measured: data sheets, and deliberately wrong."""
+"""Nominal parameters of the controller before any measurement: data sheets, with deliberate errors."""
 
 from __future__ import annotations
 

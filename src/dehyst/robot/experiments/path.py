@@ -1,4 +1,4 @@
-"""The ISO 9283 path as joint angles: inverse kinematics once, then the speed that pressures and valves allow."""
+"""The ISO 9283 path as joint angles, with the speed that pressures and valves allow."""
 
 from __future__ import annotations
 

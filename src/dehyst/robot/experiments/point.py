@@ -1,4 +1,4 @@
-"""One point of a sweep: a robot with changed parameters, calibrated, identified and tried."""
+"""One point of a sweep: a robot with changed parameters, calibrated, identified and tested."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs with pressures only: homing, calibration sweeps and identification loops.
+"""Quasi-static runs with commanded pressures: homing, calibration sweeps, identification loops.
 
 A target angle is turned into a pressure difference by a characteristic: that shapes the excitation, it does not
 control the angle. Where the joint really goes is what is measured.

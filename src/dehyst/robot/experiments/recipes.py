@@ -1,4 +1,4 @@
-"""The compensators that the experiment knows by name: what is logged for each, and what is identified from the log."""
+"""Compensators of the experiment by name: what is logged, and what is identified, for each."""
 
 from __future__ import annotations
 

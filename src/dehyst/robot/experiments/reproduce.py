@@ -1,4 +1,4 @@
-"""The paper's experiment on one plant or several: calibrate, identify, invert, and run the trials off and on."""
+"""The paper's experiment on one or more plants: calibrate, identify, invert, run trials with and without."""
 
 from __future__ import annotations
 

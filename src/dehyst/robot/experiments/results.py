@@ -1,4 +1,4 @@
-"""What the paper's experiment returns: logs, identifications, trials and their figures.
+"""Results of the paper's experiment: logs, identifications, trials and their figures.
 
 One object for the report, the logs on disk and ``--json`` alike; nothing in it is computed twice. SI units.
 """

@@ -1,4 +1,4 @@
-"""The controllers of the literature in the place of the paper's: same joint, same path, same compensator."""
+"""Controllers of the literature in place of the paper's: same joint, path and compensator."""
 
 from __future__ import annotations
 

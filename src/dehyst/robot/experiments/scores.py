@@ -1,4 +1,4 @@
-"""Figures of runs, nested as ``--json`` shows them, and their means over the seeds."""
+"""Figures of runs, nested as in ``--json``, and their means over the seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies on a joint alone: what happens at rest, and where compensation hurts."""
+"""Studies on a single joint: behaviour at rest, and cases where compensation hurts."""
 
 from __future__ import annotations
 

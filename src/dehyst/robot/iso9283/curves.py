@@ -1,4 +1,4 @@
-"""Curves in space over their arc length: straight lines, circles, corner blends, and chains of them."""
+"""Curves in space by arc length: straight lines, circles, corner blends, and sequences of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a run crosses the planes normal to its command path: what ISO 9283 measures path figures at."""
+"""Intersections of a run with planes normal to its command path, where ISO 9283 measures path figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Two muscles around a pulley with all their friction, and the joint that Vo-Minh and others identify instead.
+r"""Joint of two antagonistic muscles on a pulley with friction, and the joint model of Vo-Minh and others.
 
 :class:`MuscleJoint` puts two muscle models together: what each of them remembers, the joint remembers. Its friction
 torque is the sum of both, because one shortens while the other one lengthens.

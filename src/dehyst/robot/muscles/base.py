@@ -1,4 +1,4 @@
-r"""What every muscle model can do: force from contraction and pressure, with memory, and back to the pressure.
+r"""Base class of muscle models: force from contraction and pressure, with hysteresis, and its inverse.
 
 All models are frozen records in SI units with one sign: the contraction :math:`\kappa = (l_0 - l)/l_0` is positive when
 the muscle is shorter than at rest, the pressure is gauge, and the force is a pull,

@@ -1,4 +1,4 @@
-"""A test bench for muscle models: the experiments that a muscle is put through, on any model, with one result.
+"""Simulated test bench for muscle models: the same experiments on every model.
 
 Static forces, isobaric and isotonic loops, quick release, force over speed: so that two models, or a model and a log,
 can be laid side by side.

@@ -1,4 +1,4 @@
-"""What a muscle did on a test bench: contraction, pressure and force, with or without time."""
+"""A test-bench log of a muscle: contraction, pressure and force, with or without time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bench log can and cannot tell of a muscle, in words."""
+"""Warnings about what a test-bench log cannot determine of a muscle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Braid whose strands have a thickness: they limit the motion, and rub where they cross (Davis, Caldwell 2006).
+r"""Braid of strands with thickness, which limits motion and causes friction (Davis, Caldwell 2006).
 
 .. math::
 

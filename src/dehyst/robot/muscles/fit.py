@@ -1,4 +1,4 @@
-"""A muscle model fitted to a bench log: parameters with standard errors, an error on samples left out, and cautions."""
+"""Fits a muscle model to a test-bench log: standard errors, held-out error, warnings."""
 
 from __future__ import annotations
 

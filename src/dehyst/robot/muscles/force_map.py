@@ -1,4 +1,4 @@
-"""Static forces over contraction and pressure, and what is read from them: stroke, stiffness, largest force.
+"""Static force map over contraction and pressure: stroke, stiffness, largest force.
 
 Everything is in SI units, pressures are gauge, contractions are (l_0 - l)/l_0.
 """

@@ -1,4 +1,4 @@
-r"""Braid with a Mooney-Rivlin bladder, and what makes it a muscle: Hill's law (Klute, Czerniecki, Hannaford 2002).
+r"""Braid with a Mooney-Rivlin bladder and Hill's force-velocity law (Klute, Czerniecki, Hannaford 2002).
 
 .. math::
 

@@ -1,4 +1,4 @@
-"""Slow cycles: the force over contraction while the pressure is held, the contraction over pressure under a load."""
+"""Slow cycles: force over contraction at constant pressure, contraction over pressure at constant load."""
 
 from __future__ import annotations
 

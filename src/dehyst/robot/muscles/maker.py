@@ -1,4 +1,4 @@
-r"""The map of the maker's sizing tool.
+r"""Force map of the manufacturer's sizing tool.
 
 .. math::
 

@@ -1,4 +1,4 @@
-"""The muscle models: one module each, named here and imported when it is first asked for.
+"""Table of muscle models: names, and modules imported on first use.
 
 A new model is a new module with a `MUSCLE`, its class, one line here, and a test file.
 """

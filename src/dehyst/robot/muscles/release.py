@@ -1,4 +1,4 @@
-"""Quick release: a muscle that pulls at a latch is let go with less load; force over speed of shortening.
+"""Quick-release test: a held muscle is released against a smaller load; force over shortening speed.
 
 Hill's curve of a living muscle, (F + a)(v + b) = (F_0 + a) b, is fitted to the forces at speed, because some of the
 models were made to follow it.

@@ -1,4 +1,4 @@
-"""Least squares over a model's parameters: linear ones solved, the others searched from several starts.
+"""Least squares over a muscle model's parameters: linear ones solved, others searched from several starts.
 
 Which parameters the force is linear in is found out, not declared: those whose mixed second differences vanish. For
 given values of the others they are solved in closed form (variable projection, Golub and Pereyra 1973), so that a

@@ -1,4 +1,4 @@
-"""A force solved for the pressure that gives it."""
+"""Solves the force of a muscle model for the pressure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was simulated and how: plants, settings with their sources, versions, the command, the log files."""
+"""Report section on how the run was simulated: plants, settings with sources, versions, command, log files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The moving picture of the arm on its path: animated SVG without a script, errors of the tool magnified."""
+"""Animation of the arm along its path: SVG without scripts, tool errors magnified."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers of a reproduction with their spread over seeds, read from what ``--json`` shows; the runs behind them."""
+"""Figures of a reproduction with their spread over seeds, from the data of ``--json``."""
 
 from __future__ import annotations
 

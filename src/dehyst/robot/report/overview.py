@@ -1,4 +1,4 @@
-"""Figures of many plants at once: errors without and with compensator, and of several compensators side by side."""
+"""Figures that compare plants: errors with and without compensator, and several compensators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sentences on the largest errors (where they lie, what the runs show there) and on limits and faults."""
+"""Explains in sentences where the largest errors are, and which limits and faults occurred."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies on the page: a joint at rest, cases where compensation hurts, and other studies as tables."""
+"""Report section on studies: a joint at rest, cases where compensation hurts, other tables."""
 
 from __future__ import annotations
 

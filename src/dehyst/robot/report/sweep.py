@@ -1,4 +1,4 @@
-"""Picture of a sweep: small multiples, a figure over a parameter, every run a dot, medians joined."""
+"""Picture of a sweep: figures over each parameter, one dot per run, medians joined."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ISO 9283 figures of the tool: tables, and sentences on what is missing and what grows with the compensator."""
+"""ISO 9283 figures of the tool: tables, and remarks on missing and increased values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first screen of the experiment's page: what was run, what compensation achieved, where it made errors larger."""
+"""Summary at the top of the experiment's page: what was run, what compensation gained or lost."""
 
 from __future__ import annotations
 

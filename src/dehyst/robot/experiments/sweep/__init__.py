@@ -1,4 +1,4 @@
-"""Sweeps: the experiment over grids and random draws of parameters, thousands of runs, resumable."""
+"""Parameter sweeps of the experiment: grids and random draws, thousands of runs, resumable."""
 
 from dehyst.robot.experiments.sweep.points import Point, expand
 from dehyst.robot.experiments.sweep.run import Progress, SweepResult, run_sweep

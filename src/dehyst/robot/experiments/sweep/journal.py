@@ -1,4 +1,4 @@
-"""Journal of a sweep: every finished run a line of JSON, so that a kill loses nothing but what was running.
+"""Journal of a sweep: one JSON line per finished run, so that a stopped sweep can be resumed.
 
 The first line says for which sweep it is: a fingerprint of the file's contents, of the robot's parameters and of the
 program's version. A last line that a power cut tore is dropped and its run is done again.

@@ -1,4 +1,4 @@
-"""What a sweep can change: every value of the robot's parameter file, and settings of a run."""
+"""Parameters that a sweep can change: values of the robot's parameter file, and settings of a run."""
 
 from __future__ import annotations
 

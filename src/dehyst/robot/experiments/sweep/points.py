@@ -1,4 +1,4 @@
-"""The points of a sweep in order: deterministic, whatever runs them."""
+"""Lists the points of a sweep in a fixed order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a TOML table: kinds checked, nothing left unread."""
+"""Reads a TOML table: checks types, and refuses unknown keys."""
 
 from __future__ import annotations
 

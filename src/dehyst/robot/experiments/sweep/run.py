@@ -1,4 +1,4 @@
-"""Run a sweep: whatever is not in the journal yet, then the table."""
+"""Runs a sweep: all points that are not yet in the journal, then the table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep file says: which experiment, and which parameters over which values.
+"""Content of a sweep file: the experiment, and the values of each varied parameter.
 
 A sweep file is TOML::
 

@@ -1,4 +1,4 @@
-"""The table of a sweep: one row a point, all parameters that vary anywhere, the error, all figures."""
+"""Result table of a sweep: one row per point with its varied parameters, error messages and figures."""
 
 from __future__ import annotations
 

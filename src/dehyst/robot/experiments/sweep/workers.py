@@ -1,4 +1,4 @@
-"""Who computes the runs: processes of this machine, a Dask cluster, or this very process."""
+"""Runs a sweep in parallel: local processes, a Dask cluster, or the current process."""
 
 from __future__ import annotations
 
