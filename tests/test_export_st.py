@@ -12,9 +12,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import dehyst
+from dehyst.control import JointControllerParameters
 from dehyst.control.block import Block
 from dehyst.errors import DehystError
-from dehyst.export import export, subject_of, verify
+from dehyst.export import export, joint_subject, subject_of, verify
 from dehyst.export import st as target
 from dehyst.export.iec import load
 from dehyst.export.names import RESERVED, type_name
@@ -31,6 +32,9 @@ from dehyst.export.st.pou import (
     text_of,
 )
 from dehyst.export.units import block_numbers
+from direct_export_samples import direct_model
+from element_samples import element_model
+from export_samples import MODELS, mapped_model
 
 FORMS = {
     "text": structured_text,
@@ -171,7 +175,7 @@ def test_an_exported_folder_verifies(tmp_path, what, real):
         ("States[Index] := Present - ", "States[Index] := Present + ", "the model"),
         ("Dragged := 1;", "Dragged := 99;", "outside"),
         ("END_IF;\n\n(* ---- guard", "\n(* ---- guard", "expected|missing|free"),
-        ("OnShare + Fade", "OnShare + Fades", "not declared"),
+        ("OnShare + FadeStep", "OnShare + FadeSteps", "not declared"),
     ],
 )
 def test_a_text_that_was_changed_does_not_verify(tmp_path, old, new, word):
@@ -324,3 +328,22 @@ def test_labels_of_users_keep_the_readme_in_order(tmp_path):
     assert all(line.count("|") in (0, 4) for line in text.splitlines())
     assert "\n# x" not in text
     assert all(check.ok for check in verify(tmp_path / "out"))
+
+
+# Blocks and functions of IEC 61131-3, matiec, CODESYS Util, OSCAT, Siemens that a local of the same name would hide.
+LIBRARY = """
+abs acos add and asin atan blink byte charcurve concat cos ctd ctu ctud curve delay delete derivative div dt_real
+eq exp expt f_trig fade find freq_measure ft_pid ge gen gt hyst hysteresis insert int integral integrate le left
+len limit limitalarm lin_trafo ln log lt max mid min mod move mul mux ne norm_x not offset offset2 or override pd
+pid pidt r_trig ramp ramp_int ramp_real range replace right rol ror rs rtc scale scale_x sel sema shl shr signum
+sin sqrt sr statistics_real sub swap tan time tof ton totalizer tp trunc unscale variance xor
+"""
+
+
+def test_no_variable_has_the_name_of_a_library_block():
+    subjects = [subject_of(make(), what, name="u") for make in MODELS.values() for what in ("inverse", "forward")]
+    subjects += [subject_of(element_model(), name="u"), subject_of(direct_model(), name="u", period=1e-3)]
+    subjects.append(joint_subject(mapped_model(), JointControllerParameters(), name="u"))
+    taken = set(LIBRARY.split())
+    units = [target.function_block_of(subject, "U") for subject in subjects]
+    assert {variable.name for unit in units for variable in unit.variables if variable.name.lower() in taken} == set()

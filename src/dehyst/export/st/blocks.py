@@ -126,7 +126,7 @@ def model_tables(real: str, model: ModelNumbers) -> tuple[Variable, ...]:
     return (
         *(table(name, real, values, comment) for name, values, comment in tables),
         number("InputCenter", real, model.center, "subtracted from the input"),
-        number("Offset", real, model.offset, "added to the output"),
+        number("ModelOffset", real, model.offset, "added to the output"),
     )
 
 
@@ -140,7 +140,7 @@ def limits(real: str, b: UnitNumbers, inner: Sequence[Variable] = ()) -> tuple[V
         *inner,
         number("LineSlope", real, b.line_slope, "answer while off: LineOffset + LineSlope * InputValue"),
         number("LineOffset", real, b.line_offset),
-        number("Fade", real, b.fade, "share of a switching that one call makes"),
+        number("FadeStep", real, b.fade, "share of a switching that one call makes"),
     )
 
 
@@ -148,7 +148,7 @@ def model_variables(real: str, n: int) -> tuple[Variable, ...]:
     """Return the states of a model and what its step works with."""
     zeros = tuple(["0.0"] * n)
     reals = names(
-        "Beyond NextState Edge Hysteresis Side Argument Present Portion There Boundary BeginsAt MeetsAt EndsAt "
+        "Beyond NextState Edge HysteresisValue Side Argument Present Portion There Boundary BeginsAt MeetsAt EndsAt "
         "ModelOutput"
     )
     return (
@@ -296,7 +296,7 @@ def _tables(real: str, b: UnitNumbers, model: ElementNumbers, holds: bool) -> tu
         ("Amplitude", values["amplitude"], ""), ("InputLow", b.input_low, "inputs beyond are taken as the limit"),
         ("InputHigh", b.input_high, ""), ("OutputLow", b.output_low, "no output lies beyond"),
         ("OutputHigh", b.output_high, ""), ("LineSlope", b.line_slope, "answer while off"),
-        ("LineOffset", b.line_offset, ""), ("Fade", b.fade, "share of a switching that one call makes"),
+        ("LineOffset", b.line_offset, ""), ("FadeStep", b.fade, "share of a switching that one call makes"),
         ("Rounding", ROUNDING[real], "of a number"), ("Two", 2.0, ""), ("SixtyFour", 64.0, ""),
         ("Eighth", 0.125, ""), ("Sixth", 1.0 / 6.0, ""), ("TwentyFourth", 1.0 / 24.0, ""),
     )  # fmt: skip

@@ -141,7 +141,7 @@ def _parameters(real: str, p: JointControllerParameters) -> tuple[Variable, ...]
         ("AngleHigh", p.angle_high, "[rad]"),
         ("PressureLow", p.pressure_low, "[Pa]"),
         ("PressureHigh", p.pressure_high, "[Pa]"),
-        ("Ramp", p.ramp, "[s]"),
+        ("RampTime", p.ramp, "[s]"),
         ("Shear", p.shear, "k [Pa/rad]"),
         ("CompensatorUnit", p.compensator_unit, "[Pa]"),
         ("SupplyPressure", air.supply, "absolute [Pa]"),
