@@ -127,8 +127,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_every_link_leads_somewhere(page):
+def broken_links(page: Path) -> list[str]:
     text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
     targets = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r"(?:src|href|srcset)=\"([^\"]+)\"", text)
     broken = []
@@ -138,8 +137,16 @@ def test_every_link_leads_somewhere(page):
         path, _, anchor = target.partition("#")
         goal = (page.parent / path).resolve() if path else page
         if not goal.exists() or (anchor and anchor not in anchors(goal)):
-            broken.append(target)
-    assert not broken
+            broken.append(f"{name_of(page)}: {target}")
+    return broken
+
+
+def test_every_link_leads_somewhere(tmp_path, monkeypatch):
+    broken = [link for page in PAGES for link in broken_links(page)]
+    assert not broken, "no such file or heading; correct the links:\n" + "\n".join(broken)
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    (tmp_path / "a.md").write_text("# Head\n[x](nowhere.md) [y](#other) [z](#head)\n", encoding="utf-8")
+    assert broken_links(tmp_path / "a.md") == ["a.md: nowhere.md", "a.md: #other"]
 
 
 @pytest.mark.parametrize("name", ["CONTRIBUTING.md", "docs/explanation/how-it-is-tested.md"])
