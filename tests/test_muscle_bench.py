@@ -12,9 +12,16 @@ from hypothesis import strategies as st
 from dehyst.errors import ParameterError
 from dehyst.robot.muscles import muscle, muscle_class, names
 from dehyst.robot.muscles.bench import default_contractions, run_bench
-from dehyst.robot.muscles.force_map import force_map, free_contraction, lowest_pressure
-from dehyst.robot.muscles.loops import STROKE, isobaric_loop, isotonic_loop
-from dehyst.robot.muscles.release import force_velocity, quick_release
+from dehyst.robot.muscles.experiments import (
+    STROKE,
+    force_map,
+    force_velocity,
+    free_contraction,
+    isobaric_loop,
+    isotonic_loop,
+    lowest_pressure,
+    quick_release,
+)
 
 BAR = 1e5
 ALL = [(name, which) for name in names() for which in muscle_class(name).SETS]

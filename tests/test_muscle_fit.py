@@ -9,8 +9,9 @@ from scipy.optimize import least_squares
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.robot.muscles import muscle, names
 from dehyst.robot.muscles.bench_log import BenchLog
-from dehyst.robot.muscles.fit import fit_muscle, forces, parameter_names
-from dehyst.robot.muscles.storage import load_muscle, save_muscle
+from dehyst.robot.muscles.fit import fit_muscle, forces
+from dehyst.robot.muscles.parameters import parameter_names
+from dehyst.robot.muscles.registry import load_muscle, save_muscle
 
 BAR = 1e5
 # DMSP-20 of 300 mm, measured: Martens, Boblan, Actuators 6(4), 2017, appendix A; force [N], rows of pressure [kPa].

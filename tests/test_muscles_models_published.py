@@ -8,8 +8,8 @@ import pytest
 
 from dehyst.errors import ParameterError
 from dehyst.robot.muscles import joint_characteristic, measured, muscle
-from dehyst.robot.muscles.braid import NEUTRAL
-from dehyst.robot.muscles.vo_minh import VoMinh, slips
+from dehyst.robot.muscles.braided import NEUTRAL
+from dehyst.robot.muscles.elements import VoMinh, slips
 
 KAPPA = np.array([0.0, 0.02, 0.05, 0.10, 0.15, 0.20, 0.25])
 BAR = 1e5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
 from dataclasses import replace
@@ -21,10 +20,10 @@ from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.robot.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.robot.muscles.bench import Bench, default_contractions, run_bench
-from dehyst.robot.muscles.fit import MuscleFit, fit_muscle, parameter_names
-from dehyst.robot.muscles.loops import Loop, isobaric_loop
-from dehyst.robot.muscles.release import force_velocity
-from dehyst.robot.muscles.storage import load_muscle, save_muscle
+from dehyst.robot.muscles.experiments import Loop, force_velocity, isobaric_loop
+from dehyst.robot.muscles.fit import MuscleFit, fit_muscle
+from dehyst.robot.muscles.parameters import parameter_names
+from dehyst.robot.muscles.registry import load_muscle, save_muscle
 from dehyst.shell import quoted, typed
 from dehyst.units import convert, dimension
 
@@ -198,10 +197,8 @@ def _write(request: MuscleRequest, bench: Bench, fit: MuscleFit | None, provenan
 
 
 def title_of(model: MuscleModel | type[MuscleModel]) -> str:
-    """Return the first line of a model's page: what it is, and whose."""
-    kind = model if isinstance(model, type) else type(model)
-    text = inspect.getdoc(inspect.getmodule(kind)) or kind.name
-    return text.splitlines()[0].rstrip(".")
+    """Return the first line of a model's docstring, and of its page: what it is, and whose."""
+    return (model.__doc__ or model.name).splitlines()[0].rstrip(".")
 
 
 @cache

@@ -1,8 +1,14 @@
 """Muscle models of the literature: force from contraction and pressure, with memory, and back to the pressure."""
 
-from dehyst.robot.muscles.antagonists import MuscleJoint, MuscleMechanism, SlippingJoint, identify_slips
 from dehyst.robot.muscles.base import Memory, MuscleModel, MuscleStepper
-from dehyst.robot.muscles.joint import JointCharacteristic, joint_characteristic
+from dehyst.robot.muscles.joint import (
+    JointCharacteristic,
+    MuscleJoint,
+    MuscleMechanism,
+    SlippingJoint,
+    identify_slips,
+    joint_characteristic,
+)
 from dehyst.robot.muscles.parameters import Parameter
 from dehyst.robot.muscles.registry import muscle, muscle_class, names
 

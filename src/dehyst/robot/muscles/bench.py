@@ -17,9 +17,21 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.robot.muscles.base import MuscleModel
-from dehyst.robot.muscles.force_map import ForceMap, force_map, free_contraction, lowest_pressure, reach
-from dehyst.robot.muscles.loops import Loop, isobaric_loop, isotonic_loop
-from dehyst.robot.muscles.release import SHARES, ForceVelocity, Release, force_velocity, quick_release
+from dehyst.robot.muscles.experiments import (
+    SHARES,
+    ForceMap,
+    ForceVelocity,
+    Loop,
+    Release,
+    force_map,
+    force_velocity,
+    free_contraction,
+    isobaric_loop,
+    isotonic_loop,
+    lowest_pressure,
+    quick_release,
+    reach,
+)
 
 LOADS = (0.1, 0.25, 0.5)  # of the largest force: loads of the isotonic loops
 SPEED_AT = 0.2  # of the free contraction: where the force over speed is read

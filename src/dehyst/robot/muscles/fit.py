@@ -15,7 +15,8 @@ from dehyst.findings import Finding
 from dehyst.identification.threads import single_blas
 from dehyst.robot.muscles.base import MuscleModel
 from dehyst.robot.muscles.bench_log import BenchLog
-from dehyst.robot.muscles.cautions import cautions
+from dehyst.robot.muscles.experiments import free_contraction
+from dehyst.robot.muscles.parameters import parameter_names
 from dehyst.robot.muscles.registry import muscle_class
 from dehyst.robot.muscles.search import Found, refine, search
 
@@ -23,6 +24,9 @@ FOLDS = 4
 FLAT = 1e-6  # relative range of a force that does not vary
 LONG = 2500  # samples beyond which starts are compared on every other, third, ... sample
 DEPENDENT = 1e-7  # singular value, of scaled slopes, below which a combination of parameters is not told by the log
+POOR_PERCENT = 5.0  # of the range of force, rms: more than the best models leave of any muscle
+COVERED = 0.8  # of the contractions up to the free one
+SAME_PRESSURE = 0.02  # relative range of a pressure that counts as held
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +157,7 @@ def fit_muscle(log: BenchLog, model: MuscleModel | str, *, seed: int = 0) -> Mus
         unsure, tuple(name for name, moves in zip(names, found.active, strict=True) if not moves), bound,
         found.starts, seed,
     )  # fmt: skip
-    facts = cautions(log, fitted, fit.rmse_percent, fit.without_effect, unsure, bound, missed, force)
-    return replace(fit, findings=facts)
+    return replace(fit, findings=_findings(fit))
 
 
 def forces(model: MuscleModel, log: BenchLog) -> Array:
@@ -162,23 +165,6 @@ def forces(model: MuscleModel, log: BenchLog) -> Array:
     if log.time is None:
         return model.static_force(log.contraction, log.pressure)
     return model.simulate(log.contraction, log.pressure, log.time)
-
-
-def parameter_names(model: MuscleModel) -> tuple[str, ...]:
-    """Return the names of the entries of `MuscleModel.vector`, (n,): ``a[0]``, ``a[1]`` for those of a tuple.
-
-    Examples
-    --------
-    >>> from dehyst.robot.muscles import muscle
-    >>> parameter_names(muscle("tondu-lopez"))[:2]
-    ('radius', 'angle')
-    """
-    found: list[str] = []
-    for entry in model.PARAMETERS:
-        value = getattr(model, entry.name)
-        if entry.fitted:
-            found += [f"{entry.name}[{i}]" for i in range(len(value))] if isinstance(value, tuple) else [entry.name]
-    return tuple(found)
 
 
 def _refuse(log: BenchLog, used: npt.NDArray[np.bool_], model: MuscleModel) -> None:
@@ -282,3 +268,79 @@ def _noise(missed: Array, parameters: int, log: BenchLog) -> float:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _findings(fit: MuscleFit) -> tuple[Finding, ...]:
+    """What the log cannot determine of the muscle, that which matters most first."""
+    log, model, covers, slack = fit.log, fit.model, fit.log.covers, fit.log.slack
+    (k_low, k_high), (p_low, p_high) = covers["contraction"], covers["pressure"]
+    free = free_contraction(model, p_high)
+    found = []
+    if fit.rmse_percent > POOR_PERCENT:
+        found.append(
+            Finding(
+                "muscle-poor-fit",
+                f"{model.name} misses the log by {fit.rmse_percent:.1f} % of its range of force (rms; largest "
+                f"{fit.largest:.3g} N): it cannot be bent to this muscle. Check that the pressure is "
+                f"gauge and the contraction counts from the length without pressure and load; then try another model: "
+                f"sarosi or aschemann-schindele bend to most: dehyst muscle --list",
+            )
+        )
+    if math.isfinite(free) and (k_high < COVERED * free or k_low > (1.0 - COVERED) * free):
+        found.append(
+            Finding(
+                "muscle-extrapolation",
+                f"where it pulls, the log goes from {100 * k_low:.1f} to {100 * k_high:.1f} % of contraction, and the "
+                f"model from 0 to {100 * free:.1f} % at {p_high / 1e5:.3g} bar: forces elsewhere are what the formula "
+                f"makes of the rest. Log the whole range, or use the model inside it only.",
+            )
+        )
+    if p_high - p_low < SAME_PRESSURE * p_high:
+        found.append(
+            Finding(
+                "muscle-one-pressure",
+                f"the pressure stays at {p_high / 1e5:.3g} bar: how the force depends on it is the formula's guess. "
+                f"Log at three pressures or more.",
+            )
+        )
+    if slack.any():
+        found.append(
+            Finding(
+                "muscle-slack",
+                f"{int(slack.sum())} of {len(log)} samples do not count: there the muscle hangs loose, with less than "
+                f"half a percent of the largest force ({float(log.force.max()):.4g} N), and a formula that goes on "
+                f"below zero cannot be compared. There the model pulls {max(float(fit.force[slack].max()), 0.0):.3g} N "
+                f"at most. Nothing to do, unless the force sensor was off.",
+            )
+        )
+    if fit.without_effect:
+        why = (
+            "the log has no time, so that every row is a point at rest, and what only motion shows"
+            if log.time is None
+            else "no sample depends on them, and what the log does not show"
+        )
+        found.append(
+            Finding(
+                "muscle-not-in-log",
+                f"{', '.join(fit.without_effect)} of {model.name} stayed as given: {why} was not fitted. For friction "
+                f"and damping, log loops of contraction at two speeds, with time.",
+            )
+        )
+    if fit.undetermined:
+        found.append(
+            Finding(
+                "muscle-undetermined",
+                f"{', '.join(fit.undetermined)} cannot be told apart from this log: other values give the same forces. "
+                f"Use the forces, not these values; more pressures and contractions may part them.",
+            )
+        )
+    if fit.at_bound:
+        found.append(
+            Finding(
+                "muscle-at-bound",
+                f"{', '.join(fit.at_bound)} ended at a bound of the search. Where that is zero, the log shows nothing "
+                f"of it; elsewhere the muscle wants a value that has no meaning in this model, or the log's units are "
+                f"wrong. The bounds: dehyst muscle {model.name} --json",
+            )
+        )
+    return tuple(found)

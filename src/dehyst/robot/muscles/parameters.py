@@ -6,6 +6,7 @@ pages of the models go by these tables.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import Field, asdict, dataclass, field, replace
 from inspect import cleandoc
@@ -20,6 +21,7 @@ from dehyst.models.arrays import parameter_array, parameter_number
 
 AT_HAND = "assumption: of the muscle at hand"  # a source: measure it
 REFUSED = "ParameterError\n    If a value has no physical meaning."
+SECTION = re.compile(r"^\w[\w ]*\n-+$", re.M)  # of a docstring: a heading and its line
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,9 @@ class ParameterRecord:
         if told:
             cls.PARAMETERS = tuple(Parameter(key, *about["about"]) for key, about in told.items())
             cls._LEAST = {key: about["least"] for key, about in told.items()}
-            head, _, rest = cleandoc(cls.__doc__ or "").partition("\n\n")
+            text = cleandoc(cls.__doc__ or "")
+            place = SECTION.search(text)
+            head, rest = (text[: place.start()].rstrip(), text[place.start() :]) if place else (text, "")
             rows = "\n".join(f"{each.name}\n    {each.meaning}. [{each.unit}]" for each in cls.PARAMETERS)
             raises = "" if "Raises\n" in rest else f"Raises\n------\n{REFUSED}\n\n"
             cls.__doc__ = f"{head}\n\nParameters\n----------\n{rows}\n\n{raises}{rest}"

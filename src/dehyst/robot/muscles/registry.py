@@ -1,32 +1,42 @@
-"""Table of muscle models: names, and modules imported on first use.
-
-A new model is a new module with a `MUSCLE`, its class, one line here, and a test file.
-"""
+"""Table of muscle models by name, and their files: the parameters of a fitted model as plain JSON."""
 
 from __future__ import annotations
 
 import difflib
-from importlib import import_module
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-from dehyst.errors import ParameterError
+from dehyst.errors import ModelFileError, ParameterError
+from dehyst.files import write_atomically
 from dehyst.robot.muscles.base import MuscleModel
+from dehyst.robot.muscles.braided import BoblanMartens, ChouHannaford, DavisCaldwell, Klute
+from dehyst.robot.muscles.conical import Kerscher, TonduLopez, TonduZagal
+from dehyst.robot.muscles.elements import Reynolds, VoMinh
+from dehyst.robot.muscles.maps import AschemannSchindele, Maker, Sarosi
 
-# Maps first, then what adds friction, speed and memory.
-MODULES = {
-    "maker": "dehyst.robot.muscles.maker",
-    "sarosi": "dehyst.robot.muscles.sarosi",
-    "aschemann-schindele": "dehyst.robot.muscles.aschemann_schindele",
-    "boblan-martens": "dehyst.robot.muscles.boblan_martens",
-    "chou-hannaford": "dehyst.robot.muscles.chou_hannaford",
-    "tondu-lopez": "dehyst.robot.muscles.tondu_lopez",
-    "davis-caldwell": "dehyst.robot.muscles.davis_caldwell",
-    "tondu-zagal": "dehyst.robot.muscles.tondu_zagal",
-    "klute": "dehyst.robot.muscles.klute",
-    "reynolds": "dehyst.robot.muscles.reynolds",
-    "kerscher": "dehyst.robot.muscles.kerscher",
-    "vo-minh": "dehyst.robot.muscles.vo_minh",
+MODELS: dict[str, type[MuscleModel]] = {  # maps first, then what adds friction, speed and memory
+    kind.name: kind
+    for kind in (
+        Maker,
+        Sarosi,
+        AschemannSchindele,
+        BoblanMartens,
+        ChouHannaford,
+        TonduLopez,
+        DavisCaldwell,
+        TonduZagal,
+        Klute,
+        Reynolds,
+        Kerscher,
+        VoMinh,
+    )
 }
+FORMAT = "dehyst-muscle"
+SCHEMA = 1
+LARGEST = 100_000  # bytes; parameters are a few numbers
 
 
 def names() -> tuple[str, ...]:
@@ -37,7 +47,7 @@ def names() -> tuple[str, ...]:
     >>> "tondu-lopez" in names()
     True
     """
-    return tuple(MODULES)
+    return tuple(MODELS)
 
 
 def muscle_class(name: str) -> type[MuscleModel]:
@@ -48,12 +58,11 @@ def muscle_class(name: str) -> type[MuscleModel]:
     ParameterError
         If there is none of that name.
     """
-    if name not in MODULES:
-        near = difflib.get_close_matches(str(name), MODULES, 1)
+    if name not in MODELS:
+        near = difflib.get_close_matches(str(name), MODELS, 1)
         hint = f"Did you mean {near[0]}? " if near else ""
-        raise ParameterError(f"no muscle model '{name!s:.40}'. {hint}There are: {', '.join(MODULES)}.", name=name)
-    found: type[MuscleModel] = import_module(MODULES[name]).MUSCLE
-    return found
+        raise ParameterError(f"no muscle model '{name!s:.40}'. {hint}There are: {', '.join(MODELS)}.", name=name)
+    return MODELS[name]
 
 
 def muscle(name: str, which: str = "", **changes: Any) -> MuscleModel:
@@ -87,3 +96,71 @@ def muscle(name: str, which: str = "", **changes: Any) -> MuscleModel:
             f"{name} has no parameter {wrong[0]!r:.40}; it has: {', '.join(known)}.", parameter=wrong[0]
         )
     return kind(**{**{key: getattr(model, key) for key in known}, **changes})
+
+
+def save_muscle(model: MuscleModel, path: str | os.PathLike[str], provenance: Mapping[str, Any] | None = None) -> Path:
+    """Write a model's parameters to a JSON file, which `load_muscle` and ``dehyst muscle FILE`` read.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> path = save_muscle(muscle("tondu-lopez", shape=1.4), pathlib.Path(tempfile.mkdtemp()) / "muscle.json")
+    >>> load_muscle(path).shape
+    1.4
+    """
+    content = {
+        "format": FORMAT,
+        "schema": SCHEMA,
+        "model": model.name,
+        "parameters": model.as_dict(),
+        "provenance": dict(provenance or {}),
+    }
+    return write_atomically(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+def load_muscle(path: str | os.PathLike[str]) -> MuscleModel:
+    """Read a model from a file that `save_muscle` wrote.
+
+    Raises
+    ------
+    ModelFileError
+        If there is no such file, or it is none, or its numbers have no meaning.
+    """
+    content = _content(Path(path))
+    try:
+        kind = muscle_class(content["model"])
+        known = {entry.name for entry in kind.PARAMETERS}
+        if set(content["parameters"]) != known:
+            odd = sorted(set(content["parameters"]) ^ known)
+            raise ParameterError(f"parameters {', '.join(odd)} are missing or unknown")
+        values = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in content["parameters"].items()
+        }
+        return kind(**values)
+    except (ParameterError, TypeError, ValueError, KeyError) as fault:
+        raise _refused(path, f"holds no model ({fault!s:.200})") from None
+
+
+def _content(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise _refused(path, f"has more than {LARGEST} bytes, and is no muscle")
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise _refused(path, f"cannot be read: {fault.strerror}") from None
+    except (ValueError, RecursionError):
+        raise _refused(path, "is no JSON") from None
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise _refused(path, f'is no muscle: its "format" is not "{FORMAT}"')
+    if content.get("schema") != SCHEMA:
+        raise _refused(path, f"has schema {content.get('schema')!r:.20}, and this dehyst reads {SCHEMA}")
+    if not isinstance(content.get("parameters"), dict) or not isinstance(content.get("model"), str):
+        raise _refused(path, "names no model and its parameters")
+    return content
+
+
+def _refused(path: str | os.PathLike[str], what: str) -> ModelFileError:
+    return ModelFileError(
+        f"muscle file '{path}' {what}. Write it again: dehyst muscle MODEL --log LOG --save {Path(path).name}",
+        path=str(path),
+    )

@@ -29,9 +29,8 @@ from dehyst.report.svg import write_picture
 from dehyst.report.text import number, short
 from dehyst.report.theme import CYCLE, DATA, INK, MODEL, MUTED, TEST
 from dehyst.robot.muscles.bench import Bench
+from dehyst.robot.muscles.experiments import STROKE, Loop, reach
 from dehyst.robot.muscles.fit import MuscleFit
-from dehyst.robot.muscles.force_map import reach
-from dehyst.robot.muscles.loops import STROKE, Loop
 
 TITLE = "dehyst muscle: "  # by which a picture is known that may be drawn anew
 BAR = 1e5
