@@ -95,7 +95,7 @@ def index() -> str:
         found = family(name)
         rows.append(f"| [{name}]({name}.md) | {found.title} | {_traits(name)} |")
     pulling = [
-        f"| [{name}](muscle-{name}.md) | {_first(inspect.getdoc(record) or '')} | {'yes' if record.dynamic else 'no'} | "
+        f"| [{name}](muscle-{name}.md) | {_first(record.__doc__)} | {'yes' if record.dynamic else 'no'} | "
         f"{'yes' if record.affine_in_pressure else 'no'} | {len(record.SETS)} |"
         for name in muscles.names()
         for record in [muscles.muscle_class(name)]

@@ -57,9 +57,9 @@ class TonduLopez(ConicalMuscle):
 
         S_c = \frac{2 \pi r_0 l_0}{\sin\alpha_0} (1 - \kappa) \sqrt{1 - \cos^2\alpha_0 (1 - \kappa)^2}
 
-    k > 1 accounts for the ends, which do not stay cylindrical, and may depend on the pressure, :math:`k = k_e + k_p
-    e^{-p/10^5 Pa}`. The muscle pulls up to the contraction :math:`(1 - \sqrt{b/a})/k`. The friction has the sign of the
-    motion: s goes from -1 to 1 within twice the presliding strain after a reversal.
+    k > 1 accounts for the ends, which do not stay cylindrical, and may depend on the pressure,
+    :math:`k = k_e + k_p e^{-p/10^5 Pa}`. The muscle pulls up to the contraction :math:`(1 - \sqrt{b/a})/k`. The
+    friction has the sign of the motion: s goes from -1 to 1 within twice the presliding strain after a reversal.
 
     Source of the structure: Tondu, Lopez, IEEE Control Systems Magazine 20(2), 2000. The coefficients of friction and
     the normalisation of the contact area differ between reprints (low confidence): calibrate f_s and f_k.
@@ -132,8 +132,8 @@ class TonduZagal(ConicalMuscle):
     .. math:: F = F_{static} - \left[ B + \frac{a}{b + |v|} \right] v
 
     with the static force of `tondu-lopez`. An iron braid was found viscous (B), a rayon braid to follow a/(b + |v|): a
-    damping a/b at first that saturates at the force a, a smooth Coulomb friction. For shortening that is Hill's law, (F
-    + a_H)(v + b) = (F_0 + a_H) b, with a = F_0 + a_H.
+    damping a/b at first that saturates at the force a, a smooth Coulomb friction. For shortening that is Hill's law,
+    (F + a_H)(v + b) = (F_0 + a_H) b, with a = F_0 + a_H.
 
     Source: Tondu, Zagal, BioRob 2006 (the law found in Kastner and others 2012, the identity computed); sizes low
     confidence, a about 20 to 30 % of the force and b 0.1 to 0.3 m/s: calibrate.
