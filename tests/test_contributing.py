@@ -1,5 +1,6 @@
-"""CONTRIBUTING shows a family, figure, log format and target, each a file, a line and tests: executed as they stand."""
+"""CONTRIBUTING shows how to add a family, figure, log format, target and muscle: all of it is executed as it stands."""
 
+import doctest
 import importlib.util
 import inspect
 import re
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 
 import test_families_conformity as conformity
+import test_muscles_models as pulls
 from dehyst import Recording, compare, load
 from dehyst.export import targets
 from dehyst.families import STARTS, example, identify_family, registry, rows, table
 from dehyst.io import formats
 from dehyst.report import figures, write_report
+from dehyst.robot.muscles import registry as muscles
 from export_samples import play_model
 from report_samples import fit_by_hand
 
@@ -28,6 +31,8 @@ READING = PAGE.partition("## Add a log format")[2].partition("\n## ")[0]
 FORMAT, FORMAT_ROW, FORMAT_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", READING)
 EXPORTING = PAGE.partition("## Add a target of")[2].partition("\n## ")[0]
 TARGET, TARGET_ROW, TARGET_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", EXPORTING)
+PULLING = PAGE.partition("## Add a muscle model")[2].partition("\n## ")[0]
+MUSCLE, MUSCLE_LINES, MUSCLE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", PULLING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
 
@@ -214,3 +219,41 @@ def test_the_target_shown_is_exported_and_signed_off_by_the_commands(exportable,
     status, out, err = run("verify", tmp_path / "made")
     assert status == 0 and "west build" in out, out + err
     assert f"{exportable.name} ({exportable.summary})" in run("export", model, "--target", "x", "--out", "y")[2]
+
+
+@pytest.fixture
+def pulling(tmp_path, monkeypatch):
+    """The class and the lines of CONTRIBUTING, as if they were part of the table of muscles."""
+    module, name, entry = re.fullmatch(r"from (\S+) import (\w+)\n +(\w+),\n", MUSCLE_LINES).groups()
+    assert entry == name
+    load_shown(module, MUSCLE, tmp_path, monkeypatch)
+    kind = getattr(sys.modules[module], name)
+    monkeypatch.setitem(muscles.MODELS, kind.name, kind)
+    return kind
+
+
+def test_the_muscle_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`((?:src|tests)/\S+\.py)`", PULLING))
+    assert len(named - {"tests/test_contributing.py", "tests/test_muscles_models.py"}) == 3  # those run by themselves
+
+
+def test_the_tests_of_the_muscle_shown_pass(pulling):
+    assert run_shown(MUSCLE_TESTS) == 2
+    assert doctest.testmod(sys.modules[pulling.__module__]).failed == 0
+
+
+def test_the_muscle_shown_keeps_what_every_muscle_promises(pulling, monkeypatch):
+    tests = [test for name, test in vars(pulls).items() if name.startswith("test_")]
+    promises = [test for test in tests if {"name", "which"} == set(inspect.signature(test).parameters)]
+    assert len(promises) > 10
+    for promise in promises:
+        promise(name=pulling.name, which="cord")
+    monkeypatch.setattr(pulling, "_resistance", lambda self, kappa, pressure, speed, slip, m: -self.band * slip)
+    with pytest.raises(AssertionError):  # they can fail
+        pulls.test_friction_opposes_the_motion_once_everything_slips(pulling.name, "cord")
+
+
+def test_the_muscle_shown_takes_part_in_the_command(pulling, run):
+    status, out, err = run("muscle", pulling.name)
+    assert status == 0 and "Constant area, constant stiffness, Coulomb friction; l_0 = 300 mm" in out, out + err
+    assert pulling.name in run("muscle", "--list")[1]
