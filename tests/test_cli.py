@@ -13,6 +13,7 @@ import pytest
 import dehyst
 from dehyst.io import write_csv
 from dehyst.robot.experiments import example_recording
+from in_one import in_one
 
 QUICK = ("--n", "20", "--family", "pi")
 PRESSURE, ANGLE = "pressure_difference_bar", "angle_deg"
@@ -534,7 +535,7 @@ def test_a_source_is_never_overwritten_whatever_is_said(run, folder):
     assert (folder / "log.csv").read_bytes() == log and (folder / "model.json").read_bytes() == model
 
 
-@pytest.mark.parametrize("arguments", [("identify",), ("compensate", "a"), ("nonsense",), ("inspect", "a", "--loud")])
+@in_one("arguments", [("identify",), ("compensate", "a"), ("nonsense",), ("inspect", "a", "--loud")])
 def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
     status, out, err = run(*arguments)
     assert (status, out) == (2, "")
@@ -544,8 +545,7 @@ def test_wrong_usage_exits_with_status_2_and_points_to_help(run, arguments):
 # Help, version, pipes: in a process of its own, as the shell starts it.
 
 
-@pytest.mark.parametrize(
-    ("command", "words"),
+@in_one("command, words",
     [
         ("", ("identify", "simulate", "compensate", "inspect", "example", "--version", "dehyst inspect LOG")),
         ("identify", ("--input", "--output", "--run", "--from", "--to", "--family", "--n", "--eps", "--train-fraction",

@@ -244,13 +244,13 @@ def test_the_tests_of_the_muscle_shown_pass(pulling):
 
 def test_the_muscle_shown_keeps_what_every_muscle_promises(pulling, monkeypatch):
     tests = [test for name, test in vars(pulls).items() if name.startswith("test_")]
-    promises = [test for test in tests if {"name", "which"} == set(inspect.signature(test).parameters)]
+    promises = [test for test in tests if {"name"} == set(inspect.signature(test).parameters)]
     assert len(promises) > 10
     for promise in promises:
-        promise(name=pulling.name, which="cord")
+        promise(pulling.name)
     monkeypatch.setattr(pulling, "_resistance", lambda self, kappa, pressure, speed, slip, m: -self.band * slip)
     with pytest.raises(AssertionError):  # they can fail
-        pulls.test_friction_opposes_the_motion_once_everything_slips(pulling.name, "cord")
+        pulls.test_friction_opposes_the_motion_once_everything_slips(pulling.name)
 
 
 def test_the_muscle_shown_takes_part_in_the_command(pulling, run):

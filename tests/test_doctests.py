@@ -24,11 +24,16 @@ MODULES = [name for name, path in FILES.items() if path.suffix == ".py" and ">>>
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
+ROOMS: dict[str, list[str]] = {}  # two parts of a name: dehyst.models
+for _name in MODULES:
+    ROOMS.setdefault(".".join(_name.split(".")[: 3 if _name.startswith("dehyst.robot.") else 2]), []).append(_name)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MODULES)
-def test_the_examples_in_the_docstrings_run(name: str) -> None:
-    found = doctest.testmod(importlib.import_module(name), optionflags=FLAGS)
-    assert found.failed == 0
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_examples_in_the_docstrings_run(room: str, capsys: pytest.CaptureFixture[str]) -> None:
+    failed = [name for name in ROOMS[room] if doctest.testmod(importlib.import_module(name), optionflags=FLAGS).failed]
+    assert not failed, f"correct the examples of {', '.join(failed)}:\n{capsys.readouterr().out}"  # with file and line
 
 
 def test_there_are_examples_to_run() -> None:

@@ -11,6 +11,7 @@ from dehyst.errors import DehystError, ExcitationError, ParameterError, Recordin
 from dehyst.identification import cautions
 from dehyst.identification import identify as identify_plays
 from identification_oracles import loops
+from in_one import in_one
 
 SIZES = (2.0, 1.6, 1.9, 1.2, 1.7, 2.0, 1.4, 1.8)
 SAMPLES = 60
@@ -437,7 +438,7 @@ BAD_SETTINGS = [
 ]
 
 
-@pytest.mark.parametrize(("settings", "cure"), BAD_SETTINGS)
+@in_one("settings, cure", BAD_SETTINGS)
 def test_a_setting_that_makes_no_sense_is_refused_by_name(settings, cure):
     with pytest.raises(ParameterError) as caught:
         dehyst.identify(clean(), **settings)
@@ -445,7 +446,7 @@ def test_a_setting_that_makes_no_sense_is_refused_by_name(settings, cure):
     assert next(iter(settings)) in str(caught.value)
 
 
-@pytest.mark.parametrize("wrong", [None, 5, "log.csv", [], [1.0, 2.0], np.zeros((10, 2)), {"input": [1.0]}])
+@in_one("wrong", [None, 5, "log.csv", [], [1.0, 2.0], np.zeros((10, 2)), {"input": [1.0]}])
 def test_what_is_no_recording_is_refused_with_the_way_to_make_one(wrong):
     with pytest.raises(ParameterError, match=r"read_log|dehyst\.Recording\("):
         dehyst.identify(wrong)
@@ -456,7 +457,7 @@ def test_mixed_units_are_refused():
         dehyst.identify([clean(input_unit="bar"), clean(input_unit="psi")])
 
 
-@pytest.mark.parametrize("role", ["input", "output"])
+@in_one("role", ["input", "output"])
 def test_a_constant_signal_is_refused(role):
     flat = np.full(len(clean()), 3.25)
     with pytest.raises(ExcitationError, match=r"3\.25.*--train-fraction 1"):
@@ -467,7 +468,7 @@ def test_a_constant_signal_is_refused(role):
         dehyst.identify(clean(**{role: late}))
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@in_one("value", [np.nan, np.inf, -np.inf])
 def test_a_recording_with_samples_that_are_not_finite_is_refused(value):
     for role in ("input", "output", "time"):
         spoiled = np.array(getattr(clean(), role))

@@ -6,6 +6,7 @@ import pytest
 import dehyst
 import dehyst.families.elements
 from dehyst.errors import DehystError, LogError, ParameterError
+from in_one import in_one
 
 U = np.sin(np.linspace(0, 30, 400))
 Y = 2 * U
@@ -44,8 +45,8 @@ TAKERS = (
 )
 
 
-@pytest.mark.parametrize("take", range(len(TAKERS)))
-@pytest.mark.parametrize("what", WRONG)
+@in_one("take", range(len(TAKERS)))
+@in_one("what", WRONG)
 def test_what_is_no_recording_is_refused_with_the_line_that_makes_one(what, take):
     given, cure = WRONG[what]
     with pytest.raises(ParameterError) as fault:
@@ -65,8 +66,8 @@ MANY = (
 )
 
 
-@pytest.mark.parametrize("take", range(len(MANY)))
-@pytest.mark.parametrize("given", [(U, Y), (Frame(), "u", "y"), (U, Y, np.arange(400.0))], ids=["2", "table", "3"])
+@in_one("take", range(len(MANY)))
+@in_one("given", [(U, Y), (Frame(), "u", "y"), (U, Y, np.arange(400.0))])
 def test_more_arguments_than_fit_are_told_what_to_type(given, take):
     with pytest.raises(ParameterError, match=r"recording = dehyst.Recording\("):
         MANY[take](*given)
@@ -96,19 +97,19 @@ def test_a_generator_of_recordings_is_a_list_of_them():
     assert fit.model.family == "pi"
 
 
-@pytest.mark.parametrize("family", [Y, None, 3, ["pi"]])
+@in_one("family", [Y, None, 3, ["pi"]])
 def test_a_family_that_is_no_name_is_refused(family):
     with pytest.raises(ParameterError, match="is not one of auto"):
         dehyst.identify(dehyst.Recording(U, Y), family)
 
 
-@pytest.mark.parametrize("given", [U, Frame(), None, 3])
+@in_one("given", [U, Frame(), None, 3])
 def test_a_log_that_is_no_path_is_refused_with_both_ways_out(given):
     with pytest.raises(LogError, match=r"(?s)no path.*'log.csv'.*dehyst.Recording\("):
         dehyst.read_log(given, "u", "y")
 
 
-@pytest.mark.parametrize("column", [0, None, U, 2.5])
+@in_one("column", [0, None, U, 2.5])
 def test_a_column_that_is_no_name_is_refused_with_the_names_there_are(column, tmp_path):
     path = dehyst.io.write_csv(tmp_path / "log.csv", {"pressure_bar": U, "angle_deg": Y})
     with pytest.raises(DehystError, match="pressure_bar, angle_deg"):

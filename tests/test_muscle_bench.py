@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
-from dehyst.robot.muscles import muscle, muscle_class, names
+from dehyst.robot.muscles import muscle
 from dehyst.robot.muscles.bench import default_contractions, run_bench
 from dehyst.robot.muscles.experiments import (
     STROKE,
@@ -22,16 +22,17 @@ from dehyst.robot.muscles.experiments import (
     lowest_pressure,
     quick_release,
 )
+from test_muscles_models import every_set
 
 BAR = 1e5
-ALL = [(name, which) for name in names() for which in muscle_class(name).SETS]
 
 
 def trapezium(y, x):
     return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
 
 
-@pytest.mark.parametrize(("name", "which"), ALL, ids=lambda word: word)
+@pytest.mark.slow
+@every_set
 def test_every_published_set_runs_through_all_experiments_at_working_pressures(name, which):
     model = muscle(name, which)
     bench = run_bench(

@@ -9,6 +9,7 @@ import pytest
 
 from dehyst.app.muscle import kind_of
 from dehyst.robot.muscles import muscle, names
+from in_one import in_one
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -139,8 +140,7 @@ def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
     assert any(w["code"] == "muscle-absolute" and "--absolute" in w["message"] for w in warnings)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
+@in_one("words, message",
     [
         (("muscle",), r"nothing says which model.*chou-hannaford"),
         (("muscle", "tondulopez"), r"Did you mean tondu-lopez\?"),

@@ -11,12 +11,31 @@ from hypothesis import strategies as st
 from dehyst.errors import InvertibilityError, ParameterError, RecordingError
 from dehyst.robot.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.robot.muscles.solve import solve_pressure
+from in_one import in_one
 
-SETS = [(name, which) for name in names() for which in muscle_class(name).SETS]
-DYNAMIC = [(name, which) for name, which in SETS if muscle_class(name).dynamic]
-IDS = [f"{name}-{which}" for name, which in SETS]
-every_set = pytest.mark.parametrize(("name", "which"), SETS, ids=IDS)
-every_dynamic = pytest.mark.parametrize(("name", "which"), DYNAMIC, ids=[f"{n}-{w}" for n, w in DYNAMIC])
+
+def each_set(test, models):
+    """Give the test each of the models with all of its published sets."""
+
+    def of_model(name):
+        for which in muscle_class(name).SETS:
+            try:
+                test(name, which)
+            except Exception as fault:
+                fault.add_note(f"{name}, set {which}")
+                raise
+
+    of_model.__name__, of_model.__doc__ = test.__name__, test.__doc__
+    of_model.pytestmark = list(getattr(test, "pytestmark", ()))
+    return pytest.mark.parametrize("name", models)(of_model)
+
+
+def every_set(test):
+    return each_set(test, names())
+
+
+def every_dynamic(test):
+    return each_set(test, [name for name in names() if muscle_class(name).dynamic])
 
 
 def walk(seed, samples=300, period=0.01):
@@ -177,8 +196,8 @@ def test_contraction_in_per_cent_and_lengths_in_millimetres_are_refused():
         muscle("maker").simulate([0.1, 300.0], 3e5)
 
 
-@pytest.mark.parametrize(
-    ("x", "p", "t", "error", "message"),
+@in_one(
+    "x, p, t, error, message",
     [
         ([0.1, float("nan")], 3e5, None, ParameterError, "nan"),
         ([0.1, 0.1], [3e5, float("inf")], None, ParameterError, "inf"),
@@ -206,8 +225,8 @@ def test_a_piece_that_begins_before_the_memory_ends_is_refused():
         model.run([0.11, 0.12], 3e5, [0.5, 2.0], memory)
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "message"),
+@in_one(
+    "name, changes, message",
     [
         ("maker", {"length": 0.0}, "must be positive"),
         ("maker", {"length": "long"}, "not a number"),

@@ -8,6 +8,7 @@ import pytest
 
 import dehyst
 from dehyst.old_paths import MOVED, spec_of
+from in_one import in_one
 
 SAME = [
     ("dehyst.recording", "Recording", "dehyst.data.recording"),
@@ -17,6 +18,8 @@ SAME = [
     ("dehyst.evaluation", "TestCube", "dehyst.robot.iso9283"),
     ("dehyst.evaluation.timing", "timed", "dehyst.robot.iso9283.timing"),
     ("dehyst.muscles.base", "MuscleModel", "dehyst.robot.muscles.base"),
+    ("dehyst.robot.muscles.storage", "load_muscle", "dehyst.robot.muscles.registry"),
+    ("dehyst.muscles.tondu_lopez", "TonduLopez", "dehyst.robot.muscles.conical"),
     ("dehyst.experiments.sweep.spec", "Draw", "dehyst.robot.experiments.sweep.spec"),
     ("dehyst.identification.drift", "drift", "dehyst.monitoring"),
     ("dehyst.identification.evaluate", "evaluate", "dehyst.monitoring.evaluate"),
@@ -24,17 +27,22 @@ SAME = [
 
 
 @pytest.fixture(autouse=True)
-def forgotten():
+def forget():
     """Old names are imported anew by each test."""
-    before = set(sys.modules)
-    yield
-    for name in set(sys.modules) - before:
-        if any(name == old or name.startswith(f"{old}.") for old in MOVED):
-            del sys.modules[name]
+
+    def forgotten():
+        for name in [*sys.modules]:
+            if any(name == old or name.startswith(f"{old}.") for old in MOVED):
+                del sys.modules[name]
+
+    forgotten()
+    yield forgotten
+    forgotten()
 
 
-@pytest.mark.parametrize(("old", "name", "new"), SAME)
-def test_an_old_path_gives_the_same_object_and_names_the_new_one(old, name, new):
+@in_one("old, name, new", SAME)
+def test_an_old_path_gives_the_same_object_and_names_the_new_one(old, name, new, forget):
+    forget()
     with pytest.warns(DeprecationWarning, match="change the import"):
         found = getattr(importlib.import_module(old), name)
     assert found is getattr(importlib.import_module(new), name)

@@ -10,6 +10,7 @@ from dehyst import _native
 from dehyst.control import Block, JointController, JointControllerParameters
 from dehyst.models import DirectInverse
 from export_samples import play_model
+from in_one import in_one
 
 RUNNING = {
     "Stepper": lambda: play_model().stepper("dense"),
@@ -26,14 +27,14 @@ def test_every_class_with_an_image_refuses():
     assert all("__reduce__" in vars(kind) for kind in kept)
 
 
-@pytest.mark.parametrize("kind", RUNNING)
-@pytest.mark.parametrize("take", [pickle.dumps, copy.copy, copy.deepcopy])
+@in_one("kind", RUNNING)
+@in_one("take", [pickle.dumps, copy.copy, copy.deepcopy])
 def test_the_refusal_names_save_and_restore(kind, take):
     with pytest.raises(TypeError, match=rf"pickle or copy a {kind}: .*image = it.save\(\).*restore\(image\)"):
         take(RUNNING[kind]())
 
 
-@pytest.mark.parametrize("wrap", [Block, lambda model: JointController(JointControllerParameters())])
+@in_one("wrap", [Block, lambda model: JointController(JointControllerParameters())])
 def test_blocks_and_controllers_say_the_same(wrap):
     with pytest.raises(TypeError, match="save"):
         pickle.dumps(wrap(play_model()))

@@ -1,11 +1,11 @@
 """What Python shows of models and fits: a few lines, never pages of arrays."""
 
 import numpy as np
-import pytest
 
 import dehyst
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel
 from dehyst.models import ModelCard, SignalCard
+from in_one import in_one
 
 BEND = MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.0, 3.0])
 PLAY = PrandtlIshlinskii(np.linspace(0, 1, 100), np.r_[1.0, np.zeros(99)])
@@ -18,7 +18,7 @@ MODELS = {
 }
 
 
-@pytest.mark.parametrize("family", MODELS)
+@in_one("family", MODELS)
 def test_a_model_is_shown_as_one_line_with_its_signals(family):
     model = MODELS[family].with_card(CARD)
     line = repr(model)
