@@ -250,7 +250,8 @@ class Workshop:
     def _fitted(self, chosen: Candidate, firm: bool) -> tuple[ElementModel, Weights]:
         columns, bank, sums = self._whole(chosen.sum.groups, chosen.mapped)
         own = np.arange(columns.cell.size)
-        found = Program(sums, own, chosen.mapped).solve(EVERY, chosen.regularisation)
+        program = Program(sums, own, chosen.mapped)
+        found = program.solve(EVERY, chosen.regularisation)
         model = self._record(columns, found, chosen.sum.name)
         if not firm or self.direction == "inverse":
             return model, found
@@ -260,8 +261,8 @@ class Workshop:
             if steep <= 1.0:
                 return held, found
             bound *= min(FIRMER * steep, FIRMEST)
-            firmer = replace(sums, least=np.where(sums.least > 0.0, bound, 0.0))
-            weights = Program(firmer, own, chosen.mapped).solve(EVERY, chosen.regularisation)
+            firmer = program.with_least(np.where(sums.least > 0.0, bound, 0.0))
+            weights = firmer.solve(EVERY, chosen.regularisation)
             if _squares(weights, bank) > allowed:
                 break
             held, found = self._record(columns, weights, chosen.sum.name), weights
@@ -360,7 +361,8 @@ def _rows(columns: Columns, template: ElementModel, seen: Array, dt: Array | Non
     for begin in range(0, seen.size, CHUNK):
         part = slice(begin, begin + CHUNK)
         e, memory = template.columns(seen[part], None if steps is None else steps[: seen.size][part], memory)
-        parts.append(columns.values(e[rows[(rows >= begin) & (rows < begin + CHUNK)] - begin]))
+        here = rows[slice(*np.searchsorted(rows, [begin, begin + CHUNK]))] - begin
+        parts.append(columns.values(e if here.size == len(e) else e[here]))
     return np.concatenate(parts)
 
 

@@ -10,6 +10,7 @@ Sums of blocks add up to those of every choice of blocks, so leaving blocks out 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -153,6 +154,12 @@ class Program:
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         slopes = [LEAST_OF_MAP - 1.0] * (sums.pieces if mapped else 0)  # counted from 1 on
         self._lower = np.concatenate([[0.0], sums.least[columns], slopes])
+
+    def with_least(self, least: Array) -> Program:
+        """The same program with other least weights (p,); its sums are shared."""
+        firmer = copy(self)
+        firmer._lower = np.concatenate([[0.0], least, self._lower[self._size :]])
+        return firmer
 
     def solve(self, blocks: tuple[int, ...], regularisation: Regularisation, warm: Marks | None = None) -> Weights:
         """Return the weights from some blocks.

@@ -66,7 +66,7 @@ def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: fl
     used = [q for q in elements if share[q.schedule] > 0.0]
     lags = sorted((q for q in used if q.kind in LAGS), key=lambda q: q.time)
     moving = [q for q in used if q.kind not in LAGS]
-    pairs = [(q, other) for q, other in pairwise(elements) if q.kind == "product" and share[q.schedule] > 0.0]
+    pairs = [_product(q, other) for q, other in pairwise(elements) if q.kind == "product" and share[q.schedule] > 0.0]
     alone = sum(_alone(q, period) for q in used)
     plays = min(_moving(moving, side) for side in (1.0, -1.0))
     least = alone + plays - _products(pairs, -1.0, period)
@@ -79,15 +79,19 @@ def _at_shares(elements: Sequence[Element], share: tuple[float, ...], period: fl
     return least
 
 
-def _products(pairs: Sequence[tuple[Element, Element]], caught: float, period: float) -> float:
+def _product(q: Element, other: Element) -> tuple[Array, tuple[float, float]]:
+    """Least and most slope of a product with either lag, and the time constants of the two."""
+    slopes = pieces(q)[1]
+    return q.radius * np.array([slopes.min(), slopes.max()]), (q.time, other.time)
+
+
+def _products(pairs: Sequence[tuple[Array, tuple[float, float]]], caught: float, period: float) -> float:
     """The most that products fall by with an input so slow that lags up to a time constant follow it."""
     slopes: dict[float, Array] = {}  # least and most of a sum, by the lag that holds; -1: both follow
     early = 0.0
-    for q, other in pairs:
-        own = q.radius * np.array([pieces(q)[1].min(), pieces(q)[1].max()])
-        follow = [time for time in (q.time, other.time) if time <= caught]
-        hold = [time for time in (q.time, other.time) if time > caught]
-        if follow:
+    for own, times in pairs:
+        hold = [time for time in times if time > caught]
+        if len(hold) < 2:
             key = hold[0] if hold else -1.0
             slopes[key] = slopes.get(key, 0.0) + (1.0 if hold else 2.0) * own
         early += sum(_early(time, period) for time in hold) * float(np.abs(own).max())

@@ -16,7 +16,7 @@ from dehyst.identification.fit import Fit, InputError
 
 # Blocks that rate and time are tested on, and folds that terms are chosen by, of two blocks each.
 BLOCKS, FOLDS = 10, 5
-# Rows of a long log that choices are made on; the model is fitted to all of them.
+# Rows of a long log that choice and fit see, evenly spread; its terms see every sample.
 MOST_ROWS = 40_000
 # A term is kept if it lowers the error on what was held out by this share; a lower degree is taken within it.
 WORTH = 0.02
@@ -59,12 +59,8 @@ class Trials:
         return self._blocks[start]
 
     def system(self, shape: Shape) -> tuple[Array, int]:
-        """All fitted rows of a shape, reduced, and their number."""
+        """Fitted rows of a shape, reduced, and their number."""
         blocks, select = self.blocks(shape.start), self._layout.select
-        if self._every > 1:
-            parts = fitted_rows(self._layout, self._data, shape.start)
-            blocks = blocks_of((select(shape, part) for part in parts), self._data.fitted, 1)
-            return blocks[0].rows, blocks[0].samples
         return np.concatenate([select(shape, block.rows) for block in blocks]), sum(block.samples for block in blocks)
 
     def __call__(self, shape: Shape) -> TriedShape:
