@@ -91,35 +91,42 @@ static void go_to(follower *f, double y)
     f->last = y;
 }
 
-/* A crossing of u from below between a and b: false position that halves the weight of an end that stays, and
- * bisection every third step. */
+/* A crossing of u from below between a and b, where D[y] - u is fa and fb: inverse quadratic interpolation where that
+ * is sure to come closer, bisection elsewhere (T. R. Chandrupatla, Advances in Engineering Software 28, 1997). */
 static double crossing(const follower *f, double u, double a, double fa, double b, double fb, double tolerance)
 {
-    int side = 0;
-    for (int step = 0; step < MOST_STEPS && b - a > tolerance; ++step) {
-        double x = step % 3 == 2 ? 0.5 * (a + b) : a - fa * (b - a) / (fb - fa);
-        x = x > a && x < b ? x : 0.5 * (a + b);
-        const double fx = input_of(f, x) - u;
-        if (fx > 0.0) {
-            b = x;
-            fb = fx;
-            fa *= side < 0 ? 0.5 : 1.0;
-            side = -1;
-        } else {
-            a = x;
-            fa = fx;
-            fb *= side > 0 ? 0.5 : 1.0;
-            side = 1;
-            if (fx == 0.0) {
-                return x;
-            }
+    double c = a, fc = fa, share = fa / (fa - fb); /* the first step is a false position */
+    for (int step = 0; step < MOST_STEPS; ++step) {
+        const double least = tolerance / fabs(b - a);
+        if (!(least < 0.5)) {
+            break;
         }
+        const double x = a + dehyst_within(share, least, 1.0 - least) * (b - a), fx = input_of(f, x) - u;
+        if (fx == 0.0) {
+            return x;
+        }
+        if ((fx > 0.0) == (fa > 0.0)) {
+            c = a;
+            fc = fa;
+        } else {
+            c = b;
+            fc = fb;
+            b = a;
+            fb = fa;
+        }
+        a = x;
+        fa = fx;
+        const double xi = (a - b) / (c - b), phi = (fa - fb) / (fc - fb);
+        share = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi
+                    ? fa / (fb - fa) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
+                    : 0.5;
     }
-    return 0.5 * (a + b);
+    return fabs(fa) < fabs(fb) ? a : b;
 }
 
-/* The output that follows; *found is 0 if the input is not reached within the bounds. */
-static double next(const follower *f, double u, int *found)
+/* The output that follows; *found is 0 if the input is not reached within the bounds. It is looked for from the last
+ * output on, first as far as that has moved. */
+static double next(const follower *f, double u, double moved, int *found)
 {
     const engine_direct *d = f->d;
     const double span = d->y_high - d->y_low;
@@ -129,11 +136,10 @@ static double next(const follower *f, double u, int *found)
     if (fa == 0.0) {
         return a;
     }
-    for (double reach = 1e-3 * span;; reach *= 2.0) {
+    for (double reach = 2.0 * moved + 1e-6 * span;; reach *= 4.0) {
         const double b = dehyst_within(a + direction * reach, d->y_low, d->y_high), fb = input_of(f, b) - u;
         if (direction * fb >= 0.0) {
-            return direction > 0.0 ? crossing(f, u, a, fa, b, fb, 1e-14 * span)
-                                   : crossing(f, u, b, fb, a, fa, 1e-14 * span);
+            return crossing(f, u, a, fa, b, fb, 1e-14 * span);
         }
         if (b == d->y_low || b == d->y_high) {
             *found = 0;
@@ -163,7 +169,7 @@ int64_t engine_follow(const engine_direct *d, int64_t samples, const double *u, 
         for (int32_t j = 0; j < d->lags; ++j) {
             f.gain[j] = -expm1(-f.step / d->time_constant[j]);
         }
-        y[k] = next(&f, u[k], &found);
+        y[k] = next(&f, u[k], k > 1 ? fabs(y[k - 1] - y[k - 2]) : 0.0, &found);
         lost += !found;
         go_to(&f, y[k]);
     }

@@ -410,12 +410,12 @@ def test_blocks_of_rows_in_parts_are_those_of_all_rows_at_once():
         np.testing.assert_allclose(block.rows.T @ block.rows, rows[a:b].T @ rows[a:b], atol=1e-12)
 
 
-def test_a_long_log_is_chosen_on_a_part_and_fitted_to_all_of_it(plain, plain_fit, monkeypatch):
+def test_a_long_log_is_chosen_and_fitted_on_rows_spread_over_it(plain, plain_fit, monkeypatch):
     monkeypatch.setattr(selection, "MOST_ROWS", 300)
     fit = dehyst.identify_direct(plain, initial_state="rest")
     assert fit.settings["groups"] == plain_fit.settings["groups"]
     if fit.settings["degree"] == plain_fit.settings["degree"]:
-        np.testing.assert_allclose(fit.inverse_predictions[0], plain_fit.inverse_predictions[0], atol=1e-6)
+        np.testing.assert_allclose(fit.inverse_predictions[0], plain_fit.inverse_predictions[0], atol=1e-3)
 
 
 # Reading the model forward.
