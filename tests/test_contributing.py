@@ -1,4 +1,4 @@
-"""CONTRIBUTING shows how to add a family, figure, log format, target and muscle: all of it is executed as it stands."""
+"""CONTRIBUTING shows how to add families, figures, formats, targets, muscles, and to change a rule: all is executed."""
 
 import doctest
 import importlib.util
@@ -14,14 +14,15 @@ import test_families_conformity as conformity
 import test_muscles_models as pulls
 from dehyst import Recording, compare, load
 from dehyst.export import targets
-from dehyst.families import STARTS, example, identify_family, registry, rows, table
+from dehyst.families import STARTS, choice, example, identify_family, registry, rows, table
 from dehyst.io import formats
 from dehyst.report import figures, write_report
 from dehyst.robot.muscles import registry as muscles
 from export_samples import play_model
 from report_samples import fit_by_hand
 
-PAGE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 SECTION = PAGE.partition("### A family for comparison")[2].partition("\n#")[0]
 ROW = re.search(r"(?ms)^### A row of elements.*?^```text\n(.*?)^```$", PAGE)[1]
 FAMILY, LINE, TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", SECTION)
@@ -33,6 +34,8 @@ EXPORTING = PAGE.partition("## Add a target of")[2].partition("\n## ")[0]
 TARGET, TARGET_ROW, TARGET_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", EXPORTING)
 PULLING = PAGE.partition("## Add a muscle model")[2].partition("\n## ")[0]
 MUSCLE, MUSCLE_LINES, MUSCLE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", PULLING)
+RULING = PAGE.partition("## Change the rule of auto")[2].partition("\n## ")[0]
+RULE, RULE_TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", RULING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
 PROMISES = [value for name, value in vars(conformity).items() if name.startswith("test_") and name not in OF_RATE]
 
@@ -257,3 +260,22 @@ def test_the_muscle_shown_takes_part_in_the_command(pulling, run):
     status, out, err = run("muscle", pulling.name)
     assert status == 0 and "Constant area, constant stiffness, Coulomb friction; l_0 = 300 mm" in out, out + err
     assert pulling.name in run("muscle", "--list")[1]
+
+
+def test_the_rule_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`((?:src|tests|docs)/\S+?)`", RULING))
+    assert len(named) <= 4 and all((ROOT / name).exists() for name in named)
+
+
+def test_the_tests_of_the_rule_shown_pass_with_it_and_not_without(monkeypatch):
+    with pytest.raises(AssertionError):
+        run_shown(RULE_TESTS)
+    shown = {}
+    exec(RULE, shown)
+    monkeypatch.setattr(choice, "score_of", shown["score_of"])
+    assert run_shown(RULE_TESTS) == 2
+
+
+def test_the_commands_that_judge_a_rule_are_there():
+    commands = re.findall(r"^python (\S+)", RULING, re.M)
+    assert len(commands) == 2 and all((ROOT / name).is_file() for name in commands)

@@ -136,6 +136,25 @@ def choose(training: Training, sums: Sequence[Sum], firm: bool = True) -> Chosen
     return Chosen(model, tuple(ordered), weights.kkt, int(np.count_nonzero(weights.weight)), weights.weight.size)
 
 
+def score_of(left: Sequence[float], before_last: float) -> float:
+    """What sums are ranked by, the lowest first: the module's formula.
+
+    Parameters
+    ----------
+    left
+        Errors of each block left out, rms, scaled.
+    before_last
+        Of the last block but one, predicted from those before it.
+
+    Examples
+    --------
+    >>> score_of([0.03, 0.03, 0.03, 0.03, 0.03], 0.03)
+    0.03
+    """
+    parts = np.array([np.median(left), before_last, left[-1], left[-1]])
+    return float(np.exp(np.mean(np.log(np.maximum(parts, SMALLEST)))))
+
+
 def _demerit(candidate: Candidate) -> float:
     return rank(candidate.score / candidate.sum.worth)
 
@@ -226,10 +245,8 @@ class Workshop:
             errors = [self._rms(columns, *each) for each in zip(found, map(self.bank.part, LEFT), strict=True)]
         except DehystError:
             return float("inf"), float("inf")
-        left, before_last = errors[:BLOCKS], errors[BLOCKS]
-        parts = np.array([np.median(left), before_last, left[-1], left[-1]])
-        score, left_out = np.exp(np.mean(np.log(np.maximum(parts, SMALLEST)))), np.sqrt(np.mean(np.square(left)))
-        return float(score), float(left_out)
+        left_out = np.sqrt(np.mean(np.square(errors[:BLOCKS])))
+        return score_of(errors[:BLOCKS], errors[BLOCKS]), float(left_out)
 
     def missed(self, chosen: Candidate) -> Array:
         """What a sum misses at every row, fitted to all of them; of an inverse one the input."""
