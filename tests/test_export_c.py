@@ -1,6 +1,7 @@
 """Exports to C: folders that check themselves, strict and self-contained code, refusals that lose nothing."""
 
 import json
+import platform
 import re
 import shutil
 import subprocess
@@ -165,10 +166,40 @@ def test_a_wrong_build_is_noticed_by_its_own_check(tmp_path):
     needs("make", "cc")
     folder = export(subject("mapped"), "c", tmp_path / "out").folder
     source = folder / "src" / "pi.c"
-    source.write_text(source.read_text().replace("pi->offset + ", "pi->offset + 1e-12 + ", 1))
+    source.write_text(source.read_text().replace("pi->offset + ", "pi->offset + 1e-6 + ", 1))
     checks = compilers.check_folder(folder)
     assert checks
     assert all(check.status == "failed" and "test signal" in check.detail for check in checks)
+    said = subprocess.run(["make", "-s", "check"], cwd=folder, capture_output=True, text=True, check=False)
+    assert said.returncode != 0 and said.stdout.splitlines()[-1] == "FAILED: do not use this build"
+    assert re.search(r"^saved and copied states +not judged", said.stdout, re.M)  # they cannot be right either
+    assert 1e-9 < float(re.search(r"largest difference (\S+) of range", said.stdout)[1]) < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", ["inverse", "joint-controller"])
+@pytest.mark.parametrize(
+    ("flags", "cause"),
+    [("-O2 -mfpmath=387", "more digits"), ("-O3 -ffast-math", "-ffast-math"), ("-O3 -mfma", "-ffp-contract=off")],
+)
+def test_other_last_digits_are_told_from_a_wrong_unit_with_their_cause(what, flags, cause, tmp_path):
+    needs("make", "gcc")
+    if platform.machine() != "x86_64" or ("fma" in flags and "fma" not in Path("/proc/cpuinfo").read_text()):
+        pytest.skip("this processor has no x87 arithmetic, or no fused multiply-add")
+    folder = export(subject("mapped", what), "c", tmp_path / "out").folder
+    contract = "CONTRACT=-ffp-contract=fast" if "mfma" in flags else "CONTRACT=-ffp-contract=off"
+    said = run("make", "-s", "check", "CC=gcc", f"CFLAGS={flags}", contract, cwd=folder)
+    last = said.splitlines()[-1]
+    assert re.fullmatch(r"other last digits \(\S+ of range\): usable, not bit-equal, because .*", last) and cause in last
+    assert "FAILED" not in said and float(re.search(r"\((\S+) of range", last)[1]) < 1e-9
+
+
+@pytest.mark.slow
+def test_clang_keeps_the_bits_without_an_option(tmp_path):
+    needs("make", "clang")
+    folder = export(subject("mapped"), "c", tmp_path / "out").folder
+    flags = "-O3 -mfma" if "fma" in Path("/proc/cpuinfo").read_text() else "-O3"
+    assert "all checks passed" in run("make", "-s", "check", "CC=clang", f"CFLAGS={flags}", "CONTRACT=", cwd=folder)
 
 
 @pytest.mark.slow

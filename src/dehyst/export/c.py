@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.compilers import check_folder
@@ -79,6 +81,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "input_range": _range(subject.input.low, subject.input.high, subject.input.unit),
         "output_range": _range(subject.output.low, subject.output.high, subject.output.unit),
         "test": subject.test,
+        "ranges": [float(span) or 1.0 for span in np.ptp(subject.test.outputs, axis=0)],
         "excerpt": subject.excerpt,
         "excerpt_source": subject.excerpt_source,
         "words": WORDS[subject.real],

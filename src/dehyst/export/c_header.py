@@ -60,6 +60,7 @@ def header(subject: Subject) -> str:
         prototypes=rename("".join(prototypes(text, functions)), prefix),
         bodies=[_INCLUDE.sub("", body).strip() + "\n" for body in bodies],
         system=system,
+        contract=core_files.CONTRACT,
     )
 
 

@@ -64,6 +64,7 @@ def _one(folder: Path, make: str, compiler: str, version: str, level: str) -> Ch
             return Check(claim, "failed", f"not finished after {PATIENCE} s")
     lines = [line.strip() for line in run.stdout.splitlines() if line.strip()]
     fault = first_failure(lines, run.stderr.splitlines())
+    fault = fault or next((line for line in lines if "not bit-equal" in line), "")
     if run.returncode or fault:
         return Check(claim, "failed", fault or f"exit status {run.returncode}")
     passed, due = sum(line.endswith(" ok") for line in lines), claims_due(folder)

@@ -60,6 +60,16 @@ def defined(sources: Iterable[str]) -> list[str]:
     return sorted({function for text in sources for function in _DEFINED.findall(text)})
 
 
+# Bits are those of separate multiplications and additions.
+CONTRACT = """/* No fused multiply-add: other last digits. gcc knows no such pragma and needs -ffp-contract=off. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#pragma fp_contract(off)
+#elif defined(__clang__) || !defined(__GNUC__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+"""
+
+
 def config(real: str) -> str:
     """Return the text of `CONFIG` for "double" or "float".
 
@@ -80,5 +90,5 @@ def config(real: str) -> str:
     return (
         "/* SPDX-License-Identifier: 0BSD */\n"
         f"/* The choice of this export: {real} precision. */\n"
-        f"#ifndef DEHYST_CONFIG_H\n#define DEHYST_CONFIG_H\n\n{choice}\n#endif\n"
+        f"#ifndef DEHYST_CONFIG_H\n#define DEHYST_CONFIG_H\n\n{CONTRACT}\n{choice}\n#endif\n"
     )
