@@ -91,6 +91,16 @@ def test_it_compiles_for_boards(folders, compiler):
 
 
 @pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="no avr-gcc")
+def test_a_unit_too_large_for_an_uno_is_right_for_other_boards_and_verify_says_so(tmp_path):
+    subject = subject_of(large_model(200), name="joint_1", real="float")
+    export(subject, "arduino", tmp_path / "out")
+    found = board_check(tmp_path / "out", subject, "avr-gcc")
+    assert found.status == "passed" and "does not fit" in found.detail, found
+    assert int(re.search(r"(\d+) bytes of RAM", found.detail)[1]) > 2048
+    assert "a Mega (8192 bytes) takes it" in (tmp_path / "out" / "README.md").read_text().replace("\n", " ")
+
+
+@pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="no avr-gcc")
 @pytest.mark.parametrize("n", [2, 60])
 def test_what_the_readme_says_of_ram_on_avr_is_enough(tmp_path, n):
     subject = subject_of(large_model(n), name="joint_1", real="float")

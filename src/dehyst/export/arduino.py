@@ -21,9 +21,14 @@ from dehyst.export.targets import Check
 from dehyst.version import __version__
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
+UNO_RAM, UNO_FLASH = 1500, 30000  # bytes of an ATmega328P that leave room for a sketch
 AVR_FIXED = 128  # bytes of RAM of a model of plays beside 20 n: parameters and state that do not depend on n
 BOARDS = {  # compiler -> flags, what it stands for
-    "avr-gcc": (("-mmcu=atmega328p",), "ATmega328P (Uno, Nano)"),
+    # Linked as if it had room for anything: what is too large for an Uno may be right for a Mega, and its size is said.
+    "avr-gcc": (
+        ("-mmcu=atmega328p", "-Wl,--defsym=__DATA_REGION_LENGTH__=0xf000,--defsym=__TEXT_REGION_LENGTH__=0x20000"),
+        "ATmega328P (Uno, Nano)",
+    ),
     "arm-none-eabi-gcc": (
         ("-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "--specs=nosys.specs"),
         "Cortex-M4F (Teensy 3.x, Nano 33 BLE)",
@@ -156,7 +161,9 @@ def _sizes(compiler: str, program: Path) -> str:
     if len(numbers) < 3:
         return "size not known"
     text, data, bss = numbers
-    room = (
-        f" of 2048: {'fits' if data + bss <= 1500 else 'does not fit with a sketch'}" if compiler == "avr-gcc" else ""
-    )
-    return f"{text + data} bytes of flash, {data + bss} bytes of RAM{room}"
+    flash, ram = text + data, data + bss
+    room = ""
+    if compiler == "avr-gcc":
+        fits = ram <= UNO_RAM and flash <= UNO_FLASH
+        room = f" of 2048: {'fits' if fits else 'does not fit with a sketch; take a larger board (README.md)'}"
+    return f"{flash} bytes of flash, {ram} bytes of RAM{room}"
