@@ -137,18 +137,24 @@ def _seen(terms: Array, begin: int, sums: Array) -> npt.NDArray[np.bool_]:
     return np.asarray(leverage <= FAR * leverage[:begin].max())
 
 
-def about_change(record: Recording, change: Change, broke: int, place: int, samples: int) -> Finding:
-    """Say when and by how much it changed, at sample `broke` of `samples` of the log; left out from `place` on."""
+def about_change(record: Recording, change: Change, broke: int, place: int, samples: int, cut: bool = True) -> Finding:
+    """Say when and by how much it changed, at sample `broke` of `samples` of the log; `cut` from `place` on."""
     time = record.time
     times = ["" if time is None else f" (t = {time[k]:.6g} s)" for k in (change.place, change.begin)]
     return Finding(
         "two-actuators",
         f"the output '{record.output_name}' of {record.name} changes at sample {broke}{times[0]} by "
         f"{100.0 * change.size:.0f} % of the range that it had, at the same input and past, and stays so: a jam, a "
-        f"lost load, a sensor that was set anew. No single model is both what the actuator was and what it became. The "
-        f"{samples - place} samples from sample {place}{times[1]} on, of {samples}, were left out of the fit and of "
-        f"its errors: the model is what the actuator was. Repair it, or identify the part that is like the use "
-        f"(--from, --to).",
+        f"lost load, a sensor that was set anew. No single model is both what the actuator was and what it became. "
+        f"{_cut(place, times[1], samples, 'the model is what the actuator was') if cut else ''}Repair it, or identify "
+        f"the part that is like the use (--from, --to).",
+    )
+
+
+def _cut(place: int, time: str, samples: int, result: str) -> str:
+    return (
+        f"The {samples - place} samples from sample {place}{time} on, of {samples}, were left out of the fit and of its "
+        f"errors: {result}. "
     )
 
 
@@ -207,25 +213,30 @@ def _levels(x: Array, y: Array, low: float, high: float) -> Array:
         return np.asarray(np.bincount(cell, y[inside], BINS) / count)
 
 
-def about_stop(record: Recording, stop: tuple[int, int], broke: int, place: int, samples: int) -> Finding:
-    """Say where the output came to rest, sample `broke` of `samples` of the log, and from which on all was left out."""
+def about_stop(
+    record: Recording, stop: tuple[int, int], broke: int, place: int, samples: int, cut: bool = True
+) -> Finding:
+    """Say where the output came to rest, sample `broke` of `samples` of the log; `cut` from `place` on."""
     times = ["" if record.time is None else f" (t = {record.time[k]:.6g} s)" for k in stop]
     end = float(np.median(record.output[stop[1] :]))
     unit = f" {record.output_unit}" if record.output_unit else ""
     return Finding(
         "output-stopped",
         f"the output '{record.output_name}' of {record.name} stops following its input: from sample {broke}{times[1]} "
-        f"on it stays at {end:.4g}{unit} while the input cycles on. The actuator broke, or its sensor was lost. The "
-        f"{samples - place} samples from sample {place}{times[0]} on, of {samples}, were left out of the fit and of "
-        f"its errors: the swing before counts as doubtful. Repair it, and log again if the model needs more loops.",
+        f"on it stays at {end:.4g}{unit} while the input cycles on. The actuator broke, or its sensor was lost. "
+        f"{_cut(place, times[0], samples, 'the swing before counts as doubtful') if cut else ''}Repair it, and log "
+        f"again if the model needs more loops.",
     )
 
 
 SHOWN = 4
 
 
-def mended(record: Recording) -> Recording:
-    """Recording whose outliers are bridged, and what follows the end of its actuator left out; itself if it is sound.
+ENDED = {"two-actuators", "output-stopped"}  # what an actuator that was another one from some sample on is told by
+
+
+def mended(record: Recording, cut: bool = True) -> Recording:
+    """Recording whose outliers are bridged, and what follows the end of its actuator `cut`; itself if it is sound.
 
     A play remembers the extremes of its input, so that a false one there spoils what follows: its memory follows the
     line instead. Reading a log finds the same outliers, and drops their rows.
@@ -239,22 +250,24 @@ def mended(record: Recording) -> Recording:
     ((50,), 'outlier', True)
     """
     record = _bridged(record)
-    found = _ended(record)
+    found = _ended(record, cut)
     if found is None or found[0] in record.left_out:
         return record
+    if not cut:
+        return record.with_findings(found[1])
     rest = range(found[0], len(record))
     return replace(record, left_out=(*record.left_out, *rest)).with_findings(found[1])
 
 
-def _ended(record: Recording) -> tuple[int, Finding] | None:
+def _ended(record: Recording, cut: bool) -> tuple[int, Finding] | None:
     """First sample that is no more of the actuator that was, and why; None if it is one all along."""
     stop = stopped_at(record.input, record.output)
     if stop is not None:
-        return stop[0], about_stop(record, stop, stop[1], stop[0], len(record))
+        return stop[0], about_stop(record, stop, stop[1], stop[0], len(record), cut)
     change = changed_at(record.input, record.output)
     if change is None:
         return None
-    return change.begin, about_change(record, change, change.place, change.begin, len(record))
+    return change.begin, about_change(record, change, change.place, change.begin, len(record), cut)
 
 
 def _bridged(record: Recording) -> Recording:

@@ -17,7 +17,7 @@ from dehyst.findings import Finding
 from dehyst.identification.direct.data import check_given
 from dehyst.identification.direct.procedure import identify_direct
 from dehyst.identification.fit import Fit
-from dehyst.identification.mending import mended
+from dehyst.identification.mending import ENDED, mended
 from dehyst.identification.plays import identify as identify_plays
 from dehyst.identification.settings import AUTO
 from dehyst.identification.split import end_of
@@ -205,7 +205,8 @@ def drift(
 
     An actuator is called unchanged only if every change that does 1 % of range (rms) would have been found nine times
     in ten, and if the error has not doubled, nor may have within its 95 % interval. Otherwise a log that shows no
-    change gets the answer "cannot tell".
+    change gets the answer "cannot tell". A log in which the output stops, or is another one at the same input from some
+    cycle to its end, is called drifted for that alone.
 
     Parameters
     ----------
@@ -257,7 +258,7 @@ def drift(
             f"model is a {type(model).__name__}, which cannot be taken apart into loop, curve and creep. drift() takes "
             f"plays, sums of elements and direct inverses: identify one from the same log, dehyst.identify(log)."
         )
-    records = tuple(map(mended, require_recordings(recordings)))
+    records = tuple(mended(record, cut=False) for record in require_recordings(recordings))
     rate = parameter_number(false_alarm, "false_alarm")
     if not 0.0 < rate <= HIGHEST_FALSE_ALARM:
         raise ParameterError(
@@ -417,6 +418,8 @@ def _entry(
     unit = subject.response.unit or ""
     changes: list[Change] = changes_of(now, before, alike, scale, rule, unit)
     status = status_of(changes, 100.0 * rms(now.counted) / scale.span, rule)
+    if any(finding.code in ENDED for finding in log.record.findings):  # whose scatter between cycles hides its changes
+        status = DRIFTED
     return LogDrift(
         log.record, status, "", log.record.name, len(everything), len(tested), *percents(now, scale), tuple(changes),
         blocks, log.measured.prediction.response, where,

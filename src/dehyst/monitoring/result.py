@@ -9,6 +9,7 @@ from typing import Any
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
+from dehyst.identification.mending import ENDED
 from dehyst.models import Model
 from dehyst.monitoring.parts import (
     ERROR,
@@ -386,7 +387,9 @@ def verdict_of(status: str, logs: Sequence[LogDrift], before: float | None, agai
     since = f", first seen in {changed[0].name}" if len(tested) > 1 else ""
     if last is not tested[-1]:
         since += f"; {tested[-1].name}, the last log, does not show it"
-    return f"drifted ({against}): {', '.join(map(in_words, parts))}{since}; {_error(last, before, backward)}."
+    within = [finding.message.partition(":")[0] for finding in last.findings if finding.code in ENDED]
+    said = ", ".join([*within, *map(in_words, parts)])
+    return f"drifted ({against}): {said}{since}; {_error(last, before, backward)}."
 
 
 def no_refit(status: str) -> str:
