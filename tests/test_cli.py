@@ -189,6 +189,34 @@ def test_what_to_do_next_agrees_with_the_verdict(run, tmp_path):
     assert 'class="verdict stop" id="verdict"' in page
 
 
+def test_a_model_asked_for_to_simulate_is_offered_for_that(run, folder, tmp_path):
+    """LuGre has no inverse: the advice was to leave --for simulate out, and its report showed a gain of infinity."""
+    log, model, page = folder / "log.csv", tmp_path / "m.json", tmp_path / "r.html"
+    line = ("identify", log, "--input", PRESSURE, "--output", ANGLE, "--family", "lugre", "--for", "simulate")
+    flat = " ".join(run(*line)[1].split())
+    assert "simulate with it, do not compensate with it. It has no inverse: " in flat
+    assert flat.endswith("next: repeat with --save model.json --report report.html")
+    out = run(*line, "--save", model, "--report", page)[1]
+    following = out.rpartition("next: ")[2].strip()
+    assert following.startswith("dehyst simulate ")
+    assert run(*following.replace("LOG.csv", str(log)).split()[1:])[0] == 0
+    text = page.read_text(encoding="utf-8")
+    assert "for simulation only" in text and "\u221e" not in text and "not a number" not in text
+
+
+def test_columns_that_leave_a_choice_end_in_a_line_that_works(run, tmp_path, monkeypatch):
+    t = np.arange(0.0, 60.0, 0.05)
+    x = 5 * np.sin(t) * np.linspace(1.0, 0.3, t.size)
+    y = dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, 0.5]).simulate(x)
+    write_csv(tmp_path / "log.csv", {"time_s": t, "dac": x, "adc": y})
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run("identify", "log.csv")
+    assert status == 2
+    line = " ".join(err.split()).rpartition("to be typed if it is right: ")[2]
+    assert line == "dehyst identify log.csv --input dac --output adc"
+    assert run(*line.split()[1:], *QUICK)[0] == 0
+
+
 # simulate, compensate
 
 

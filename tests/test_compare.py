@@ -16,6 +16,7 @@ from dehyst.families import Family, LoopModel, Scaling, all_names, identify_fami
 from dehyst.families.base import UNSCALED
 from dehyst.models import PrandtlIshlinskii
 from dehyst.models.card import NO_CARD, ModelCard
+from dehyst.robot.experiments import example_recording
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data"
 LOGS = {
@@ -312,3 +313,12 @@ def test_inverses_of_a_long_log_are_asked_in_windows_from_what_the_applied_input
     assert np.array_equal(windows.predictions[0], whole.predictions[0])
     np.testing.assert_allclose(windows.demands[0][asked], whole.demands[0][asked], atol=1e-2)
     assert 0.3 < windows.inverse_percent / whole.inverse_percent < 3.0
+
+
+def test_a_family_is_as_large_in_compare_as_identified_by_its_name():
+    """identify --family full-sum said "208 of 208 terms", auto "105 of 317 terms" of the same model."""
+    record = example_recording()
+    rows = compare(record, ["creep-pi", "dahl"])
+    for name in ("creep-pi", "dahl"):
+        fit = identify(record, name)
+        assert fit.size == f"{rows[name].parameters} parameters" and f"{name}, {fit.size}: " in fit.verdict

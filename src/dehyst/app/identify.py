@@ -270,7 +270,8 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
         _print_choice(fit)
         if fit.test and fit.settings.get("family") == "auto":
             out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
-    memory = f"{fit.size} carry weight; start state '{certificate.initial_state}'" if fit.size else "no operators"
+    size = f"{fit.size} carry weight" if " of " in fit.size else fit.size
+    memory = f"{size}; start state '{certificate.initial_state}'" if size else "no operators"
     figures = (
         ("optimality", certificate.kkt_residual, ".0e"),
         ("inverse round trip", certificate.round_trip_error, ".0e"),
@@ -308,13 +309,16 @@ def _next(fit: Fit, saved: Path | None) -> str:
     """What to do now; a compensator is offered only where the verdict allows one."""
     rec = fit.recordings[0]
     model = quoted(saved)
-    if grade_of(fit.verdict) is Grade.BAD:
-        chosen = "--for simulate" if fit.settings.get("family") == "auto" else "--family"
-        cure = f"leave {chosen} out" if fit.model.no_inverse else "cure what the warnings above name"
+    simulate = f"dehyst simulate {model} LOG.csv --input {quoted(rec.input_name)}"
+    bad = grade_of(fit.verdict) is Grade.BAD
+    if fit.settings.get("purpose") == "simulate" and (fit.model.no_inverse or not bad):
+        return simulate if saved is not None else "repeat with --save model.json --report report.html"
+    if bad:
+        cure = "leave --family out" if fit.model.no_inverse else "cure what the warnings above name"
         advice = f"do not compensate with this model; {cure} and identify again"
         if saved is None:
             return advice
-        return f"{advice}. To simulate only: dehyst simulate {model} LOG.csv --input {quoted(rec.input_name)}"
+        return f"{advice}. To simulate only: {simulate}"
     if saved is None:
         return "repeat with --save model.json --report report.html"
     return f"dehyst compensate {model} REFERENCE.csv --output {quoted(rec.output_name)}"

@@ -86,10 +86,13 @@ def _choice(command: str, log: Path, summary: LogSummary | None) -> ColumnError:
             f"'{log}' is too large to be looked through for its input and output. Name them: {asked}", columns=()
         )
     print_columns(terminal(stderr=True), summary.columns)
-    likely = f"; the best guess: {summary.input} drives {summary.output}" if summary.input and summary.output else ""
+    if summary.input and summary.output:  # one of them may have been named
+        asked = f"dehyst {command} {typed([log, '--input', summary.input, '--output', summary.output])}"
+        asked = f"The best guess, to be typed if it is right: {asked}"
+    else:
+        asked = f"Name them: {asked}"
     return ColumnError(
-        f"names and units of the columns of {log.name} do not tell which one drives and which one follows{likely}. "
-        f"Name them: {asked}",
+        f"names and units of the columns of {log.name} do not tell which one drives and which one follows. {asked}",
         columns=tuple(column.name for column in summary.columns),
     )
 

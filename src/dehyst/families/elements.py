@@ -296,8 +296,8 @@ class ElementModel(LoopModel):
         if self.least_slope >= LEAST_SLOPE:
             return ""
         return (
-            f"the sum can fall while what it sees rises: the slope of the sum, in ranges, can come to "
-            f"{self.least_slope:.3g} as lags catch up, and must be {LEAST_SLOPE:g} or more for an inverse that settles."
+            f"while its lags catch up the output can fall although the input rises: the least slope of the sum is "
+            f"{self.least_slope:.3g} output ranges per input range, and an inverse that settles needs {LEAST_SLOPE:g}."
         )
 
     @property

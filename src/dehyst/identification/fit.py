@@ -426,7 +426,7 @@ class Fit:
 
     @property
     def size(self) -> str:
-        """How many of the operators or terms that were offered carry weight; "" for a curve."""
+        """How many of the operators or terms that were offered carry weight, or of parameters; "" for a curve."""
         c = self.certificate
         return size_of(self.model, c.nonzero_weights, c.operators) if c.operators else ""
 
@@ -609,8 +609,12 @@ class Fit:
 
 
 def size_of(model: Any, nonzero: int, offered: int) -> str:
-    """How large a model is: of so many operators of a sum of plays, or terms of another sum, those with weight."""
-    return f"{nonzero} of {offered} {word_of(model)}"
+    """How large a model is: of so many operators of a sum of plays, or terms of another sum, those with weight.
+
+    A family fitted by its name tells the number of its parameters alone, as the table of `dehyst compare` does.
+    """
+    word = word_of(model)
+    return f"{offered} parameters" if word == "terms" and nonzero == offered else f"{nonzero} of {offered} {word}"
 
 
 def word_of(model: Any) -> str:

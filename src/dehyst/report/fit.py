@@ -94,7 +94,7 @@ def _page(fit: Fit, model_file: str | os.PathLike[str] | None) -> Page:
         title=f"{short(first.name, 80)}{others}",
         relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
         subject="hysteresis report",
-        badge=grade.words,
+        badge="for simulation only" if fit.model.no_inverse else grade.words,
         grade=grade,
         lead=fit.verdict,
         more=(" ".join(in_words(fit, found)),),
@@ -130,13 +130,13 @@ def tiles(fit: Fit) -> tuple[Tile, ...]:
 
 def _inverse_tiles(fit: Fit, slope: str) -> tuple[Tile, ...]:
     gain, trip = fit.certificate.inverse_gain, fit.certificate.round_trip_error
+    if fit.model.no_inverse:
+        return tuple(Tile(name, "–", "", "there is no inverse") for name in ("Input error", "Input offset"))
     if not np.isnan(gain):
         return (
             Tile("Inverse gain", number(gain), slope, "largest slope"),
             Tile("Round trip error", number(trip, 2), "", "of the range"),
         )
-    if fit.model.no_inverse:
-        return tuple(Tile(name, "–", "", "there is no inverse") for name in ("Input error", "Input offset"))
     missed = fit.input_error  # families without a bound of the gain: what their inverse misses
     return (
         Tile("Input error", number(missed.rms_percent), "%", "of the input's range, rms"),
@@ -158,16 +158,13 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Ste
     more = at + "".join(f", {each}={each}" for each in fit.model.needs)
     if overall(fit) is Grade.BAD:
         cure = (
-            "leave --family or --for simulate out"
+            "To compensate, leave --family or --for simulate out, and identify again."
             if fit.model.no_inverse
-            else "look at the warnings above, cure what they name"
+            else "Do not compensate with this model: look at the warnings above, cure what they name, and identify "
+            "again. Until then it is for simulation only."
         )
         steps = [
-            Step(
-                f"Do not compensate with this model: {cure}, and identify again. Until then it is for simulation "
-                f"only. {simulate.purpose}",
-                simulate.code,
-            ),
+            Step(f"{cure} {simulate.purpose}", simulate.code),
             Step("The same in Python", head + f"y = model.simulate(x{more})"),
         ]
     else:

@@ -22,6 +22,7 @@ from dehyst.report.text import count, number, short, with_unit
 RMSE_PERCENT = (GOOD_PERCENT, POOR_PERCENT)
 BETTER_THAN_CURVE = (1.5, 1.0 / STATIC_AS_GOOD)
 TEST_OVER_TRAIN = (2.0, 5.0)
+FELT = 1.0  # percent of range
 ROUND_TRIP = (1e-9, 1e-6)
 # RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
 INVERSE_MISS = (0.05, INVERSE_MISSES / 100.0)
@@ -123,8 +124,10 @@ def _unseen(fit: Fit) -> Judged:
         return Grade.GOOD, "no error worth comparing"
     ratio = fit.test.rmse / fit.train.rmse
     # Twice almost nothing is still almost nothing: a ratio is judged only where the error is felt.
-    grade = Grade.GOOD if fit.test.rmse_percent < 1.0 else min(_grade(ratio, TEST_OVER_TRAIN), Grade.CARE)
-    return grade, f"error on held-out samples is {number(ratio, 2)} times that on fitted ones"
+    small = fit.test.rmse_percent < FELT
+    grade = Grade.GOOD if small else min(_grade(ratio, TEST_OVER_TRAIN), Grade.CARE)
+    words = f"error on held-out samples is {number(ratio, 2)} times that on fitted ones"
+    return grade, f"{words}, and below {FELT:g} % of range" if small and ratio > TEST_OVER_TRAIN[0] else words
 
 
 def relative_gain(fit: Fit) -> float:
@@ -191,6 +194,8 @@ def _determined(fit: Fit) -> Judged:
         return Grade.BAD, "the input never turns in the fitted samples: one branch cannot show hysteresis"
     if not fit.certificate.operators:
         return Grade.GOOD, "a curve has no operators; do not go beyond the logged range"
+    if " of " not in fit.size:
+        return Grade.GOOD, f"{fit.size}; its search does not tell which of them the samples leave open"
     if missing == 0:
         return Grade.GOOD, f"all {fit.certificate.operators} {word_of(fit.model)} moved in the fitted samples"
     grade = min(_grade(missing / max(1, fit.certificate.operators), UNDETERMINED_SHARE), Grade.CARE)
@@ -263,7 +268,9 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
         says.append("On the fitted samples a simple curve without hysteresis does as well.")
     elif math.isfinite(times):
         says.append(f"The best curve without hysteresis is {number(times, 2)} times worse.")
-    if overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
+    if fit.model.no_inverse:
+        says.append("It has no inverse: it predicts what the actuator does, and cannot compensate it.")
+    elif overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
         says.append("Its inverse should not drive a machine as it is; the lights below say why.")
     else:
         says.append("Its inverse is exact and can drive the actuator, within the range of this log:")

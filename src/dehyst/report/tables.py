@@ -88,7 +88,7 @@ def _certificate(fit: Fit) -> Table:
         (),
         (
             ("Solved by", c.route + (f", condition {number(c.condition, 2)}" if np.isfinite(c.condition) else "")),
-            *((name, words) for name, value, words in proved if not np.isnan(value)),
+            *((name, words) for name, value, words in proved if np.isfinite(value)),
             ("With weight", fit.size or "a curve without memory"),
             ("Thresholds the data did not determine", f"{missing} {unit}".strip() if c.undetermined else "none"),
             ("Memory before the first sample", c.initial_state),
