@@ -1,5 +1,6 @@
 """A report does not contradict itself: badge against lights, lights against warnings, warnings against each other."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +34,10 @@ def check(fit):
     if fit.test is not None:
         assert "nothing can be held out" not in said and "no-held-out" not in codes
         assert "nothing was held out" not in by_aspect["Unseen data"].reason
+    # One motion that tells more is planned, over one range; what forbids compensation is named.
+    planned = re.findall(r"dehyst design --range \S+ \S+", said + by_aspect["The data"].reason)
+    assert len({line.rstrip("`") for line in planned}) <= 1, planned
+    assert "do not compensate with it" not in fit.verdict or re.search(r"with it \([a-z, -]+\)\.$", fit.verdict)
     # One reason, one warning.
     assert not {"few-loops", "never-turns"} <= set(codes)
     assert said.count("--train-fraction 1)") <= 1

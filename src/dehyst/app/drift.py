@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from rich.table import Column
 from rich.text import Text
 
 from dehyst.app.ending import Status, concluding
@@ -95,7 +96,7 @@ def _print(found: Drift, request: DriftRequest) -> None:
         tested = f" ({entry.tested} tested)" if 0 < entry.tested < entry.cycles else ""
         out.print(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}", soft_wrap=True)
         if entry.changes:
-            heads = ("", ">change", ">95 % interval", ">effect [%]", ">seen from", ">p")
+            heads = (Column("", no_wrap=True), ">change", ">95 % interval", ">effect [%]", ">seen from", ">p")
             out.print(table(heads, map(_row, entry.changes)))
     for trend in found.trends:
         if trend.clear:

@@ -28,7 +28,8 @@ USELESS_GAIN = 2e3
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
 ROW_GAIN = (
-    "Smooth the reference, or take plays with a bound of your own: --max-inverse-gain G, in units of input over output."
+    "Smooth the reference. Or, where the loop runs counter-clockwise and neither creep nor rate matters, take plays with "
+    "a smaller gain: --max-inverse-gain G, in units of input over output."
 )
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
@@ -67,8 +68,12 @@ def about_data(
     change: float,
     doubt: float,
     knows: Knows,
+    span: tuple[float, float],
 ) -> Iterator[Finding]:
-    """Yield what in the data limits any model: orientation, rate, drift, too few loops, gaps."""
+    """Yield what in the data limits any model: orientation, rate, drift, too few loops, gaps.
+
+    `span` is the range of the whole log's input, which a motion that tells more should use.
+    """
     if loop.orientation == "clockwise":
         cure = "" if knows.leads else " Identify with --family stop or auto."
         yield Finding(
@@ -86,7 +91,7 @@ def about_data(
             "lagging sensor, or swapped columns.",
         )
     if (loop.rate_dependence_percent or 0.0) >= 100.0 * RATE_SIZE and not knows.time:
-        lacking = loop.lacking(data.center - data.half_range, data.center + data.half_range)
+        lacking = loop.lacking(*span)
         yield Finding(
             "rate-dependent",
             f"{' and '.join(loop.depends)}, on blocks held out: damping, creep, or a lagging sensor, which no "
@@ -124,13 +129,12 @@ def about_data(
             f"{'' if all_of_it else ', or fit a larger part (--train-fraction)'}.",
         )
     if loop.motion.one_size:
-        low, high = data.center - data.half_range, data.center + data.half_range
         yield Finding(
             "one-loop-size",
             f"all {loop.loops} loops are of one size ({loop.motion.smallest:.0f} to {loop.motion.largest:.0f} % of the "
             f"input's range): smaller ones were neither fitted nor tested, and what the model says of them follows "
             f"from the shape of one branch. Where the input will turn within its range, log loops of other sizes; "
-            f"`dehyst design --range {low:.3g} {high:.3g}` plans them, with holds that show creep.",
+            f"`dehyst design --range {span[0]:.3g} {span[1]:.3g}` plans them, with holds that show creep.",
         )
     masked = sum(int(piece.known) for piece in data.pieces if piece.after_break)
     if masked:

@@ -63,7 +63,9 @@ def _examine(
     )
     held_out = settings["train_fraction"] < 1.0
     judged = [
-        *about_data(data, loop_facts, abs(change), doubt, knows),
+        *about_data(
+            data, loop_facts, abs(change), doubt, knows, range_over([record.input for record in measured.recordings])
+        ),
         *about_fit(data, measured, certificate, _is_papers(settings), held_out, knows, turns),
     ]
     # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
@@ -91,11 +93,11 @@ def verdict_of(
     inverse, curve = measured.input_error.rms_percent, measured.curve_input.rms_percent
     against = sorted(codes & (SERIOUS | UNUSABLE))
     if inverse > GOOD_PERCENT:
-        against.append(f"its inverse misses more than {GOOD_PERCENT:g} %")
+        against.append(f"its inverse misses by more than {GOOD_PERCENT:g} %")
     elif rank(inverse) > rank(curve):
         against.append(f"the inverse of a curve without hysteresis misses less, {of_range(curve)} range")
     if codes & HARMFUL or (codes & UNUSABLE and inverse > GOOD_PERCENT):
-        grade = "do not compensate with it"
+        grade = f"do not compensate with it ({', '.join(sorted(codes & UNUSABLE))})"
     elif judged.rmse_percent <= GOOD_PERCENT and test is not None and not against:
         grade = "good for compensation"
     else:
@@ -104,7 +106,8 @@ def verdict_of(
     if no_inverse:
         return (
             f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the "
-            f"best curve without hysteresis; it has no inverse, {no_inverse.rstrip('.')}: do not compensate with it."
+            f"best curve without hysteresis: simulate with it, do not compensate with it. It has no inverse: "
+            f"{no_inverse.rstrip('.')}."
         )
     gives = f"gives the applied input back to {of_range(inverse)} its range"
     if name == STATIC:
@@ -121,7 +124,7 @@ def verdict_of(
 
 def reasons_of(judged: Score, held_out: bool, serious: list[str]) -> str:
     """Why a model is to be used with care."""
-    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"more than {GOOD_PERCENT:g} % of range"]
+    error = [] if judged.rmse_percent <= GOOD_PERCENT else [f"its output errs by more than {GOOD_PERCENT:g} %"]
     return ", ".join([*serious, *error, *([] if held_out else ["nothing held out"])])
 
 
