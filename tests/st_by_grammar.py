@@ -80,14 +80,6 @@ class Writer:
                 text += f" else {{ {self.statements(fields(child, 'body'))} }}"
         return text
 
-    def for_statement(self, node):
-        counter = self.of(field(node, "control"))
-        steps = fields(node, "step")
-        step = int(steps[0].text) if steps else 1
-        head = f"{counter} = {self.of(field(node, 'start'))}; {counter} {'<=' if step > 0 else '>='} "
-        head += f"{self.of(field(node, 'end'))}; {counter} += {step}"
-        return f"for ({head}) {{ {self.statements(fields(node, 'body'))} }}"
-
     def while_statement(self, node):
         return f"while ({self.of(field(node, 'condition'))}) {{ {self.statements(fields(node, 'body'))} }}"
 

@@ -67,10 +67,9 @@ def test_signs_bind_as_in_the_standard(expression, value):
 
 
 def test_loops_count_and_leave_as_in_the_standard():
-    body = "FOR i := 0 TO 3 DO z[i] := a; a2 := a2 + b; IF i >= 2 THEN EXIT; END_IF; END_FOR; y := a2;"
+    body = "WHILE i <= 3 DO z[i] := a; a2 := a2 + b; IF i >= 2 THEN EXIT; END_IF; i := i + 1; END_WHILE; y := a2;"
     assert run(body, "a2 : LREAL;", a=1.0, b=1.5) == 4.5
-    assert run("FOR i := 3 TO 0 BY -1 DO y := y + b; END_FOR;", a=0.0, b=1.0) == 5.0
-    assert run("FOR i := 0 TO -1 DO y := a; END_FOR;", a=7.0, b=1.0) == 1.0
+    assert run("WHILE i > 0 DO y := a; END_WHILE;", a=7.0, b=1.0) == 1.0
     assert run("i := 3; WHILE i > 0 DO i := i - 1; y := y + a; END_WHILE;", a=2.0, b=1.0) == 7.0
 
 
@@ -82,8 +81,8 @@ def test_branches_are_tried_in_order_and_comments_are_skipped():
 
 def test_an_instance_keeps_its_variables_and_blocks_can_be_called():
     text = block("z[1] := z[1] + a; y := z[1];") + (
-        "\nPROGRAM Main VAR first : fb; second : FB; END_VAR VAR_OUTPUT one : LREAL; two : LREAL; END_VAR\n"
-        "first(a := 1.5, b := 0.0); first(a := 1.0); second(a := 4.0, b := 1.0); one := first.y; two := second.y;"
+        "\nPROGRAM Main VAR first : fb; other : FB; END_VAR VAR_OUTPUT one : LREAL; two : LREAL; END_VAR\n"
+        "first(a := 1.5, b := 0.0); first(a := 1.0); other(a := 4.0, b := 1.0); one := first.y; two := other.y;"
         "END_PROGRAM"
     )
     assert load(text).new("MAIN").call() == {"one": 2.5, "two": 4.0}
@@ -112,18 +111,13 @@ def test_an_instance_keeps_its_variables_and_blocks_can_be_called():
         ("flag := flag + flag;", "no . of BOOL"),
         ("flag := a = b", "; expected"),
         ("EXIT;", "EXIT outside a loop"),
-        ("FOR i := 0 TO 3 DO i := 0; END_FOR;", "counts a loop"),
-        ("FOR i := 0 TO 3 DO IF a > b THEN I := I + 1; END_IF; END_FOR;", "I counts a loop and must not"),
-        ("FOR i := 0 TO 3 DO WHILE a > b DO i := 0; END_WHILE; END_FOR;", "i counts a loop and must not"),
-        ("FOR i := 0 TO 3 DO FOR i := 0 TO 1 DO y := a; END_FOR; END_FOR;", "i counts a loop around this one"),
-        (
-            "FOR i := 0 TO 3 DO IF a > b THEN FOR I := 0 TO 1 DO y := a; END_FOR; END_IF; END_FOR;",
-            "I counts a loop around",
-        ),
+        ("FOR i := 0 TO 3 DO y := a; END_FOR;", "if its ends are equal, write WHILE"),
+        ("flag := NOT (flag AND (a < b));", "some tools take it for one of bits"),
+        ("flag := NOT ((a < b) OR flag);", "some tools take it for one of bits"),
+        ("y := 1.0E39;", "1.0E39 is no ordinary REAL"),
+        ("y := -1.0E-38;", "-1.0E-38 is no ordinary REAL"),
         ("y := 1.0E999;", "1.0E999 is beyond LREAL"),
         ("y := -2.0E308;", "-2.0E308 is beyond LREAL"),
-        ("FOR i := 0 TO 3 BY 2 DO y := a; END_FOR;", "steps of 2"),
-        ("FOR k := 0 TO 3 DO y := a; END_FOR;", "DINT"),
         ("IF a > b THEN y := a;", "END_FUNCTION_BLOCK"),
         ("y := SQRT(a);", "not free"),
         ("y := a ** b;", "not free"),
@@ -185,7 +179,6 @@ def test_a_constant_must_have_a_value_and_keeps_it():
         ("k := k - 1;", "beyond UDINT"),
         ("i := 1 / i;", "division by zero"),
         ("WHILE NOT flag DO y := a; END_WHILE;", "no end"),
-        ("FOR i := 0 TO 2 DO y := a; END_FOR; y := z[i];", "outside"),  # the counter has no value behind its loop
     ],
 )
 def test_what_a_plc_would_stop_at_stops_the_run(body, message):
@@ -220,17 +213,16 @@ def test_siemens_scl_marks_variables_and_blocks():
 @pytest.mark.parametrize(
     "body",
     [
-        "FOR i := 0 TO 2147483646 DO y := a; END_FOR;",
-        "FOR i := 0 TO 99999 DO c := a; FOR j := 0 TO 99999 DO y := a; END_FOR; END_FOR;",
-        "WHILE TRUE DO FOR i := 3 TO 0 BY -1 DO y := a; END_FOR; END_WHILE;",
+        "WHILE i < 2147483647 DO i := i + 1; END_WHILE;",
+        "WHILE TRUE DO i := 3; WHILE i > 0 DO i := i - 1; END_WHILE; END_WHILE;",
     ],
 )
 def test_a_text_without_end_is_stopped(body):
     with pytest.raises(RunError, match="no end"):
-        run(body, "j : DINT := 0;" if "j :=" in body else "", a=1.0, b=1.0)
+        run(body, a=1.0, b=1.0)
 
 
 def test_the_budget_of_rounds_begins_anew_with_each_call():
-    unit = load(block("FOR i := 0 TO 99999 DO y := y + a; END_FOR;")).new("fb")
+    unit = load(block("WHILE i < 100000 DO y := y + a; i := i + 1; END_WHILE;")).new("fb")
     for _ in range(12):
         assert unit.call(a=1.0, b=0.0)["y"] == 100000.0

@@ -12,10 +12,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import dehyst
-from dehyst.control import JointControllerParameters
 from dehyst.control.block import Block
 from dehyst.errors import DehystError
-from dehyst.export import export, joint_subject, subject_of, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.export import st as target
 from dehyst.export.iec import load
 from dehyst.export.names import RESERVED, type_name
@@ -32,9 +31,8 @@ from dehyst.export.st.pou import (
     text_of,
 )
 from dehyst.export.units import block_numbers
-from direct_export_samples import direct_model
-from element_samples import element_model
-from export_samples import MODELS, mapped_model
+from export_samples import play_model
+from st_samples import subjects
 
 FORMS = {
     "text": structured_text,
@@ -136,8 +134,8 @@ def test_a_constant_reads_back_as_the_same_double(value):
     assert (
         sum(letter.isdigit() for letter in text.partition("E")[0].lstrip("-0.")) <= 17 + 4
     )  # and zeros of e.g. 1000.0
-    program = f"PROGRAM p VAR_OUTPUT y : LREAL; END_VAR y := {text}; END_PROGRAM"
-    assert bits(load(program).new("p").call()["y"]) == bits(value)
+    head = f"PROGRAM p VAR_OUTPUT y : LREAL; END_VAR VAR CONSTANT c : ARRAY[0..0] OF LREAL := [{text}]; END_VAR"
+    assert bits(load(f"{head} y := c[0]; END_PROGRAM").new("p").call()["y"]) == bits(value)
 
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False))
@@ -330,20 +328,27 @@ def test_labels_of_users_keep_the_readme_in_order(tmp_path):
     assert all(check.ok for check in verify(tmp_path / "out"))
 
 
-# Blocks and functions of IEC 61131-3, matiec, CODESYS Util, OSCAT, Siemens that a local of the same name would hide.
-LIBRARY = """
-abs acos add and asin atan blink byte charcurve concat cos ctd ctu ctud curve delay delete derivative div dt_real
-eq exp expt f_trig fade find freq_measure ft_pid ge gen gt hyst hysteresis insert int integral integrate le left
-len limit limitalarm lin_trafo ln log lt max mid min mod move mul mux ne norm_x not offset offset2 or override pd
-pid pidt r_trig ramp ramp_int ramp_real range replace right rol ror rs rtc scale scale_x sel sema shl shr signum
-sin sqrt sr statistics_real sub swap tan time tof ton totalizer tp trunc unscale variance xor
-"""
+@pytest.mark.slow
+def test_no_exported_name_is_one_of_a_plc_or_its_libraries():
+    assert {"HYSTERESIS", "RAMP", "FADE", "INTEGRAL", "DERIVATIVE", "PID", "RTC", "SEMA", "PERIOD", "TON"} <= RESERVED
+    assert {word for word in RESERVED if word != word.upper()} == set()
+    wrong = set()
+    for name, subject in subjects().items():
+        for unit in target.units_of(subject):
+            found = {unit.name, *(variable.name for variable in unit.variables)}
+            plain = {word.removesuffix("_Example").removesuffix("_Test") for word in found}
+            wrong |= {(name, word) for word in plain if word.upper() in RESERVED or "_" in word}
+            assert len({word.upper() for word in found}) == len(found)
+    assert wrong == set()
 
 
-def test_no_variable_has_the_name_of_a_library_block():
-    subjects = [subject_of(make(), what, name="u") for make in MODELS.values() for what in ("inverse", "forward")]
-    subjects += [subject_of(element_model(), name="u"), subject_of(direct_model(), name="u", period=1e-3)]
-    subjects.append(joint_subject(mapped_model(), JointControllerParameters(), name="u"))
-    taken = set(LIBRARY.split())
-    units = [target.function_block_of(subject, "U") for subject in subjects]
-    assert {variable.name for unit in units for variable in unit.variables if variable.name.lower() in taken} == set()
+@pytest.mark.parametrize("name", ["ramp", "period", "taken"])
+def test_a_name_of_the_users_own_that_a_plc_knows_is_refused_with_its_cure(run, tmp_path, name):
+    play_model().save(tmp_path / "ramp.json")
+    call = ("export", tmp_path / "ramp.json", "--target", "st", "--out", tmp_path / "out")
+    status, _, err = run(*call, "--name", name)
+    assert status == 2
+    assert re.search(f"--name '{name}' is taken.*--name {name}_block", " ".join(err.split()))
+    assert run(*call, "--name", f"{name}_block")[0] == 0
+    assert run(*call)[0] == 0  # without a name of their own
+    assert (tmp_path / "out" / "RampBlock.st").exists()

@@ -101,8 +101,10 @@ CONSTANTS_OF_ROOT = [
     "Four",
     "Half",
     "Quarter",
-    "InputLimit",
-    "SmallestRoot",
+    "InputLimitPart",
+    "SmallestRootPart",
+    "ScaleUp",
+    "ScaleDown",
     "RootBias",
     "LastDigit",
     "FarUp",
@@ -117,7 +119,9 @@ def _root_unit():
     text = structured_text(joint_block("Elbow", "LREAL", JointControllerParameters(), None, ""))
     begin, end = text.index("Root := Zero;"), text.index("Psi := Root;")
     body = text[begin:end]
-    names = ["Mantissa", "Factor", "Fraction", "Rounded"]
+    large = [text[at : text.index("\n", at)] for at in (text.index("SmallestRoot :="), text.index("InputLimit :="))]
+    body = "\n".join([*large, body])
+    names = ["Mantissa", "Factor", "MantissaPart", "Rounded", "SmallestRoot", "InputLimit"]
     constants = {name: text.split(f"    {name} : LREAL := ")[1].partition(";")[0] for name in CONSTANTS_OF_ROOT}
     return load(
         "FUNCTION_BLOCK RootOf VAR_INPUT Radicand : LREAL; END_VAR VAR_OUTPUT Root : LREAL; END_VAR VAR "

@@ -15,7 +15,7 @@ from dehyst.app.terminal import ask_progress, print_end, print_findings, print_j
 from dehyst.control import load_adaptation, load_controller, load_partner
 from dehyst.control.storage import about
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.export import Written, export, joint_subject, subject_of
+from dehyst.export import Written, export, joint_subject, st, subject_of
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import unit_findings
 from dehyst.export.joint_run import OUTPUTS, REFERENCE, SENSORS
@@ -57,6 +57,8 @@ def run_export(request: ExportRequest) -> None:
     model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
+        if request.name is not None and request.target == "st":
+            st.check_own_name(subject)
         more += [*coarse(subject), *stalled(subject), *slow(model, subject)]
         written = export(subject, request.target, request.out, request.overwrite)
     findings += more

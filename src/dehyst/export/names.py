@@ -7,6 +7,7 @@ import re
 
 from dehyst.errors import ParameterError
 from dehyst.export.core_files import core_files
+from dehyst.export.iec.reserved import LONGEST_NAME, RESERVED
 
 
 def identifier(text: str) -> str:
@@ -88,32 +89,6 @@ def c_names(names: tuple[str, ...], taken: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(words) if plain else tuple(f"given_{k + 1}" for k in range(len(names)))
 
 
-LONGEST_NAME = 32  # of older tools for PLCs
-_STANDARD = """
-ABS ABSTRACT ACOS ACTION ADD AND ANY ANY_BIT ANY_DATE ANY_INT ANY_NUM ANY_REAL ARRAY ASIN AT ATAN ATAN2 BOOL BY BYTE CAL
-CALC CALCN CASE CHAR CLASS CONCAT CONFIGURATION CONSTANT CONTINUE COS CTD CTU CTUD CD CU CV DATE DATE_AND_TIME DELETE
-DINT DIV DO DS DT DWORD ELSE ELSIF EN END_ACTION END_CASE END_CLASS END_CONFIGURATION END_FOR END_FUNCTION
-END_FUNCTION_BLOCK END_IF END_INTERFACE END_METHOD END_NAMESPACE END_PROGRAM END_REPEAT END_RESOURCE END_STEP END_STRUCT
-END_TRANSITION END_TYPE END_VAR END_WHILE ENO EQ ET EXIT EXP EXPT EXTENDS F_EDGE F_TRIG FALSE FINAL FIND FOR FROM
-FUNCTION FUNCTION_BLOCK GE GT IF IMPLEMENTS INITIAL_STEP INSERT INT INTERFACE INTERNAL INTERVAL JMP JMPC JMPCN LD LDATE
-LDN LDT LE LEFT LEN LIMIT LINT LN LOG LREAL LT LTIME LTOD LWORD MAX METHOD MID MIN MOD MOVE MUL MUX NAMESPACE NE NEG
-NON_RETAIN NOT NULL OF ON OR ORN OVERLAP OVERRIDE PRIORITY PRIVATE PROGRAM PROTECTED PT PUBLIC PV Q Q1 QD QU R R1 R_EDGE
-R_TRIG READ_ONLY READ_WRITE REAL REF REF_TO REPEAT REPLACE RESOURCE RET RETAIN RETC RETCN RETURN RIGHT ROL ROR RS S S1
-SEL SEMA SHL SHR SIN SINGLE SINT SQRT SR ST STEP STN STRING STRUCT SUB SUPER TAN TASK THEN THIS TIME TIME_OF_DAY TO TOD
-TOF TON TP TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USING USINT VAR VAR_ACCESS VAR_CONFIG VAR_EXTERNAL
-VAR_GLOBAL VAR_IN_OUT VAR_INPUT VAR_OUTPUT VAR_TEMP WCHAR WHILE WITH WORD WSTRING XOR XORN
-"""
-_VENDORS = """
-ADR AND_THEN ANDN BEGIN BIT BITADR BLOCK_DB BLOCK_FB BLOCK_FC BLOCK_OB BLOCK_SDB BLOCK_SFB BLOCK_SFC
-COUNTER DATA_BLOCK DATABLOCK END_DATA_BLOCK END_LABEL END_ORGANIZATION_BLOCK END_PROPERTY END_REGION GET GOTO INDEXOF
-INI INPUT INSTANCE LABEL LOWER_BOUND NIL OK OR_ELSE ORGANIZATION_BLOCK OUTPUT PARAMS POINTER PROPERTY PVOID REFERENCE
-REGION RESET S5TIME SCL SET SIZEOF STATE TIMER TITLE UNION UPPER_BOUND UXINT VARIANT VERSION VOID XADD
-XINT XSIZEOF XWORD CALL CEIL DECO ENCO FILL_BLK FLOOR FRAC GATHER NORM_X PEEK POKE READ RND ROUND RUNTIME SCALE SCALE_X
-SCATTER SERIALIZE SQR SWAP UNSCALE WRITE
-"""
-RESERVED = frozenset((_STANDARD + _VENDORS).split())  # of IEC 61131-3 and of vendors of PLCs
-
-
 _LONGEST_ENDING = len("_Example")
 
 
@@ -130,16 +105,30 @@ def type_name(name: str, taken: set[str]) -> str:
     Returns
     -------
     name
-        Short enough that the names of example and test program fit the 32 characters of older tools, and no word that
-        IEC 61131-3 or a vendor keeps for itself.
+        Short enough that the names of example and test fit the 32 characters of older tools, and none of `RESERVED`.
 
     Examples
     --------
     >>> type_name("elbow_inverse", set()), type_name("limit", set())
     ('ElbowInverse', 'LimitBlock')
     """
-    word = "".join(part[0].upper() + part[1:] for part in name.split("_") if part)
-    word = word[: LONGEST_NAME - _LONGEST_ENDING]
+    word = _type_word(name)
     if word.upper() in RESERVED or word.lower() in taken:
         word = word[: LONGEST_NAME - _LONGEST_ENDING - len("Block")] + "Block"
     return word
+
+
+def _type_word(name: str) -> str:
+    return "".join(part[0].upper() + part[1:] for part in name.split("_") if part)[: LONGEST_NAME - _LONGEST_ENDING]
+
+
+def check_type_name(name: str, taken: set[str]) -> None:
+    """Refuse a name of the user's own of which `type_name` would make another."""
+    word = _type_word(name)
+    if type_name(name, taken) != word:
+        raise ParameterError(
+            f"--name {name!r:.60} is taken: the function block would be {word}, and that is a word or block of "
+            f"IEC 61131-3, of a library (matiec, CODESYS, TwinCAT, OSCAT, Siemens) or a variable of its own, with "
+            f"which tools confuse it. Choose another: --name {name[:40]}_block.",
+            name=name,
+        )

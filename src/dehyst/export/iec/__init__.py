@@ -5,8 +5,9 @@ it shows is that the text is well formed, that types agree, that no index leaves
 that the arithmetic of the text, taken literally, gives the bits of the C core.
 
 It is stricter than any compiler of a PLC: both operands of a sign have one type; constants of a real type stand alone
-on the right of ``:=`` or as initial values (inside an expression compilers disagree about their type); AND and OR
-evaluate both sides, as the standard allows, so that an index cannot hide behind a condition.
+on the right of ``:=`` or as initial values (inside an expression compilers disagree about their type), and outside of
+arrays such that REAL holds them; AND and OR evaluate both sides, as the standard allows, so that an index cannot hide
+behind a condition; NOT stands before neither, and loops are WHILE, which matiec and STruC++ read as all others do.
 """
 
 from __future__ import annotations
@@ -171,15 +172,10 @@ class _Budget:
 
     left = MOST_ROUNDS
 
-    def count(self, values: range, line: int) -> range:
-        """Return the values of a FOR, or stop if they are too many."""
-        self.left -= max(0, (values.stop - values.start) * values.step)
-        if self.left < 0:
-            raise RunError(f"line {line}: more than {MOST_ROUNDS} rounds of loops in a call, and no end", line=line)
-        return values
-
     def rounds(self, line: int) -> Iterator[None]:
         """Count the rounds of a WHILE and stop one that does not end."""
         while True:
-            self.count(range(1), line)
+            self.left -= 1
+            if self.left < 0:
+                raise RunError(f"line {line}: more than {MOST_ROUNDS} rounds of loops in a call, and no end", line=line)
             yield None

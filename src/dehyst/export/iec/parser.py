@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from dehyst.errors import DehystError
-from dehyst.export.names import LONGEST_NAME, RESERVED
+from dehyst.export.iec.reserved import LONGEST_NAME, RESERVED
 
 INTEGERS = {"DINT": (-(2**31), 2**31 - 1), "UDINT": (0, 2**32 - 1)}
 REALS = ("REAL", "LREAL")
 ELEMENTARY = ("BOOL", *INTEGERS, *REALS)
-AFTER_LOOP = 2**31 - 1  # of a counter behind its loop, where the standard gives it no value
+SMALLEST, LARGEST = 2.0**-126, (2.0 - 2.0**-23) * 2.0**127  # of ordinary numbers of REAL
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR")
 _DEEPEST = 12  # nested statements or brackets; no text of ours comes near
 _LARGEST = 1_000_000  # elements of an array
@@ -161,6 +161,7 @@ class _Operand:
     type: Type
     line: int
     literal: Token | None = None
+    joined: bool = False  # by AND or OR
 
     def of(self, wanted: Type, *, alone: bool = False) -> str:
         """Return its Python where a type is wanted; `alone` on the right of ``:=``, where a real constant may stand."""
@@ -169,7 +170,7 @@ class _Operand:
                 raise TextError(
                     f"{self.literal.text}: declare it as a constant, tools disagree about its type", self.line
                 )
-            _check_literal(self.literal, wanted.name)
+            _check_literal(self.literal, wanted)
             return repr(value_of(self.literal, wanted.name))
         if self.type != wanted:
             raise TextError(f"{wanted} expected, {self.type} found", self.line)
@@ -186,7 +187,6 @@ class _Parser:
     variables: dict[str, Variable] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     lines: list[str] = field(default_factory=list)
-    counting: list[str] = field(default_factory=list)  # counters of the loops around
     unit_name: str = ""
     scl: bool = False  # Siemens SCL
     depth: int = 0  # of nested statements and brackets
@@ -324,7 +324,7 @@ class _Parser:
             if len(variable.initial) != count:
                 raise TextError(f"{variable.name}: {len(variable.initial)} initial values for {count}", line)
             for value in variable.initial:
-                _check_literal(value, type_.name, f"{variable.name}: ")
+                _check_literal(value, type_, f"{variable.name}: ")
         self.variables[name] = variable
 
     def find(self, token: Token) -> Variable:
@@ -361,23 +361,20 @@ class _Parser:
         self.statements(*ends)
         self.indent -= 1
 
-    def loop(self, end: str) -> None:
-        self.loops += 1
-        self.inner(end)
-        self.loops -= 1
-        self.expect(end)
-
     def statement(self) -> None:
         line = self.here().line
         if self.sees("IF"):
             self.condition()
-        elif self.accept("FOR"):
-            self.count(line)
+        elif self.sees("FOR"):
+            raise TextError("FOR: some tools skip it if its ends are equal, write WHILE", line)
         elif self.accept("WHILE"):
             self.write(f"for _ in budget.rounds({line}):")
             self.write(f"    if not ({self.expression().of(_BOOL)}): break")
             self.expect("DO")
-            self.loop("END_WHILE")
+            self.loops += 1
+            self.inner("END_WHILE")
+            self.loops -= 1
+            self.expect("END_WHILE")
         elif self.accept("EXIT"):
             if not self.loops:
                 raise TextError("EXIT outside a loop", line)
@@ -397,27 +394,6 @@ class _Parser:
             self.inner("END_IF")
         self.expect("END_IF")
 
-    def count(self, line: int) -> None:
-        token = self.name("#")
-        variable, name = self.find(token), token.text.lower()
-        if variable.type != _DINT or variable.section != "VAR":
-            raise TextError(f"{token.text} counts a loop: it must be a DINT of VAR", line)
-        if name in self.counting:
-            raise TextError(f"{token.text} counts a loop around this one already", line)
-        self.expect(":=")
-        first = self.expression().of(_DINT)
-        self.expect("TO")
-        last = self.expression().of(_DINT)
-        step = self.integer() if self.accept("BY") else 1
-        if step not in (1, -1):
-            raise TextError(f"FOR in steps of {step}: only 1 and -1 are known", line)
-        self.expect("DO")
-        self.write(f"for v_{name} in budget.count(range({first}, {last} + {step}, {step}), {line}):")
-        self.counting.append(name)
-        self.loop("END_FOR")
-        self.counting.pop()
-        self.write(f"v_{name} = {AFTER_LOOP}")
-
     def assignment_or_call(self) -> None:
         token = self.here()
         target, variable, member = self.variable()
@@ -426,8 +402,6 @@ class _Parser:
             return
         if variable.section in ("VAR_INPUT", "CONSTANT") or member:
             raise TextError(f"{token.text} cannot be assigned", token.line)
-        if token.text.lower() in self.counting:
-            raise TextError(f"{token.text} counts a loop and must not be assigned in it", token.line)
         self.write(f"{target.code} = {self.expression().of(target.type, alone=True)}")
 
     def call(self, target: _Operand) -> None:
@@ -468,7 +442,10 @@ class _Parser:
             literal = self.literal()
             return _Operand(repr(literal.text == "TRUE"), _BOOL, literal.line, literal)
         if self.accept("NOT"):
-            return _Operand(f"(not {self.expression(len(_LEVELS)).of(_BOOL)})", _BOOL, here.line)
+            found = self.expression(len(_LEVELS))
+            if found.joined:
+                raise TextError("NOT before AND or OR: some tools take it for one of bits, ask each", here.line)
+            return _Operand(f"(not {found.of(_BOOL)})", _BOOL, here.line)
         if self.accept("-"):
             return _negated(self.expression(len(_LEVELS)), here.line)
         if self.accept("("):
@@ -520,7 +497,7 @@ def _both(a: _Operand, sign: str, b: _Operand, line: int) -> _Operand:
     left, right = a.of(type_), b.of(type_)
     plain = f"({left} {_PYTHON.get(sign, sign)} {right})"
     if sign in ("AND", "OR"):
-        return _Operand(plain, _BOOL, line)
+        return _Operand(plain, _BOOL, line, joined=True)
     if type_.name not in (*REALS, *INTEGERS):
         raise TextError(f"{type_} cannot be compared" if sign in _COMPARED else f"no {sign} of {type_}", line)
     if sign in _COMPARED:
@@ -532,11 +509,15 @@ def _both(a: _Operand, sign: str, b: _Operand, line: int) -> _Operand:
     return _Operand(value if type_.name == "LREAL" else f"single({value})", type_, line)
 
 
-def _check_literal(value: Token, type_: str, of: str = "") -> None:
+def _check_literal(value: Token, wanted: Type, of: str = "") -> None:
     """Refuse a constant, `of` a variable, that is not of this type, or beyond its range."""
+    type_ = wanted.name
     kind = "real" if type_ in REALS else "integer" if type_ in INTEGERS else "bool" if type_ == "BOOL" else "none"
     if value.kind != kind:
         raise TextError(f"{of}{value.text} is no {type_}", value.line)
     low, high = INTEGERS.get(type_, (0, 0))
-    if (kind == "integer" and not low <= int(value.text) <= high) or not math.isfinite(value_of(value, type_)):
+    number = abs(value_of(value, type_))
+    if (kind == "integer" and not low <= int(value.text) <= high) or not math.isfinite(number):
         raise TextError(f"{of}{value.text} is beyond {type_}", value.line)
+    if kind == "real" and wanted.bounds is None and number and not SMALLEST <= number <= LARGEST:
+        raise TextError(f"{of}{value.text} is no ordinary REAL, some tools refuse it alone, in LREAL too", value.line)

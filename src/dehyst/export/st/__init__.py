@@ -13,11 +13,10 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.export.c import with_warning
-from dehyst.export.names import type_name
+from dehyst.export.names import check_type_name, type_name
 from dehyst.export.precision import Floats
 from dehyst.export.signal import Whole
 from dehyst.export.st.blocks import (
-    INPUT_LIMIT,
     direct_function_block,
     element_function_block,
     function_block,
@@ -25,7 +24,7 @@ from dehyst.export.st.blocks import (
 )
 from dehyst.export.st.joint import joint_block
 from dehyst.export.st.pou import Pou, plain, plcopen_xml, rendered, siemens_scl, structured_text
-from dehyst.export.st.programs import PlcSignal, Ports, example, joint_example, self_test, writable
+from dehyst.export.st.programs import NO_NUMBER, PlcSignal, Ports, example, joint_example, self_test, writable
 from dehyst.export.st.verification import check_forms
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
@@ -43,14 +42,21 @@ _DATE = "2000-01-01T00:00:00"  # the format wants one; equal exports are equal f
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the function block, its example and its test in all three forms, and README.md."""
-    real, words, ports = REAL[subject.real], _words(subject), ports_of(subject)
-    name = block_name(subject)
-    signal = plc_signal(subject)
-    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words, ports)
-    units = (function_block_of(subject, name), call, self_test(name, real, ports, signal))
-    values = {"name": name, "real": real, "words": words, "samples": signal.samples, "joint": subject.joint is not None}
+    units = units_of(subject)
+    name = units[0].name
+    values = {
+        "name": name, "real": REAL[subject.real], "words": _words(subject), "samples": _samples(subject),
+        "joint": subject.joint is not None,
+    }  # fmt: skip
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units), "README.md": with_warning(readme, subject)}
+
+
+def units_of(subject: Subject) -> tuple[Pou, Pou, Pou]:
+    """Return the function block, its example and its test."""
+    real, words, ports, name = REAL[subject.real], _words(subject), ports_of(subject), block_name(subject)
+    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words, ports)
+    return function_block_of(subject, name), call, self_test(name, real, ports, plc_signal(subject))
 
 
 def ports_of(subject: Subject) -> Ports:
@@ -73,7 +79,16 @@ def function_block_of(subject: Subject, name: str) -> Pou:
 
 def block_name(subject: Subject) -> str:
     """Return the name of the function block's type."""
-    return type_name(subject.name, {variable.name.lower() for variable in function_block_of(subject, "").variables})
+    return type_name(subject.name, _variables(subject))
+
+
+def check_own_name(subject: Subject) -> None:
+    """Refuse a name that the user chose and that the function block's type cannot have."""
+    check_type_name(subject.name, _variables(subject))
+
+
+def _variables(subject: Subject) -> set[str]:
+    return {variable.name.lower() for variable in function_block_of(subject, "").variables}
 
 
 def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
@@ -91,9 +106,9 @@ def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
 def plc_signal(subject: Subject) -> PlcSignal:
     """Return the test signal for the PLC: inputs that have a constant, and the model's answers to these."""
     real, ports, test = REAL[subject.real], ports_of(subject), subject.test
-    samples = JOINT_SAMPLES if subject.joint else test.samples
+    samples = _samples(subject)
     x = np.array([[writable(float(value), real) for value in row] for row in test.inputs[:samples]])
-    outputs, flags = _answers(subject, np.where(np.abs(x) <= INPUT_LIMIT[real], x, np.nan))
+    outputs, flags = _answers(subject, np.where(x < NO_NUMBER, x, np.nan))
     return PlcSignal(
         dict(zip(ports.inputs, _columns(x), strict=True)),
         {name: tuple(bool(on & bit) for on in test.switch[:samples]) for name, bit in ports.switches.items()},
@@ -101,6 +116,10 @@ def plc_signal(subject: Subject) -> PlcSignal:
         tuple(int(word) for word in flags),
         dict(zip(ports.outputs, tolerances(subject), strict=True)),
     )
+
+
+def _samples(subject: Subject) -> int:
+    return JOINT_SAMPLES if subject.joint else subject.test.samples
 
 
 def _columns(table: Array) -> list[Floats]:

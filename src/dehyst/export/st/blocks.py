@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from dehyst.export import precision
 from dehyst.export.numbers import DirectNumbers, ElementNumbers, ModelNumbers, OffsetUnit, UnitNumbers
-from dehyst.export.st.pou import Pou, Variable, constant, names, rendered, used
+from dehyst.export.st.pou import Pou, Variable, block_of, constant, names, rendered
 
 INPUT_LIMIT = {"LREAL": precision.INPUT_LIMIT["double"], "REAL": precision.INPUT_LIMIT["float"]}
 GROUPS = 8  # DEHYST_GROUPS of core/dehyst.h
@@ -69,7 +69,7 @@ def unit_of(
         body = rendered("offset.st.j2", body=inner, forward=offset.forward)
         own, more = (*own, *_of_offset(real, offset)), (*more, "GivenMeasured")
     variables = (*interface(real, words, more), *own, *common_constants(real))
-    return Pou("FUNCTION_BLOCK", name, used(body, variables), body, words["about"])
+    return block_of(name, variables, body, words["about"])
 
 
 def _of_offset(real: str, offset: OffsetUnit) -> tuple[Variable, ...]:

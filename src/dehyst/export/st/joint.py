@@ -19,7 +19,7 @@ from dehyst.export.st.blocks import (
     shape,
     table,
 )
-from dehyst.export.st.pou import Pou, Variable, names, rendered, used
+from dehyst.export.st.pou import Pou, Variable, block_of, names, rendered
 
 DEGREE = 8
 _ROOT = {  # smallest radicand, first guess and last digit of the root in core/pressure.c
@@ -71,7 +71,7 @@ def joint_block(
         *_constants(real),
         *common_constants(real),
     )
-    return Pou("FUNCTION_BLOCK", name, used(body, variables), body, about)
+    return block_of(name, variables, body, about)
 
 
 DIRECT_SWITCHES = (
@@ -131,7 +131,7 @@ def _interface(real: str, direct: bool) -> tuple[Variable, ...]:
 def _parameters(real: str, p: JointControllerParameters) -> tuple[Variable, ...]:
     air = p.pneumatics
     numbers = (
-        ("Period", p.period, "of the task [s]"),
+        ("SamplePeriod", p.period, "of the task [s]"),
         ("Inertia", p.inertia, "M [kg m^2]"),
         ("Pole", p.pole, "lambda [1/s]"),
         ("ObserverPole", p.observer_pole, "[1/s]"),
@@ -212,7 +212,7 @@ def _states(real: str) -> tuple[Variable, ...]:
         "HeldDifference HeldExtra IntegratorLeft IntegratorLoss DifferenceLeft DifferenceLoss MeanLeft MeanLoss "
         "CompensatorShare CompensatorOutput"
     )
-    pairs = names("Pressure Desired FeedForward Rate Expected")
+    pairs = names("PressureNow Desired FeedForward Rate Expected")
     return (
         *(Variable("VAR", name, real, ("0.0",)) for name in reals),
         *(Variable("VAR", name, real, ("0.0",) * 2, 2, "of both muscles") for name in pairs),
@@ -227,7 +227,7 @@ def _work(real: str, tables: tuple[Variable, ...]) -> tuple[Variable, ...]:
         "PressureRange WideRange FadeShare Size Loss Held Top Room Part HalfPart Middle Value Distance Mean Last "
         "Reading Between Pull Change Share Series Pole3 Rest Wrong Term Compensated Direct Wanted ThereA ThereB ThereC "
         "Volume VolumeRate Inner Wish Flow Down Up Ratio Psi Opening Command Band Radicand Root Mantissa Factor "
-        "Fraction Rounded"
+        "MantissaPart Rounded"
     )
     flags = names("Good ReferenceFault Strange Frozen Failing AngleFault Jumped Inside Odd Changed")
     known = {variable.name for variable in tables}

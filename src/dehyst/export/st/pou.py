@@ -12,9 +12,11 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from dehyst.errors import ModelFileError, ParameterError
+from dehyst.export.iec.parser import ELEMENTARY, LARGEST, REALS, SMALLEST
 
 OPTIMIZED = "{ S7_Optimized_Access := 'TRUE' }"  # of SCL: variables are laid out by the compiler
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR CONSTANT")
+SCALES = {"ScaleUp": 2.0**112, "ScaleDown": 2.0**-112}
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def _declarations(unit: Pou, *, quoted: bool) -> str:
 
 
 def _declaration(variable: Variable, *, quoted: bool) -> str:
-    elementary = variable.type in ("BOOL", "DINT", "UDINT", "REAL", "LREAL")
+    elementary = variable.type in ELEMENTARY
     type_ = variable.type if elementary or not quoted else f'"{variable.type}"'
     if variable.size:
         type_ = f"ARRAY[0..{variable.size - 1}] OF {type_}"
@@ -181,13 +183,49 @@ _ENVIRONMENT = Environment(
 def rendered(template: str, **values: object) -> str:
     """Return a template of this target with its values filled in."""
     text = _ENVIRONMENT.get_template(template).render(**values)
-    return re.sub(r"(?m)[ \t]+$", "", text)
+    return _counted(re.sub(r"(?m)[ \t]+$", "", text))
 
 
-def used(body: str, variables: Sequence[Variable]) -> tuple[Variable, ...]:
-    """Return those of the variables whose names stand in a body; inputs and outputs stay in any case."""
+def _counted(text: str) -> str:
+    """Return a text whose counted loops are written with WHILE: matiec skips a FOR whose ends are equal."""
+    counters: list[tuple[str, str]] = []
+
+    def written(match: re.Match[str]) -> str:
+        indent, counter, first, last, down = match.groups()
+        if counter:
+            counters.append((counter, "-" if down else "+"))
+            return f"{indent}{counter} := {first};\n{indent}WHILE {counter} {'>=' if down else '<='} {last} DO"
+        counter, sign = counters.pop()
+        return f"{indent}    {counter} := {counter} {sign} 1;\n{indent}END_WHILE;"
+
+    return re.sub(r"(?m)^( *)(?:FOR (\w+) := (.+) TO (.+?)( BY -1)? DO|END_FOR;)$", written, text)
+
+
+def block_of(name: str, variables: Sequence[Variable], body: str, about: str) -> Pou:
+    """Return a function block with those of the variables that its body names, and with all inputs and outputs.
+
+    A number that is no ordinary REAL, which matiec refuses as a constant of LREAL too, is made of two by multiplying,
+    which is exact.
+    """
     words = set(re.findall(r"[A-Za-z_]\w*", re.sub(r"(?s)\(\*.*?\*\)", " ", body)))
-    return tuple(v for v in variables if v.name in words or v.section in ("VAR_INPUT", "VAR_OUTPUT"))
+    declared, products, scales = [], [], set()
+    for v in variables:
+        if v.name not in words and v.section not in ("VAR_INPUT", "VAR_OUTPUT"):
+            continue
+        value = float(v.initial[0]) if v.section == "VAR CONSTANT" and v.type in REALS and not v.size else 0.0
+        factors = [f"{v.name}Part"]
+        while value and not SMALLEST <= abs(value) <= LARGEST:
+            factors.append("ScaleDown" if abs(value) < SMALLEST else "ScaleUp")
+            value /= SCALES[factors[-1]]
+        if len(factors) > 1:
+            declared.append(replace(v, name=factors[0], initial=(constant(value, v.type),), comment=""))
+            v = replace(v, section="VAR", initial=("0.0",))
+            products.append(f"{v.name} := {' * '.join(factors)};\n")
+            scales.add((factors[1], v.type))
+        declared.append(v)
+    declared += [Variable("VAR CONSTANT", s, type_, (constant(SCALES[s], type_),)) for s, type_ in sorted(scales)]
+    head = "(* ---- numbers that some compilers refuse as constants *)\n" if products else ""
+    return Pou("FUNCTION_BLOCK", name, tuple(declared), head + "".join(products) + body, about)
 
 
 def names(text: str) -> list[str]:
@@ -253,7 +291,7 @@ def _add_variable(parent: ElementTree.Element, variable: Variable) -> None:
         array = ElementTree.SubElement(type_, "array")
         ElementTree.SubElement(array, "dimension", {"lower": "0", "upper": str(variable.size - 1)})
         type_ = ElementTree.SubElement(array, "baseType")
-    if variable.type in ("BOOL", "DINT", "UDINT", "REAL", "LREAL"):
+    if variable.type in ELEMENTARY:
         ElementTree.SubElement(type_, variable.type)
     else:
         ElementTree.SubElement(type_, "derived", {"name": variable.type})

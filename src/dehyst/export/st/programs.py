@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from dehyst.export.iec import Instance
+from dehyst.export.iec.parser import SMALLEST
 from dehyst.export.precision import Floats
 from dehyst.export.signal import Signal
-from dehyst.export.st.blocks import number
-from dehyst.export.st.pou import Pou, Variable, constant, rendered
+from dehyst.export.st.blocks import INPUT_LIMIT, number
+from dehyst.export.st.pou import Pou, Variable, block_of, constant, rendered
 
 DOUBTFUL = {"Limited": 4, "LimitedEver": 8, "PressureLimit": 16, "ValveLimit": 32, "Learned": 256}  # bits of flags
-_BEYOND = {"LREAL": 1e101, "REAL": 1e16}  # finite, and rejected like a NaN, for which a PLC has no constant
-_SMALLEST = {"LREAL": float(np.finfo(np.float64).tiny), "REAL": float(np.finfo(np.float32).tiny)}
+NO_NUMBER = 1e36  # stands for a NaN, for which a PLC has no constant; its cube is rejected, or itself in REAL
 
 
 @dataclass(frozen=True)
@@ -90,18 +88,18 @@ class PlcSignal:
 
 
 def writable(x: float, real: str) -> float:
-    """Return an input for which there is a constant: what is no number becomes one that is rejected as well.
+    """Return an input for which every tool has a constant: `NO_NUMBER` for one that is rejected.
 
-    Numbers below the normal ones become 0, because tools disagree about them.
+    What only LREAL holds becomes a tenth of that, or 0.
 
     Examples
     --------
-    >>> writable(float("nan"), "LREAL"), writable(5e-324, "LREAL"), writable(0.5, "REAL")
-    (1e+101, 0.0, 0.5)
+    >>> [writable(x, "LREAL") for x in (float("nan"), 1e101, -1e99, 5e-324, 0.5)], writable(1e14, "REAL")
+    ([1e+36, 1e+36, -1e+35, 0.0, 0.5], 100000000000000.0)
     """
-    if not abs(x) <= _BEYOND[real]:
-        return _BEYOND[real]
-    return x if abs(x) >= _SMALLEST[real] else 0.0
+    if not abs(x) <= INPUT_LIMIT[real]:
+        return NO_NUMBER
+    return min(max(x, NO_NUMBER / -10.0), NO_NUMBER / 10.0) if abs(x) >= SMALLEST else 0.0
 
 
 def example(block: str, real: str, words: Mapping[str, str], ports: Ports) -> Pou:
@@ -150,7 +148,11 @@ def _example_comment(block: str, words: Mapping[str, str]) -> str:
 
 
 def self_test(block: str, real: str, ports: Ports, signal: PlcSignal) -> Pou:
-    """Return a program that feeds the test signal to the block, one sample a call, and counts what differs."""
+    """Return a block that feeds the test signal to another, one sample a call, and counts what differs.
+
+    It is a function block because STruC++ leaves constant arrays of a PROGRAM at zero.
+    """
+    cubed = [name for name, xs in signal.inputs.items() if real == "LREAL" and NO_NUMBER in xs]
     doubtful = {} if real == "LREAL" else ports.doubtful
     mask = ~sum(doubtful.values())
     tables = (
@@ -170,15 +172,17 @@ def self_test(block: str, real: str, ports: Ports, signal: PlcSignal) -> Pou:
         Variable("VAR", "Seen", "UDINT", ("0",), comment="flags that are compared"),
         Variable("VAR CONSTANT", "LastSample", "DINT", (str(signal.samples - 1),)),
         number("Zero", real, 0.0),
+        *(Variable("VAR", f"Fed{name}", real, ("0.0",)) for name in cubed),
+        number("NoNumber", real, NO_NUMBER, "among the inputs it stands for what is no number"),
         *tables,
     )
-    body = rendered("test.st.j2", ports=ports, doubtful=doubtful)
+    body = rendered("test.st.j2", ports=ports, doubtful=doubtful, cubed=cubed)
     comment = (
-        f"Test of {block} on the PLC itself: one sample a call, {signal.samples} calls. Passed must become TRUE. "
-        f"Remove it when it has; the block that is in use is another instance. {constant(_BEYOND[real], real)} among "
-        "the inputs stands for what is no number."
+        f"Test of {block} on the PLC itself: one sample a call, {signal.samples} calls. Declare an instance in a "
+        "program of a cyclic task, and call it there. Passed must become TRUE; remove it when it has. The block that "
+        "is in use is another instance."
     )
-    return Pou("PROGRAM", f"{block}_Test", variables, body, comment)
+    return block_of(f"{block}_Test", variables, body, comment)
 
 
 def _bool(value: bool) -> str:
