@@ -322,3 +322,15 @@ def test_a_family_is_as_large_in_compare_as_identified_by_its_name():
     for name in ("creep-pi", "dahl"):
         fit = identify(record, name)
         assert fit.size == f"{rows[name].parameters} parameters" and f"{name}, {fit.size}: " in fit.verdict
+
+
+def test_the_inverse_of_the_curve_errs_as_much_in_compare_as_in_identify():
+    """The inverse of a curve asks for inputs beyond the range; compare did not keep them within it."""
+    t = np.linspace(0.0, 60.0, 1200)
+    x = np.sin(t) * np.linspace(0.7, 1.0, t.size)
+    y = PrandtlIshlinskii([0.0, 0.8], [1.0, 8.0]).simulate(x)
+    found = compare(Recording(input=x, output=y, time=t), ["static", "pi"])
+    row = next(option for option in found.auto.table if option.family == "static")
+    asked = found.auto.static.inverse().simulate(y)
+    assert np.ptp(asked) > 1.01 * np.ptp(x), "the curve asks for nothing beyond the range, and nothing is tested"
+    assert found["static"].inverse_percent == pytest.approx(row.input_percent, rel=1e-12)

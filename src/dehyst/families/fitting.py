@@ -202,13 +202,9 @@ class Judge:
 
     def curve_of(self, fit: Fit) -> FamilyFit:
         """Return the curve without memory that every fit carries; it takes no time of its own."""
-        inputs, asked = [record.input for record in self.records], fit.static.inverse()
-        demands = tuple(asked.simulate(record.output) for record in self.records)
-        low, high = range_over(inputs)
-        missed = (self.parts[1] or self.parts[0]).moments(demands, inputs).rms
         return self.scored(
-            "static", fit.static, tuple(fit.static.simulate(x) for x in inputs),
-            inverse_percent=100.0 * missed / (high - low), parameters=fit.static.curve.v.size,
+            "static", fit.static, tuple(fit.static.simulate(record.input) for record in self.records),
+            inverse_percent=fit.curve_input.rms_percent, parameters=fit.static.curve.v.size,
         )  # fmt: skip
 
 
