@@ -172,3 +172,22 @@ def test_a_log_that_no_model_explains_is_a_no_and_wrong_columns_are_refused(run,
     assert status == 2 and "--input COLUMN --output COLUMN" in err
     assert run("evaluate", files[0], other, "--input", "a", "--output", "b")[0] == 1
     assert run("evaluate", files[0], files[0], files[2])[0] == 2
+
+
+def test_a_model_scored_on_the_log_that_it_was_fitted_to_is_no_test_and_that_is_said(tmp_path):
+    place = tmp_path / "log.csv"
+    rows = np.column_stack([T, X, PLAYS.simulate(X)])
+    np.savetxt(place, rows, delimiter=",", header="time_s,pressure_bar,angle_deg", comments="")
+    record = dehyst.read_log(place, "pressure_bar", "angle_deg")
+    model = dehyst.identify(record, "pi", n=10).model
+    [told] = [each for each in dehyst.evaluate(model, record)["pi"].findings if each.code == "fitted-log"]
+    assert "fitted to 50 % of these samples of log.csv" in told.message
+    second = dehyst.read_log(place, "pressure_bar", "angle_deg", start=15.5)  # all of it was held out
+    assert "fitted-log" not in codes(dehyst.evaluate(model, second))
+
+
+def test_samples_after_a_sensor_was_set_anew_are_not_called_outside_the_range():
+    """They were left out of the scores, and the warning said that the model was scored on them."""
+    y = PLAYS.at_rest(X[0]).simulate(X)
+    found = dehyst.evaluate(PLAYS, log(y=np.where(np.arange(X.size) < 2000, y, y + 6.0)))
+    assert "two-actuators" in codes(found) and "outside-range" not in codes(found)

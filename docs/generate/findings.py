@@ -581,6 +581,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "middle.",
             "Zero the sensor as in the identified log, or subtract the offset from the reference.",
         ),
+        "fitted-log": (
+            "The log, or a part of it, is the one that the model was fitted to: its error there is no test of it.",
+            "Score it on a log of use that it was not identified from.",
+        ),
         "unexplained": (
             "A model explains less than {EXPLAINED:%} of the variance of the output, its mean left out: the log has "
             "other columns or is of another actuator, or a sensor is broken.",

@@ -25,7 +25,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
-from dehyst.monitoring.logs import in_units_of, unexplained
+from dehyst.monitoring.logs import fitted_share, in_units_of, unexplained
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
@@ -320,7 +320,7 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
     if missing:
         option = missing[0].replace("_", "-")
         return Scored(name, model, reason=f"the model depends on '{missing[0]}', which was not given: --{option}.")
-    findings += _outside(model, records)
+    findings += _fitted(name, model, log.records) + _outside(model, records)
     entry = _backward(_forward(Scored(name, model, findings=tuple(findings)), log, records), log, records)
     if entry.output is not None:
         pairs = [(p - r.output, r.output) for p, r in zip(entry.predictions, records, strict=True)]
@@ -331,12 +331,25 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
     return entry
 
 
+def _fitted(name: str, model: Model, records: Sequence[Recording]) -> list[Finding]:
+    """Say where a log is no test of a model, as the model was fitted to it."""
+    return [
+        Finding(
+            "fitted-log",
+            f"{name} was fitted to {100.0 * share:.0f} % of these samples of {record.name}: its error on them says less of use "
+            f"than that on another log. Score it on one that it was not identified from.",
+        )
+        for record, share in ((record, fitted_share(model, record)) for record in records)
+        if share
+    ]
+
+
 def _outside(model: Model, records: Sequence[Recording]) -> list[Finding]:
     found = []
     for card, role in ((model.card.input, "input"), (model.card.output, "output")):
         if card.low is None or card.high is None or not card.high > card.low:
             continue
-        values = np.concatenate([getattr(record, role) for record in records])
+        values = np.concatenate([np.delete(getattr(record, role), record.left_out) for record in records])
         slack = BEYOND * (card.high - card.low)
         beyond = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
         if beyond:
@@ -454,7 +467,8 @@ def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:
         best = min(able, key=lambda entry: rank(entry.input_percent))
         said = f"its inverse misses the input by {best.input_percent:.2f} % of range rms, and no model gives an output"
     else:
-        said = f"its output errs least, {best.error_percent:.2f} % of range rms without bias"
+        errs = "errs least," if len(able) > 1 else "errs by"
+        said = f"its output {errs} {best.error_percent:.2f} % of range rms without bias"
     other = min(able, key=lambda entry: rank(entry.input_percent))
     if len(able) > 1:
         next_best = next(entry for entry in able if entry is not best)
@@ -470,7 +484,7 @@ def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:
         said += f"; {first.name} has no inverse"
     if best.input_percent > GOOD_PERCENT:
         said += (
-            f". Its inverse misses the input by {best.input_percent:.2f} %, more than {GOOD_PERCENT:g}: watch the "
+            f". Its inverse misses the input by {best.input_percent:.2f} %, more than {GOOD_PERCENT:g} %: watch the "
             f"actuator, or identify from this log"
         )
     return best.name, f"{said}."

@@ -12,6 +12,7 @@ from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
+from dehyst.models import Model
 from dehyst.models.card import SignalCard
 from dehyst.models.card import in_units_of as converted
 from dehyst.monitoring.groups import Cycle, cycles_of, groups_of, samples_of
@@ -141,7 +142,7 @@ def opened(subject: Subject, record: Recording, given: Given, others: bool, find
     if why:
         return Log(record, why)
     cycles = cycles_of(x, record.pieces, float(np.min(x)), float(np.max(x)))
-    share = _fitted_share(subject.model, record)
+    share = fitted_share(subject.model, record)
     if share is None:
         groups = groups_of(now_of(cycles), MOST_GROUPS)
         return Log(record, too_few(groups, cycles), cycles, given=given)
@@ -152,7 +153,7 @@ def opened(subject: Subject, record: Recording, given: Given, others: bool, find
     return Log(record, why, new, old, given=given)
 
 
-def _fitted_share(model: Parted, record: Recording) -> float | None:
+def fitted_share(model: Model, record: Recording) -> float | None:
     """Share of a recording that the model was fitted to, None if it was identified from another."""
     given: Mapping[str, Any] = model.card.provenance
     stamp = record.provenance.get("sha256")
