@@ -13,8 +13,7 @@ from dehyst.robot.iso9283 import TestCube, test_path, timed
 pytest.importorskip("mujoco")
 pytest.importorskip("mink")
 
-from dehyst.robot.arm.joint_path import joint_path
-from dehyst.robot.arm.kinematics import InverseKinematics
+from dehyst.robot.arm.kinematics import InverseKinematics, joint_path
 
 ROBOT = load_robot()
 CUBE = TestCube(ROBOT.path.cube, ROBOT.path.center)

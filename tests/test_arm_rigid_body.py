@@ -10,7 +10,7 @@ import pytest
 
 import arm_oracle
 from dehyst.errors import MissingExtraError, ParameterError
-from dehyst.robot.arm import load_robot, physics_engine
+from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
 
 mujoco = pytest.importorskip("mujoco")
@@ -128,9 +128,9 @@ def test_steps_by_address_are_the_steps_of_mujoco_bit_for_bit():
 def test_a_missing_library_is_named_with_the_cure(monkeypatch, tmp_path):
     (tmp_path / "libmujoco.so.9").write_bytes(b"not a library")
     fake = SimpleNamespace(__file__=str(tmp_path / "__init__.py"), __version__="9")
-    monkeypatch.setattr(physics_engine, "mujoco", lambda: fake)
+    monkeypatch.setattr(rb, "mujoco", lambda: fake)
     with pytest.raises(MissingExtraError, match=r"libmujoco\.so\.9.*pip install"):
-        physics_engine.mj_step_address.__wrapped__()
+        rb.mj_step_address.__wrapped__()
 
 
 def test_without_mujoco_the_rooms_import_and_say_what_to_install():
@@ -139,7 +139,7 @@ import sys
 sys.modules["mujoco"] = sys.modules["mink"] = None
 from dehyst.errors import MissingExtraError
 from dehyst.robot.arm import load_robot, rigid_body
-import dehyst.robot.arm.kinematics, dehyst.robot.arm.joint_path
+import dehyst.robot.arm.kinematics, dehyst.robot.arm.joints
 for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_address):
     try:
         call()

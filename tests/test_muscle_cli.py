@@ -158,7 +158,7 @@ def test_a_pressure_that_looks_absolute_is_said_to(run, bench):
         (("muscle", "maker", "--length", "-1mm"), r"not positive"),
         (("muscle", "maker", "--log", "plain.csv", "--seed", "-1"), r"from 0 on"),
         (("muscle", "maker", "--save", "m.json"), r"Add --log"),
-        (("muscle", "none.json"), r"cannot be read"),
+        (("muscle", "none.json"), r"does not exist"),
         (("muscle", "maker", "--figure", "m.jpeg"), r"neither SVG nor PNG"),
         (("muscle", "maker", "--log", "plain.csv", "--contraction", "contractoin"), r"Did you mean 'contraction'\?"),
         (("muscle", "maker", "--log", "plain.csv", "--force", "pressure"), r"pressure and force are both column"),

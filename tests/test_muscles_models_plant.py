@@ -8,8 +8,8 @@ import pytest
 from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.joints import run_pressures
 from dehyst.robot.arm.mechanisms import Mechanism
-from dehyst.robot.arm.pneumatic import run_pressures
 from dehyst.robot.muscles import MuscleMechanism, joint_characteristic, muscle, names
 
 PERIOD = 5e-4

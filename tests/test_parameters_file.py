@@ -9,9 +9,10 @@ import tomllib
 import pytest
 
 from dehyst.errors import ParameterError
+from dehyst.fields import UNITS, dotted
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.parameters import PACKAGED
-from dehyst.robot.arm.validation import TO_SI, known_keys
+from dehyst.robot.arm.tables import Tables
 
 TEXT = PACKAGED.read_text(encoding="utf-8")
 LISTED = set(re.findall(r"\[(\d+)\] [A-Za-z]", "\n".join(line for line in TEXT.splitlines() if line.startswith("#"))))
@@ -46,12 +47,12 @@ def test_the_check_of_sources_finds_what_it_should(line):
 def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
     values = tomllib.loads(TEXT)
 
-    def dotted(table, prefix=""):
+    def leaves(table, prefix=""):
         for key, value in table.items():
-            yield from dotted(value, f"{prefix}{key}.") if isinstance(value, dict) else [f"{prefix}{key}"]
+            yield from leaves(value, f"{prefix}{key}.") if isinstance(value, dict) else [f"{prefix}{key}"]
 
     optional = re.compile(r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|joint\.[1-5]\.pole_1_s")
-    assert {key for key in set(known_keys(values)) ^ set(dotted(values)) if not optional.fullmatch(key)} == set()
+    assert {key for key in set(dotted(Tables, values)) ^ set(leaves(values)) if not optional.fullmatch(key)} == set()
 
 
 @pytest.mark.parametrize(
@@ -74,8 +75,8 @@ def test_values_arrive_in_si(value, si):
 
 
 def test_units_are_those_of_the_table_of_units():
-    assert TO_SI["l_s_bar"] == pytest.approx(1e-3 / 1e5)
-    assert TO_SI["deg"] * 180 == pytest.approx(math.pi)
+    assert UNITS["l_s_bar"][0] == pytest.approx(1e-3 / 1e5)
+    assert UNITS["deg"][0] * 180 == pytest.approx(math.pi)
 
 
 def test_a_change_reaches_its_value_and_nothing_else():

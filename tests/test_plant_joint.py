@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from dehyst._native import PneumaticJoint, muscle_force
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import mechanisms
-from dehyst.robot.arm.pneumatic import run_pressures
+from dehyst.robot.arm.joints import run_pressures
 from plant_oracles import MaxwellSlip
 from plant_samples import BUILT_IN, MUSCLE, joint, muscle, parameters
 

@@ -14,7 +14,7 @@ import pytest
 import sweep_evaluators
 from dehyst.errors import DehystError, MissingExtraError, OutputError, ParameterError
 from dehyst.robot.experiments.sweep import expand, load_sweep, run_sweep
-from dehyst.robot.experiments.sweep.table import summarise
+from dehyst.robot.experiments.sweep.points import summarise
 from effort import PATIENCE
 
 TEXT = """

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.robot.experiments.sweep import expand, load_sweep
-from dehyst.robot.experiments.sweep.table import Summary, summarise
+from dehyst.robot.experiments.sweep.points import Summary, summarise
 
 SWEEP = Path(__file__).resolve().parents[2] / "examples" / "sensitivity.toml"
 RESULT = Path(__file__).with_name("sensitivity.csv")

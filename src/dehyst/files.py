@@ -1,15 +1,21 @@
-"""Writes files atomically: a reader, or a crash, sees the old file or the new one, never half of one."""
+"""Writes files atomically: a crash leaves the old file or the new one, never half of one. Reads small files."""
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 import tempfile
+import tomllib
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from dehyst.errors import OutputError
+from dehyst.errors import DehystError, OutputError
+
+Refusal = Callable[[str], DehystError]  # what is wrong with a file, "is no TOML (...)" -> the error with its cure
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # the disk, the user's share of it, the largest file allowed
 
@@ -118,3 +124,60 @@ def cure(fault: Exception) -> str:
     if getattr(fault, "errno", None) in FULL:
         return "Free some space or name another folder."
     return "Name a folder that exists and that you may write to."
+
+
+def text_of(path: str | os.PathLike[str], refused: Refusal, most: int = 1 << 20) -> str:
+    """Return the text of a small file; refuse what is no regular file, has more than `most` bytes or is no text.
+
+    Examples
+    --------
+    >>> text_of("nowhere.toml", lambda what: OutputError(f"the file {what}"))
+    Traceback (most recent call last):
+    dehyst.errors.OutputError: the file does not exist
+    """
+    try:
+        source = Path(path)
+        if not source.is_file():  # a pipe or a device would block the reader
+            what = (
+                "does not exist" if not source.exists() else "is a folder" if source.is_dir() else "is no regular file"
+            )
+        else:
+            with source.open("rb") as stream:
+                data = stream.read(most + 1)
+            if len(data) <= most:
+                return data.decode("utf-8")
+            what = f"is larger than {most} bytes"
+    except OSError as fault:
+        what = f"cannot be read ({fault.strerror})"
+    except ValueError as fault:
+        what = f"cannot be read as UTF-8 text ({fault})"
+    raise refused(what)
+
+
+def document_of(text: str, refused: Refusal, language: str = "JSON") -> Any:
+    """Return what a text of JSON or TOML holds; refuse any other, and one that names a key twice.
+
+    Examples
+    --------
+    >>> document_of("a = [1, 2]", lambda what: OutputError(what), "TOML")
+    {'a': [1, 2]}
+    """
+    try:
+        if language == "TOML":
+            return tomllib.loads(text)
+        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_no_repetition)
+    except (ValueError, RecursionError) as fault:
+        raise refused(f"is not {language} ({' '.join(str(fault).split())[:160]})") from None
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def _no_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in content:
+            raise ValueError(f"the key '{name:.60}' stands twice in one object")
+        content[name] = value
+    return content

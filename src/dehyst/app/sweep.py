@@ -17,7 +17,7 @@ from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import progress_bar, table, tell, terminal
 from dehyst.report.svg import require_picture_name
 from dehyst.robot.experiments.sweep import SweepResult, load_sweep, run_sweep
-from dehyst.robot.experiments.sweep.table import Summary, ratios_of, summarise
+from dehyst.robot.experiments.sweep.points import Summary, ratios_of, summarise
 from dehyst.robot.report.sweep import Curve, write_sweep_figure
 from dehyst.shell import typed
 

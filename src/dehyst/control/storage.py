@@ -11,9 +11,10 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control.parameters import Adaptation, JointControllerParameters, Pneumatics
+from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.files import write_atomically
+from dehyst.fields import read
+from dehyst.files import document_of, text_of, write_atomically
 from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
 from dehyst.shell import visible
@@ -168,15 +169,7 @@ def load_partner(path: str | os.PathLike[str]) -> tuple[str, str] | None:
 
 
 def _read(path: str | os.PathLike[str]) -> str:
-    source = Path(path)
-    try:
-        if not source.is_file():
-            raise _refused(path, "is no file." if source.exists() else "does not exist.")
-        if source.stat().st_size > _MOST_BYTES:
-            raise _refused(path, f"is larger than {_MOST_BYTES} bytes, which no controller needs.")
-        return source.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as fault:
-        raise _refused(path, f"cannot be read ({fault}).") from None
+    return text_of(path, lambda what: _refused(path, f"{what}."), _MOST_BYTES)
 
 
 def controller_from_text(text: str, path: str = "controller") -> JointControllerParameters:
@@ -193,10 +186,7 @@ def controller_and_adaptation(
 
 def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptation | None, tuple[str, str] | None]:
     """Return parameters, adaptation and partner."""
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as fault:
-        raise _refused(path, f"is not JSON ({fault}).") from None
+    content = document_of(text, lambda what: _refused(path, f"{what}."))
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise _refused(path, f'is no joint controller: it lacks "format": "{FORMAT}".')
     schema = content.get("schema")
@@ -210,11 +200,10 @@ def _content(text: str, path: str) -> tuple[JointControllerParameters, Adaptatio
     try:
         if not isinstance(values, dict) or _checksum(signed) != content.get("sha256"):
             raise _refused(path, "does not match its checksum: it was edited or damaged after it was saved.")
-        air = values.pop("pneumatics")
-        volume = tuple(tuple(one) for one in values.pop("volume"))
-        parameters = JointControllerParameters(**values, volume=volume, pneumatics=Pneumatics(**air))  # type: ignore[arg-type]
+        parameters = read(JointControllerParameters, values, "parameters")
+        learned = None if learning is None else read(Adaptation, learning, "adaptation")
         made_for = None if partner is None else (_words(partner["sha256"]), _words(partner["about"]))
-        return parameters, None if learning is None else Adaptation(**learning), made_for
+        return parameters, learned, made_for
     except (ParameterError, TypeError, KeyError, ValueError, RecursionError) as fault:
         raise _refused(path, f"holds parameters of no controller: {fault!s:.300}.") from None
 

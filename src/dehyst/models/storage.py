@@ -11,8 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from dehyst import files
 from dehyst.errors import DehystError, ModelFileError, ParameterError
-from dehyst.files import write_atomically
 from dehyst.models.card import ModelCard, SignalCard
 
 if TYPE_CHECKING:
@@ -89,25 +89,12 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> Path:
         model_from_text(text, str(path))
     except ModelFileError as fault:
         raise ParameterError(f"this model was not saved, because its file could not be read back: {fault}") from None
-    return write_atomically(path, text)
+    return files.write_atomically(path, text)
 
 
 def _refuse(path: str, what: str, cure: str = "") -> ModelFileError:
     cure = cure or "Save the model again with model.save(...) or `dehyst identify ... --save`."
     return ModelFileError(f"model file '{path}' {what} {cure}", path=path)
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is not a JSON number")
-
-
-def _no_repetition(pairs: list[tuple[str, Any]]) -> Json:
-    content: Json = {}
-    for name, value in pairs:
-        if name in content:
-            raise ValueError(f"the key '{name:.60}' stands twice in one object")
-        content[name] = value
-    return content
 
 
 def _too_deep(value: Any) -> bool:
@@ -181,14 +168,6 @@ def model_from_dict(content: Any, path: str = "model") -> Model:
         raise _refuse(path, f"holds parameters of no model: {fault!s:.600}") from None
 
 
-def content_of(text: str, path: str) -> Any:
-    """Return what the JSON text of a file holds; refuse what is no JSON, or names a key twice."""
-    try:
-        return json.loads(text, parse_constant=_no_constant, object_pairs_hook=_no_repetition)
-    except (ValueError, RecursionError) as fault:
-        raise _refuse(path, f"is not JSON ({fault}).") from None
-
-
 def model_from_text(text: str, path: str = "model") -> Model:
     """Return the model that the text of a file describes, or refuse it by name.
 
@@ -197,7 +176,7 @@ def model_from_text(text: str, path: str = "model") -> Model:
     ModelFileError
         If the text is not JSON, names a key twice, or is refused by `model_from_dict`.
     """
-    return model_from_dict(content_of(text, path), path)
+    return model_from_dict(files.document_of(text, lambda what: _refuse(path, f"{what}.")), path)
 
 
 def load(path: str | os.PathLike[str]) -> Model:
@@ -227,7 +206,11 @@ def load(path: str | os.PathLike[str]) -> Model:
     >>> load(path).simulate([0.0, 1.0]).tolist()
     [0.0, 1.5]
     """
-    return model_from_text(text_of(path), str(path))
+    if not isinstance(path, str | os.PathLike):
+        raise _refuse(f"{path!r:.60}", "is no path.", "Give the file's name, for example 'model.json'.")
+    cure = "Name a file written by `dehyst identify ... --save`."
+    text = files.text_of(path, lambda what: _refuse(str(path), f"{what}.", cure), MAXIMUM_BYTES)
+    return model_from_text(text, str(path))
 
 
 def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
@@ -255,24 +238,3 @@ def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
             "Read it with dehyst.load, which reads every model, or identify another family where this is needed.",
         )
     return cast("HysteresisModel", model)
-
-
-def text_of(path: str | os.PathLike[str]) -> str:
-    """Return the text of a model file; refuse what is no regular file, too large or no text."""
-    if not isinstance(path, str | os.PathLike):
-        raise _refuse(f"{path!r:.60}", "is no path.", "Give the file's name, for example 'model.json'.")
-    source = Path(path)
-    try:
-        if not source.is_file():  # a pipe or a device would block the reader
-            present = "is a folder." if source.is_dir() else "is no regular file."
-            what = present if source.exists() else "does not exist."
-            raise _refuse(str(path), what, "Name a file written by `dehyst identify ... --save`.")
-        with source.open("rb") as stream:
-            data = stream.read(MAXIMUM_BYTES + 1)
-        if len(data) > MAXIMUM_BYTES:
-            raise _refuse(str(path), f"is larger than {MAXIMUM_BYTES} bytes, which no model needs.")
-        return data.decode("utf-8")
-    except OSError as fault:
-        raise _refuse(str(path), f"cannot be read ({fault.strerror}).", "Check its name and permissions.") from None
-    except ValueError as fault:
-        raise _refuse(str(path), f"cannot be read as UTF-8 text ({fault}).") from None

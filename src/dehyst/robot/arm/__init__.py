@@ -1,7 +1,7 @@
 """The simulated arm: parameters, physics of joints and links, kinematics."""
 
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
-from dehyst.robot.arm.bench import JointBench, Reading
+from dehyst.robot.arm.joints import JointBench, Reading
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot, load_robot
 

@@ -23,8 +23,8 @@ from dehyst.control.storage import refuse_image
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.model import Model
-from dehyst.robot.arm.joints import pneumatic_joint_parameters
-from dehyst.robot.arm.mechanisms import Mechanism, foreign
+from dehyst.robot.arm.joints import built_plant, noise_seed
+from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import (
     ALL_JOINTS,
@@ -447,26 +447,6 @@ class Arm:
         return np.asarray(step * np.round(np.array(self.data.qpos) / step))
 
 
-def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] = ()) -> _native.PneumaticJoint:
-    """Return the muscles, valves and sensors of a joint, with mechanisms of one's own or none."""
-    if len(own) not in (0, 2):
-        raise ParameterError(
-            f"{len(own)} mechanisms for the two muscles of joint {number}: give two, each with a memory of its own.",
-            joint=number,
-            mechanisms=len(own),
-        )
-    parameters = pneumatic_joint_parameters(robot, number, seed)
-    for side in range(len(own)):
-        parameters["muscle"][side]["hysteresis"] = foreign()
-    plant = _native.PneumaticJoint(parameters, noise_seed(seed, number))
-    for side, mechanism in enumerate(own):
-        try:
-            plant.attach(side, mechanism)
-        except TypeError as fault:
-            raise ParameterError(f"muscle {side + 1} of joint {number}: {fault}.", joint=number) from None
-    return plant
-
-
 def _refuse_lawless(laws: Mapping[int, Law], robot: Robot, moving: Sequence[int]) -> None:
     wrong = [number for number in laws if number not in moving or number not in robot.pneumatic]
     if wrong:
@@ -475,11 +455,6 @@ def _refuse_lawless(laws: Mapping[int, Law], robot: Robot, moving: Sequence[int]
             f"that can have one: {tuple(n for n in moving if n in robot.pneumatic)}.",
             joint=wrong[0],
         )
-
-
-def noise_seed(seed: int, number: int) -> int:
-    """Return the seed of a joint's sensor noise."""
-    return seed * 8 + number
 
 
 def _dying_out(angle: float) -> Array:

@@ -1,26 +1,31 @@
-"""Parameters of one pneumatic joint, as plant/plant.h names them."""
+"""One pneumatic joint: its parameters as plant/plant.h names them, in open loop, and on a test bench.
+
+`Arm` runs the built-in controller in a closed loop of its own. On a `JointBench` the loop is the caller's: for a
+controller that lives elsewhere, in an FMU, on a target or in a script.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
+from dehyst._native import PneumaticJoint
+from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.robot.arm import mechanisms
+from dehyst.robot.arm.mechanisms import Mechanism, Parameters, dahl, foreign, maxwell_slip, none, preisach
 from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.rigid_body import arm_model, mujoco, new_data
 from dehyst.robot.arm.tables import ForceMap, Muscle, Sensors, Valve
 
 FORMS = {"tool": 0, "exponential": 1, "geometric": 2}  # PLANT_MAP_... of plant/plant.h
 # Coefficients that the force is proportional to, all together.
 FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6)}
-BUILDERS: dict[str, Callable[..., mechanisms.Parameters]] = {
-    "maxwell-slip": mechanisms.maxwell_slip,
-    "preisach": mechanisms.preisach,
-    "dahl": mechanisms.dahl,
-}
+BUILDERS: dict[str, Callable[..., Parameters]] = {"maxwell-slip": maxwell_slip, "preisach": preisach, "dahl": dahl}
 WIDEST_DRAW = 2.5  # tolerances end somewhere: no muscle leaves the maker's test bench further off, in rms
 
 
@@ -129,7 +134,7 @@ def _muscle(robot: Robot, muscle: Muscle, force: float, friction: float) -> dict
 def _hysteresis(robot: Robot, size: float) -> dict[str, Any]:
     chosen = robot.hysteresis
     if chosen.mechanism == "none" or chosen.scale == 0 or size == 0:
-        return mechanisms.none()
+        return none()
     return BUILDERS[chosen.mechanism](
         chosen.scale * size,
         pressure_share=chosen.pressure_share,
@@ -155,3 +160,255 @@ def _sensors(sensors: Sensors) -> dict[str, float]:
         "pressure_noise": sensors.pressure_noise,
         "pressure_lag": sensors.pressure_lag,
     }
+
+
+def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] = ()) -> PneumaticJoint:
+    """Return the muscles, valves and sensors of a joint, with mechanisms of one's own or none."""
+    if len(own) not in (0, 2):
+        raise ParameterError(
+            f"{len(own)} mechanisms for the two muscles of joint {number}: give two, each with a memory of its own.",
+            joint=number,
+            mechanisms=len(own),
+        )
+    parameters = pneumatic_joint_parameters(robot, number, seed)
+    for side in range(len(own)):
+        parameters["muscle"][side]["hysteresis"] = foreign()
+    plant = PneumaticJoint(parameters, noise_seed(seed, number))
+    for side, mechanism in enumerate(own):
+        try:
+            plant.attach(side, mechanism)
+        except TypeError as fault:
+            raise ParameterError(f"muscle {side + 1} of joint {number}: {fault}.", joint=number) from None
+    return plant
+
+
+def noise_seed(seed: int, number: int) -> int:
+    """Return the seed of a joint's sensor noise."""
+    return seed * 8 + number
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What a joint did. The second axis of (T, 2) arrays is the muscle; positive angles shorten the first one.
+
+    Attributes
+    ----------
+    time
+        (T,), [s]
+    angle
+        (T,), as it was moved. [rad]
+    torque
+        (T,), on the joint. [Nm]
+    pressure
+        (T, 2), gauge. [Pa]
+    contraction
+        (T, 2), of the length at rest.
+    force
+        (T, 2), pull of the muscles, never negative. [N]
+    friction
+        (T, 2), hysteresis force that opposes contraction. [N]
+    """
+
+    time: Array
+    angle: Array
+    torque: Array
+    pressure: Array
+    contraction: Array
+    force: Array
+    friction: Array
+
+
+def run_pressures(
+    parameters: dict[str, Any],
+    angle: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    period: float,
+    *,
+    mechanisms: Sequence[Mechanism] = (),
+) -> Course:
+    """Run a joint with ideal pressures in its muscles, in place of valves and chambers.
+
+    Parameters
+    ----------
+    parameters
+        Physics of the joint, see `dehyst.robot.arm.joints.pneumatic_joint_parameters`.
+    angle
+        (T,) angles, one a period, linear in between. [rad]
+    pressure
+        (T, 2) gauge pressures; those of the first sample are where nothing is remembered. [Pa]
+    period
+        Time from sample to sample, 0.5 ms on the robot. [s]
+    mechanisms
+        Two hysteresis mechanisms of one's own (`dehyst.robot.arm.mechanisms.Mechanism`); none: those of the parameters.
+
+    Returns
+    -------
+    Course
+        T samples, the first one the start.
+
+    Raises
+    ------
+    ParameterError
+        If lengths differ, or the physics are not complete.
+
+    Examples
+    --------
+    A loop of the angle at 3 bar: the torque at its end is not the one at its start.
+
+    >>> from dehyst.robot.arm import load_robot
+    >>> from dehyst.robot.arm.joints import pneumatic_joint_parameters
+    >>> physics = pneumatic_joint_parameters(load_robot(), 1, seed=0)
+    >>> angle = 0.3 * np.sin(np.linspace(0.0, 2.0 * np.pi, 2001))
+    >>> course = run_pressures(physics, angle, np.full((2001, 2), 3e5), period=0.01)
+    >>> bool(4.0 < abs(course.torque[1000] - course.torque[2000]) < 24.0)
+    True
+    """
+    q, p = _checked(angle, pressure, period)
+    joint = _joint(parameters, mechanisms)
+    joint.reset(float(q[0]), float(p[0, 0]), float(p[0, 1]), 0)
+    first = joint.state
+    signals = joint.run_imposed(q[:-1], np.diff(q) / period, p[1:], period)
+    both = {name: np.vstack([first[name], signals[name]]) for name in ("pressure", "contraction", "force", "friction")}
+    both["pressure"] = both["pressure"] - float(parameters["air"]["ambient"])
+    force = both["force"]
+    torque = np.concatenate(([float(parameters["radius"]) * (force[0, 0] - force[0, 1])], signals["torque"]))
+    time: Array = np.arange(q.size, dtype=np.float64) * period
+    return Course(time=time, angle=q, torque=torque, **both)
+
+
+def _checked(angle: npt.ArrayLike, commands: npt.ArrayLike, period: float) -> tuple[Array, Array]:
+    q, u = np.ascontiguousarray(angle, dtype=np.float64), np.ascontiguousarray(commands, dtype=np.float64)
+    if q.ndim != 1 or q.size == 0 or u.shape != (q.size, 2):
+        raise ParameterError(
+            f"angles of shape {q.shape} and commands of shape {u.shape}: a joint takes (T,) and (T, 2), "
+            "one row of commands an angle",
+            angle=q.shape,
+            commands=u.shape,
+        )
+    if not 0 < period < 10 or not np.all(np.isfinite(q)):
+        raise ParameterError(
+            f"period = {period} s, angles from {q.min()} to {q.max()} rad: a period lies between 0 and 10 s, "
+            "0.0005 s on the robot; angles are finite, or the joint would stand still where they are not",
+            period=period,
+        )
+    return q, u
+
+
+def _joint(parameters: dict[str, Any], mechanisms: Sequence[Mechanism]) -> PneumaticJoint:
+    if len(mechanisms) not in (0, 2):
+        raise ParameterError(
+            f"{len(mechanisms)} mechanisms for two muscles: give two, each with a memory of its own, or none",
+            mechanisms=len(mechanisms),
+        )
+    try:
+        joint = PneumaticJoint(parameters, 0)
+    except ValueError as fault:
+        raise ParameterError(
+            f"the physics of the joint are not usable: {fault}. See dehyst.robot.arm.joints.pneumatic_joint_parameters"
+        ) from None
+    for muscle, mechanism in enumerate(mechanisms):
+        joint.attach(muscle, mechanism)
+    return joint
+
+
+class Reading(NamedTuple):
+    """What the sensors of a joint show: encoder [rad], gauge pressures of both muscles [Pa]."""
+
+    angle: float
+    pressure_1: float
+    pressure_2: float
+
+
+class JointBench:
+    """One pneumatic joint of the simulated arm, the others locked at their zero pose.
+
+    A period is `sense`, then `step`: the same physics, noise and order as in ``Arm(robot, moving=(number,))``, so that
+    the same valve commands give the same run, bit for bit.
+
+    Parameters
+    ----------
+    robot
+        Parameters, from `load_robot`.
+    number
+        Of the joint.
+    seed
+        Of the sensors' noise and the muscles' tolerances.
+
+    Raises
+    ------
+    ParameterError
+        If no muscles drive the joint.
+
+    Examples
+    --------
+    Both valves shut, nothing moves but by leakage:
+
+    >>> from dehyst.robot.arm import load_robot
+    >>> bench = JointBench(load_robot(), 1)
+    >>> for _ in range(100):
+    ...     reading = bench.sense()
+    ...     bench.step(0.0, 0.0)
+    >>> abs(bench.angle) < 1e-3
+    True
+    """
+
+    def __init__(self, robot: Robot, number: int, *, seed: int = 0) -> None:
+        if not robot.joint(number).pneumatic:
+            raise ParameterError(
+                f"joint {number} is electric: it has no valves. Joints with muscles: {robot.pneumatic}.", joint=number
+            )
+        self._period = robot.simulation.period
+        self._mean = robot.controller.mean_pressure
+        self._seed = noise_seed(seed, number)
+        self._model = arm_model(robot, moving=(number,), fused=True)
+        self._data = new_data(self._model)
+        self._plant: PneumaticJoint = built_plant(robot, number, seed)
+        self._advance = mujoco().mj_step
+        self._start = self.reset()
+
+    def reset(self) -> Reading:
+        """At rest in the zero pose, both muscles at the mean pressure, nothing remembered; return `start`."""
+        self._data.qpos[:] = 0
+        self._data.qvel[:] = 0
+        self._data.qfrc_applied[:] = 0
+        self._plant.reset(0.0, self._mean, self._mean, self._seed)
+        self._start = self.sense()
+        return self._start
+
+    def sense(self) -> Reading:
+        """Read the sensors, once a period: each reading has noise of its own."""
+        return Reading(*self._plant.sense(self.angle, self.period))
+
+    def step(self, valve_1: float, valve_2: float, hung: float = 0.0) -> None:
+        """Advance by one period.
+
+        Parameters
+        ----------
+        valve_1, valve_2
+            Commands, -1..1; positive fills the muscle.
+        hung
+            Torque that pulls on the joint besides. [Nm]
+        """
+        drive = self._plant.step(self.angle, self.velocity, valve_1, valve_2, self.period)
+        self._data.qfrc_applied[0] = hung + drive
+        self._advance(self._model, self._data)
+
+    @property
+    def period(self) -> float:
+        """Of the simulation and of the control. [s]"""
+        return self._period
+
+    @property
+    def start(self) -> Reading:
+        """What the sensors showed at the start: a controller is to be reset to it."""
+        return self._start
+
+    @property
+    def angle(self) -> float:
+        """True angle. [rad]"""
+        return float(self._data.qpos[0])
+
+    @property
+    def velocity(self) -> float:
+        """True angular velocity. [rad/s]"""
+        return float(self._data.qvel[0])

@@ -6,8 +6,7 @@ import copy
 import hashlib
 import json
 import re
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from os import PathLike
@@ -15,16 +14,20 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from dehyst.errors import ParameterError
-from dehyst.robot.arm import tables
-from dehyst.robot.arm.validation import NAMED, SINGLE, TEXTS, closest, converted, known_keys, refuse_contradictions
+from dehyst.fields import checked, did_you_mean, dotted, entries, record, shown, word_of
+from dehyst.files import document_of, text_of
+from dehyst.robot.arm.tables import Joint, Muscle, Tables, Valve
 
 PACKAGED = Path(__file__).with_name("arm.toml")
-SIZE_LIMIT = 1 << 20
+LACKS = ', or write extends = "default" as the first line: what is not in the file is taken from the packaged arm'
+# Muscles are pretensioned by at most 5 % and contract by at most 25 %: catalogue of the DMSP.
+LEAST_CONTRACTION, MOST_CONTRACTION = -0.05, 0.30
+COEFFICIENTS = {"tool": 6, "exponential": 6, "geometric": 8}
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(Tables):
     """A robot as its parameter file describes it. Attributes are the file's tables in SI, in `dehyst.robot.arm.tables`.
 
     Key ``joint.1.radius_m`` of the file is ``robot.joint(1).radius``, ``muscle.dmsp40.length_m`` is
@@ -39,28 +42,9 @@ class Robot:
     0.06
     """
 
-    name: str
-    air: tables.Air
-    maps: Mapping[str, tables.ForceMap]
-    muscles: Mapping[str, tables.Muscle]
-    hysteresis: tables.Hysteresis
-    tolerance: tables.Tolerance
-    valves: Mapping[str, tables.Valve]
-    sensors: tables.Sensors
-    base: tables.Base
-    joints: Mapping[int, tables.Joint]
-    electric: tables.Electric
-    payload: tables.Payload
-    simulation: tables.Simulation
-    controller: tables.Controller
-    compensator: tables.Compensator
-    homing: tables.Homing
-    calibration: tables.Calibration
-    identification: tables.Identification
-    path: tables.Path
     raw: Mapping[str, Any]
 
-    def joint(self, number: int) -> tables.Joint:
+    def joint(self, number: int) -> Joint:
         """Return the joint of this number, 1 to 7."""
         if number not in self.joints:
             raise ParameterError(
@@ -68,11 +52,11 @@ class Robot:
             )
         return self.joints[number]
 
-    def muscle(self, name: str) -> tables.Muscle:
+    def muscle(self, name: str) -> Muscle:
         """Return the type of muscle of this name, e.g. that of a joint's ``drive``."""
         return _member(self.muscles, name, "muscle")
 
-    def valve(self, name: str | None) -> tables.Valve:
+    def valve(self, name: str | None) -> Valve:
         """Return the valve of this name."""
         return _member(self.valves, name, "valve")
 
@@ -142,21 +126,20 @@ def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, ob
     'dahl'
     >>> load_robot(changes={"joint.1.radus_m": 0.06})  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
-    dehyst.errors.ParameterError: ... the closest that exists is 'joint.1.radius_m' ...
+    dehyst.errors.ParameterError: ... Did you mean joint.1.radius_m? ...
     """
     if path is None:
-        return _robot(_read(PACKAGED), changes or {}, "arm.toml")
-    file = Path(path)
-    values = _read(file)
+        return _robot(_read(PACKAGED), changes or {}, PACKAGED.name)
+    values, name = _read(path), Path(path).name
     base = values.pop("extends", None)
     if base not in (None, "default"):
         raise ParameterError(
-            f'{file.name}: extends = {base!r} is not known. Write extends = "default" for the packaged arm, or copy '
+            f'{name}: extends = {shown(base)} is not known. Write extends = "default" for the packaged arm, or copy '
             f"that file whole.",
             key="extends",
             value=base,
         )
-    return _robot(_merged(_read(PACKAGED), values) if base else values, changes or {}, file.name)
+    return _robot(_merged(_read(PACKAGED), values) if base else values, changes or {}, name)
 
 
 def _member(table: Mapping[str, T], name: str | None, kind: str) -> T:
@@ -171,31 +154,39 @@ def _member(table: Mapping[str, T], name: str | None, kind: str) -> T:
 
 
 def _robot(values: dict[str, Any], changes: Mapping[str, object], source: str) -> Robot:
-    for dotted, value in changes.items():
+    for key, value in changes.items():
+        _refuse_idle(values, word_of(key), value, source)
         nested: Any = value
-        for part in reversed(str(dotted).split(".")):
+        for part in reversed(word_of(key).split(".")):
             nested = {part: nested}
-        _refuse_new(values, str(dotted), value)
         values = _merged(values, nested)
-    raw, si = converted(values, source)
-    robot = Robot(**si, raw=raw)
+    raw = checked(Tables, values, source, LACKS)
+    robot = Robot(**vars(record(Tables, raw)), raw=raw)
     refuse_contradictions(robot, source)
     return robot
 
 
-def _refuse_new(values: Mapping[str, Any], dotted: str, value: object) -> None:
-    """A change of a single key names one that exists; only whole tables may be new."""
-    known = known_keys(values)
-    if isinstance(value, Mapping) or dotted in known:
-        return
-    tables_of_keys = [*TEXTS, *SINGLE, *NAMED]
-    hint = closest(dotted, known)
-    raise ParameterError(
-        f"no such key {dotted!r}{hint}. A key is TABLE.KEY or TABLE.NAME.KEY with its unit, e.g. joint.1.radius_m; "
-        f"tables: {', '.join(tables_of_keys)}.",
-        key=dotted,
-        value=value,
-    )
+def _refuse_idle(values: Mapping[str, Any], key: str, value: object, source: str) -> None:
+    """A change of a single key names one that exists, only whole tables may be new; and each changes something."""
+    if _empty(value):
+        raise ParameterError(
+            f"{source}: {key} = {shown(value)} changes nothing. Name keys below it with their values, or leave it out.",
+            key=key,
+        )
+    known = dotted(Tables, values)
+    if not isinstance(value, Mapping) and not any(f"{each}.".startswith(f"{key}.") for each in known):
+        raise ParameterError(
+            f"{source}: there is no key {shown(key)}.{did_you_mean(key, known)} A key is TABLE.KEY or TABLE.NAME.KEY "
+            f"with its unit, e.g. joint.1.radius_m; tables: {', '.join(entries(Tables))}.",
+            key=key,
+        )
+
+
+def _empty(value: object, depth: int = 3) -> bool:
+    """Whether a table, or one in it, holds nothing."""
+    if not isinstance(value, Mapping) or not depth:
+        return False
+    return not value or any(_empty(each, depth - 1) for each in value.values())
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -207,28 +198,12 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        if file.stat().st_size > SIZE_LIMIT:
-            raise ParameterError(
-                f"{file.name} has {file.stat().st_size} bytes; a parameter file has thousands. Name the TOML file.",
-                file=file.name,
-            )
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise ParameterError(
-            f"the parameter file '{file.name or file}' cannot be read ({fault.strerror}). Name a TOML file, or none "
-            f"for the packaged arm.",
-            file=file.name,
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as fault:
-        if isinstance(fault, ParameterError):
-            raise
-        raise ParameterError(
-            f"'{file.name}' is not TOML: {' '.join(str(fault).split())[:160]}. Lines look like radius_m = 0.05, tables "
-            f"like [joint.1]; texts stand in quotes.",
-            file=file.name,
-        ) from None
+def _read(path: str | PathLike[str]) -> dict[str, Any]:
+    def refused(what: str) -> ParameterError:
+        cure = "Name a TOML file with lines like radius_m = 0.05 below [joint.1], or none for the packaged arm."
+        return ParameterError(f"the parameter file '{Path(path).name or path}' {what}. {cure}", file=Path(path).name)
+
+    return dict(document_of(text_of(path, refused), refused, "TOML"))
 
 
 _TABLE = re.compile(r"\[([\w.-]+)\]")
@@ -272,3 +247,90 @@ def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
             yield from _leaves(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value
+
+
+def refuse_contradictions(robot: Robot, source: str) -> None:
+    """Check names that refer to other tables, and values against each other."""
+    for name, law in robot.maps.items():
+        wanted = COEFFICIENTS[law.form]
+        if len(law.coefficients) != wanted:
+            raise _refused(
+                f"has not the {wanted} coefficients of the form {law.form!r}.",
+                f"map.{name}.coefficients",
+                law.coefficients,
+                source,
+            )
+    for name, muscle in robot.muscles.items():
+        _known(muscle.map, list(robot.maps), f"muscle.{name}.map", source)
+        counts = {len(muscle.creep_time), len(muscle.creep_force), len(muscle.creep_pressure)}
+        if len(counts) > 1:
+            raise _refused(
+                f"and creep_force_N and creep_pressure_N_bar have {sorted(counts)} numbers: one of each a branch of "
+                f"creep. For no creep type hysteresis.creep = 0.",
+                f"muscle.{name}.creep_time_s", muscle.creep_time, source,
+            )  # fmt: skip
+    for number in robot.joints:
+        _check_joint(robot, number, source)
+    _check_pressures(robot, source)
+    if 2 * robot.path.rounding >= 0.8 * robot.path.cube:
+        raise _refused(
+            f"rounds more than the rectangle's short side of 0.8 x {robot.path.cube:g} m holds; below "
+            f"{0.4 * robot.path.cube:.4g} m.",
+            "path.rounding_m", robot.path.rounding, source,
+        )  # fmt: skip
+
+
+def _known(word: str, names: Iterable[str], key: str, source: str) -> None:
+    if word not in names:
+        raise _refused(f"is not in the file.{did_you_mean(word, names)} It has {', '.join(names)}.", key, word, source)
+
+
+def _check_joint(robot: Robot, number: int, source: str) -> None:
+    joint = robot.joints[number]
+    where = f"joint.{number}"
+    _known(joint.drive, ["electric", *robot.muscles], f"{where}.drive", source)
+    if not joint.pneumatic:
+        return
+    lacking = [key for key, value in (("valve", joint.valve), ("radius_m", joint.radius),
+                                      ("contraction", joint.contraction)) if value is None]  # fmt: skip
+    if lacking:
+        raise ParameterError(
+            f"{source}: {where} is driven by muscles and lacks {', '.join(lacking)}. Add them, or set {where}.drive = "
+            f'"electric".',
+            key=where,
+            missing=lacking,
+        )
+    assert joint.valve is not None
+    assert joint.radius is not None
+    assert joint.contraction is not None
+    _known(joint.valve, list(robot.valves), f"{where}.valve", source)
+    stroke = joint.radius * joint.range / robot.muscles[joint.drive].length
+    low, high = joint.contraction - stroke, joint.contraction + stroke
+    if low < LEAST_CONTRACTION or high > MOST_CONTRACTION:
+        raise ParameterError(
+            f"{source}: at the ends of the range of {where} its muscles contract by {low:.3f} and {high:.3f} of their "
+            f"length, possible are {LEAST_CONTRACTION:g} .. {MOST_CONTRACTION:g}. Make {where}.range_deg or radius_m "
+            f"smaller, the muscle longer, or put contraction in the middle.",
+            key=where,
+            low=low,
+            high=high,
+        )
+
+
+def _check_pressures(robot: Robot, source: str) -> None:
+    c, supply = robot.controller, robot.air.supply
+    if not c.pressure_low < c.mean_pressure < c.pressure_high:
+        raise _refused(
+            f"is not between pressure_low_bar = {c.pressure_low / 1e5:g} and pressure_high_bar = "
+            f"{c.pressure_high / 1e5:g}.",
+            "controller.mean_pressure_bar", c.mean_pressure / 1e5, source,
+        )  # fmt: skip
+    if c.pressure_high >= supply:
+        raise _refused(
+            f"is not below the supply, air.supply_bar = {supply / 1e5:g}: nothing would flow.",
+            "controller.pressure_high_bar", c.pressure_high / 1e5, source,
+        )  # fmt: skip
+
+
+def _refused(message: str, key: str, value: object, source: str) -> ParameterError:
+    return ParameterError(f"{source}: {key} = {shown(value)} {message}", key=key, value=value, source=source)

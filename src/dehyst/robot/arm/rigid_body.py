@@ -2,43 +2,77 @@
 
 Frames: x forward, y left, z up, origin on the floor under joint 1. At angles of zero the arm stands in its zero pose
 (``zero_deg`` of the joints is in the bodies' frames). A link lies along the x axis of its body; yaw turns about z,
-pitch about y (down is positive), roll about x.
+pitch about y (down is positive), roll about x. MuJoCo is imported on first use, its faults raised as errors of dehyst.
 """
 
 from __future__ import annotations
 
+import ctypes
+import importlib
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.errors import ParameterError
+from dehyst.errors import MissingExtraError, ParameterError
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.physics_engine import mj_step_address, mujoco
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
-
-__all__ = [
-    "ALL_JOINTS",
-    "arm_model",
-    "bias_torque",
-    "inverse_dynamics",
-    "joint_inertia",
-    "joint_positions",
-    "mj_step_address",
-    "new_data",
-    "tool_positions",
-]
-
 
 ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
 
 
 AXES = {"roll": (1, 0, 0), "pitch": (0, 1, 0), "yaw": (0, 0, 1)}
 POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
+
+
+def mujoco() -> Any:
+    """Return the module mujoco."""
+    return _imported("mujoco", "simulating the arm")
+
+
+def mink() -> Any:
+    """Return the module mink, inverse kinematics."""
+    _imported("daqp", "the inverse kinematics of the arm")
+    return _imported("mink", "the inverse kinematics of the arm")
+
+
+@cache
+def mj_step_address() -> int:
+    """Return the address of MuJoCo's ``void mj_step(const mjModel*, mjData*)``, for a loop without Python."""
+    package = Path(mujoco().__file__).parent
+    names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco*.dll")
+    libraries = sorted(file for pattern in names for file in package.rglob(pattern))
+    for library in libraries:
+        try:
+            address = ctypes.cast(ctypes.CDLL(str(library)).mj_step, ctypes.c_void_p).value
+        except (OSError, AttributeError):  # a plugin's library, or one of another machine
+            continue
+        if address:
+            return address
+    found = ", ".join(file.name for file in libraries) or "none"
+    raise MissingExtraError(
+        f"mujoco {mujoco().__version__} is installed, but no library beside it has the function mj_step (libraries "
+        f"found: {found}); the closed loop calls it directly. Type: pip install --force-reinstall 'mujoco>=3.2'",
+        extra="plant",
+        libraries=found,
+    )
+
+
+def _imported(module: str, doing: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as fault:
+        raise MissingExtraError(
+            f"{doing} needs the package {module}, which is not installed ({fault}). Type: pip install 'dehyst[plant]'",
+            extra="plant",
+            module=module,
+        ) from None
 
 
 def arm_mjcf(

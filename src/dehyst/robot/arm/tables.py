@@ -1,39 +1,16 @@
-"""Tables of a parameter file as frozen dataclasses in SI: each field has a unit and a valid range.
+"""Tables of a robot's parameter file as frozen dataclasses in SI: each field has a unit and a physical range.
 
-The key of a field is its name and the unit of the file, ``supply`` in ``"bar"`` is ``supply_bar``. The low and high
-ends are in that unit too. A field that may be None may be left out of the file.
+How a field is declared stands in `dehyst.fields`: ``supply`` in ``"bar"`` is the key ``supply_bar``.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
-
-@dataclass(frozen=True)
-class Key:
-    """What a key of the file may hold.
-
-    Attributes
-    ----------
-    unit
-        Of the value in the file, see `TO_SI`; "" for none.
-    low, high
-        Ends of the physical range, both allowed, in that unit.
-    least, most
-        Number of values, for lists.
-    choices
-        Allowed words, for texts; empty: any.
-    """
-
-    unit: str = ""
-    low: float = -1e9
-    high: float = 1e9
-    least: int = 1
-    most: int = 64
-    choices: tuple[str, ...] = ()
-
+from dehyst.fields import Key
 
 Numbers = tuple[float, ...]
 Share = Annotated[float, Key("", 0.0, 1.0)]
@@ -277,3 +254,28 @@ class Path:
     cycles_fast: Annotated[int, Key("", 1, 1000)]
     cycles_slow: Annotated[int, Key("", 1, 1000)]
     posture_weights: Annotated[Numbers, Key("", 1e-3, 1e6, 7, 7)]
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """A robot's parameter file: its name, its tables, and its tables by name."""
+
+    name: Annotated[str, Key(most=200)]
+    air: Air
+    hysteresis: Hysteresis
+    tolerance: Tolerance
+    sensors: Sensors
+    base: Base
+    electric: Electric
+    payload: Payload
+    simulation: Simulation
+    controller: Controller
+    compensator: Compensator
+    homing: Homing
+    calibration: Calibration
+    identification: Identification
+    path: Path
+    maps: Annotated[Mapping[str, ForceMap], Key(name="map")]
+    muscles: Annotated[Mapping[str, Muscle], Key(name="muscle")]
+    valves: Annotated[Mapping[str, Valve], Key(name="valve")]
+    joints: Annotated[Mapping[int, Joint], Key(name="joint", choices=("1", "2", "3", "4", "5", "6", "7"))]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters
-from dehyst.robot.arm.joint_path import JointPath, joint_path
+from dehyst.robot.arm.kinematics import JointPath, joint_path
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, inverse_dynamics
 from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -15,8 +14,8 @@ import numpy as np
 
 from dehyst.control import RampedCompensator
 from dehyst.control.joint import DIRECT
-from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError
+from dehyst.fields import checked
 from dehyst.models import HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot, load_robot
@@ -28,26 +27,17 @@ from dehyst.robot.experiments.loops_run import identify_compensators
 from dehyst.robot.experiments.path import ArmPath, plan_path
 from dehyst.robot.experiments.quasistatic import SPACING, excite, home
 from dehyst.robot.experiments.recipes import Recipe, recipe
-from dehyst.robot.experiments.results import COMPENSATED, Characteristic, JointIdentification
+from dehyst.robot.experiments.results import (
+    COMPENSATED,
+    RUN_SETTINGS,
+    Characteristic,
+    JointIdentification,
+    RunSettings,
+)
 from dehyst.robot.experiments.reviewed import refuse_learning, under_controller
 from dehyst.robot.experiments.scores import joint_figures
 from dehyst.robot.experiments.trials import Equipment
 
-_DEFAULTS: Mapping[str, object] = {
-    "load_Nm": 0.0,
-    "initial_state": "homed",
-    "identified_on": "here",
-    "run_mean_pressure_bar": 0.0,
-    "time_constants_factor": 1.0,
-    "passes": -1,
-    "controller": PAPER,
-}
-_NUMBERS = (  # key, what it is, least
-    ("load_Nm", "torque", -math.inf),
-    ("run_mean_pressure_bar", "pressure", 0.0),
-    ("time_constants_factor", "factor", 1e-3),
-    ("passes", "number of passes", -1),
-)
 # Tables and keys that say what is done with the robot, not what it is made of.
 _NOT_PLANT = ("controller", "compensator", "homing", "calibration", "identification", "path")
 # What neither a calibration nor an identification depends on: a sweep over it repeats neither.
@@ -79,13 +69,7 @@ def evaluate_point(
     trials, compensators
         What is run.
     run_settings
-        ``load_Nm``: constant torque on the joint during the trials, unknown to the controller; ``initial_state``:
-        "homed", "unknown" (no homing before the trials, and a random history; the compensator begins as if homed), or
-        "ramped" (the same, and the compensator answers with the middle of what is possible); ``identified_on``: "here",
-        or "default" (calibrated and identified on the robot without `changes` of single keys of the plant);
-        ``run_mean_pressure_bar``: of the trials, whatever it was in the identification, 0 for the same;
-        ``time_constants_factor``: those of the creep times this; ``passes``: repetitions from which an "ilc" learns, -1
-        for those of its recipe; ``controller``: of the trials, see `dehyst.control.reviewed`, "paper" if not said.
+        Keys of `RunSettings` -> values.
 
     Returns
     -------
@@ -98,7 +82,7 @@ def evaluate_point(
     ParameterError
         If a key, name or setting does not exist.
     """
-    settings = _run_settings(run_settings or {})
+    settings = {**RUN_SETTINGS, **checked(RunSettings, run_settings or {}, "run settings")}
     if experiment not in ("joint", "arm"):
         raise ParameterError(f"experiment '{experiment}' does not exist; there are: joint, arm.")
     robot = load_robot(changes=changes)
@@ -135,7 +119,7 @@ def _recipe(name: str, settings: Mapping[str, Any]) -> Recipe:
     factor, passes = settings["time_constants_factor"], settings["passes"]
     if factor != 1.0:
         chosen = replace(chosen, time_constants=tuple(factor * tau for tau in chosen.time_constants))
-    return replace(chosen, passes=int(passes)) if chosen.passes and passes >= 0 else chosen
+    return replace(chosen, passes=passes) if chosen.passes and passes >= 0 else chosen
 
 
 def _at_mean_pressure(robot: Robot, mean_bar: float) -> Robot:
@@ -208,31 +192,6 @@ def _ratios(figures: Mapping[str, float], trials: Sequence[str], compensators: S
         if c != "off"
         for k in ("rms", "max")
     }
-
-
-def _run_settings(given: Mapping[str, object]) -> dict[str, Any]:
-    settings: dict[str, Any] = {**_DEFAULTS, **given}
-    unknown = sorted(set(settings) - set(_DEFAULTS))
-    words = {
-        "initial_state": tuple(_HISTORIES),
-        "identified_on": ("here", "default"),
-        "controller": CONTROLLERS,
-    }
-    if unknown:
-        raise ParameterError(f"no run setting '{unknown[0]}'; there are: {', '.join(_DEFAULTS)}.")
-    for key, allowed in words.items():
-        if settings[key] not in allowed:
-            raise ParameterError(f"{key} = '{settings[key]}' is not one of {', '.join(allowed)}.")
-    for key, what, least in _NUMBERS:
-        value = settings[key]
-        number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
-        if not number or not value >= least:
-            raise ParameterError(f"{key} = {value!r} is no {what}. Pass a finite number{_from(least)}.")
-    return settings
-
-
-def _from(least: float) -> str:
-    return f" from {least:g}" if math.isfinite(least) else ""
 
 
 def _unknown_history(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:

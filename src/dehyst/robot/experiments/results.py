@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from types import MappingProxyType
+from typing import Annotated, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.control.reviewed import CONTROLLERS, PAPER
+from dehyst.fields import Key, entries
 from dehyst.identification import Fit
 from dehyst.models import DirectInverse, HysteresisModel
 
@@ -20,6 +23,43 @@ TRIALS = ("fast", "slow", "slow_no_integrator")
 # Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.
 ACCEPTABLE = 0.5
 COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Settings of a run that are no parameters of the robot, in the units of their keys.
+
+    Attributes
+    ----------
+    load
+        Constant torque on the joint during the trials, which the plant knows and the controller does not.
+    initial_state
+        Of the hysteresis when a trial begins: "homed"; "unknown", no homing before the trials but a random history, the
+        compensator begins as if homed; "ramped", the same, and it answers with the middle of what is possible.
+    identified_on
+        "here", or "default": calibrated and identified on the robot without changes of single keys of the plant.
+    run_mean_pressure
+        Of the trials, whatever it was in the identification; 0 for the same.
+    time_constants_factor
+        Of the creep that a compensator is offered.
+    passes
+        Repetitions from which an "ilc" learns; -1 for those of its recipe.
+    controller
+        Of the trials, see `dehyst.control.reviewed`.
+    """
+
+    load: Annotated[float, Key("Nm", -1000.0, 1000.0)] = 0.0
+    initial_state: Annotated[str, Key(choices=("homed", "unknown", "ramped"))] = "homed"
+    identified_on: Annotated[str, Key(choices=("here", "default"))] = "here"
+    run_mean_pressure: Annotated[float, Key("bar", 0.0, 10.0)] = 0.0
+    time_constants_factor: Annotated[float, Key("", 1e-3, 1000.0)] = 1.0
+    passes: Annotated[int, Key("", -1, 1000)] = -1
+    controller: Annotated[str, Key(choices=CONTROLLERS)] = PAPER
+
+
+RUN_SETTINGS: Mapping[str, Any] = MappingProxyType(
+    {key: getattr(RunSettings, entry.field) for key, entry in entries(RunSettings).items()}
+)  # key -> what it is if nothing is said
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 from collections.abc import Mapping
@@ -10,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.files import write_atomically
+from dehyst.fields import did_you_mean
+from dehyst.files import document_of, text_of, write_atomically
 from dehyst.robot.muscles.base import MuscleModel
 from dehyst.robot.muscles.braided import BoblanMartens, ChouHannaford, DavisCaldwell, Klute
 from dehyst.robot.muscles.conical import Kerscher, TonduLopez, TonduZagal
@@ -59,9 +59,8 @@ def muscle_class(name: str) -> type[MuscleModel]:
         If there is none of that name.
     """
     if name not in MODELS:
-        near = difflib.get_close_matches(str(name), MODELS, 1)
-        hint = f"Did you mean {near[0]}? " if near else ""
-        raise ParameterError(f"no muscle model '{name!s:.40}'. {hint}There are: {', '.join(MODELS)}.", name=name)
+        hint = did_you_mean(name, MODELS)
+        raise ParameterError(f"no muscle model '{name!s:.40}'.{hint} There are: {', '.join(MODELS)}.", name=name)
     return MODELS[name]
 
 
@@ -142,14 +141,10 @@ def load_muscle(path: str | os.PathLike[str]) -> MuscleModel:
 
 
 def _content(path: Path) -> dict[str, Any]:
-    try:
-        if path.stat().st_size > LARGEST:
-            raise _refused(path, f"has more than {LARGEST} bytes, and is no muscle")
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise _refused(path, f"cannot be read: {fault.strerror}") from None
-    except (ValueError, RecursionError):
-        raise _refused(path, "is no JSON") from None
+    def refused(what: str) -> ModelFileError:
+        return _refused(path, what)
+
+    content = document_of(text_of(path, refused, LARGEST), refused)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise _refused(path, f'is no muscle: its "format" is not "{FORMAT}"')
     if content.get("schema") != SCHEMA:

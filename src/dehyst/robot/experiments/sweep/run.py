@@ -16,9 +16,8 @@ from typing import Any, Protocol, cast
 from dehyst.errors import OutputError, ParameterError
 from dehyst.io.write import require_table_name, write_table
 from dehyst.robot.experiments.sweep.journal import Journal, Outcome, fingerprint, journal_path
-from dehyst.robot.experiments.sweep.points import Point, expand
+from dehyst.robot.experiments.sweep.points import Point, expand, table_of
 from dehyst.robot.experiments.sweep.spec import SweepSpec
-from dehyst.robot.experiments.sweep.table import table_of
 from dehyst.robot.experiments.sweep.workers import (
     Evaluator,
     InThisProcess,

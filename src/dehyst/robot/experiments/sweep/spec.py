@@ -36,19 +36,114 @@ the same draws at every point of the grid.
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from dehyst.errors import ParameterError
-from dehyst.robot.experiments.results import TRIALS
-from dehyst.robot.experiments.sweep.keys import Keys, flatten, keys_of_file
-from dehyst.robot.experiments.sweep.read import Reader
+from dehyst.fields import Key, checked, did_you_mean, dotted, read, shown
+from dehyst.files import document_of, text_of
+from dehyst.robot.arm import Robot, load_robot
+from dehyst.robot.arm.tables import Tables
+from dehyst.robot.experiments.results import RUN_SETTINGS, TRIALS, RunSettings
 
-EXPERIMENTS = ("joint", "arm")
-LARGEST_FILE = 1 << 20
+MOST_CHECKED = 1000  # sets of parameters that are tried on the robot beforehand, about a second
+
+
+@dataclass(frozen=True, eq=False)
+class Keys:
+    """The keys a sweep can set, and what they are when it does not.
+
+    Attributes
+    ----------
+    robot
+        The robot whose parameters they are.
+    """
+
+    robot: Robot = field(default_factory=load_robot)
+
+    @cached_property
+    def nominal(self) -> Mapping[str, Any]:
+        """Dotted key -> value if nothing is said.
+
+        Examples
+        --------
+        >>> Keys().nominal["hysteresis.scale"], Keys().nominal["initial_state"]
+        (1.0, 'homed')
+        """
+        return flatten(self.robot.values) | dict(RUN_SETTINGS)
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All keys."""
+        return frozenset([*dotted(Tables, self.robot.values), *RUN_SETTINGS]) - {"name"}
+
+    @cached_property
+    def foreign(self) -> Mapping[str, Any]:
+        """Changes that make the packaged robot this one: whole tables by name."""
+        packaged = load_robot().values
+        return {name: table for name, table in self.robot.values.items() if table != packaged.get(name)}
+
+    def checked(self, key: str, value: Any, where: str) -> Any:
+        """Return a value for a key; a whole number as a float where the robot's own value is one.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such key, or a run setting cannot have that value.
+        """
+        if key not in self.names:
+            raise ParameterError(
+                f"{where}: there is no parameter {shown(key)}.{did_you_mean(key, self.names)} Parameters are the keys "
+                f"of the robot's file with their table, for example hysteresis.scale, and {', '.join(RUN_SETTINGS)}.",
+                key=key,
+            )
+        if key in RUN_SETTINGS:
+            return checked(RunSettings, {key: value}, where)[key]
+        if isinstance(self.nominal.get(key), float) and type(value) is int and abs(value) < 1 << 53:
+            return float(value)
+        return value
+
+    def try_on(self, sets: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
+        """Build the robot for sets of changes, each with its place in the file, and let it refuse what it cannot be.
+
+        The first thousand are built, later ones only if they hold a value of a kind not seen before, a text say. What
+        is not found here fails on its own, as a row of the table.
+
+        Raises
+        ------
+        ParameterError
+            At the first value, or set of values, that is not physical.
+        """
+        seen: set[tuple[str, str]] = set()
+        for number, (where, changes) in enumerate(sets):
+            told = {(key, shown(value)) for key, value in changes.items() if not isinstance(value, float)}
+            if number >= MOST_CHECKED and told <= seen:
+                continue
+            seen |= told
+            try:
+                self.robot.with_changes(changes)
+            except ParameterError as fault:
+                raise ParameterError(f"{where}: {str(fault).removeprefix('robot: ')}", **fault.facts) from None
+
+
+def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested tables as one with dotted keys.
+
+    Examples
+    --------
+    >>> flatten({"valve": {"mpye": {"leak": 0.02}}, "name": "arm"})
+    {'valve.mpye.leak': 0.02, 'name': 'arm'}
+    """
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
 
 
 @dataclass(frozen=True)
@@ -68,7 +163,7 @@ class Draw:
     low: float = 0.0
     high: float = 0.0
     log: bool = False
-    choice: tuple[Any, ...] = ()
+    choice: Annotated[tuple[Any, ...], Key(most=10_000)] = ()
 
 
 @dataclass(frozen=True)
@@ -139,6 +234,41 @@ class SweepSpec:
     keys: Keys = field(default_factory=Keys, compare=False, repr=False)
 
 
+Free = Mapping[str, Any]
+Seeds = Annotated[tuple[int, ...] | None, Key("", 0, 2**63 - 1, most=100_000, distinct=True)]
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What a sweep file and each of its studies may hold."""
+
+    name: Annotated[str | None, Key(most=80)]
+    seeds: Seeds
+    fixed: Annotated[Free, Key(name="set")] = field(default_factory=dict)
+    grid: Free = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Study(_Parts):
+    """[[study]]."""
+
+    random: Free = field(default_factory=dict)
+    draws: Annotated[int, Key("", 0, 1_000_000)] = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _File(_Parts):
+    """The whole file."""
+
+    study: Annotated[tuple[_Study, ...], Key(most=100_000)]
+    experiment: Annotated[str, Key(choices=("joint", "arm"))] = "joint"
+    joint: Annotated[int, Key("", 1, 7)] = 1
+    trials: Annotated[tuple[str, ...], Key(choices=TRIALS, distinct=True)] = TRIALS
+    compensators: Annotated[tuple[str, ...], Key(distinct=True)] = ("off", "paper")
+    random_seed: Annotated[int, Key("", 0, 2**63 - 1)] = 0
+    robot: Annotated[str | None, Key(most=1000)]
+
+
 def load_sweep(path: str | Path) -> SweepSpec:
     """Read a sweep file.
 
@@ -147,21 +277,12 @@ def load_sweep(path: str | Path) -> SweepSpec:
     ParameterError
         If it cannot be read, is no TOML, has an unknown key, or a value that its key does not allow.
     """
-    source = Path(path)
-    try:
-        if source.stat().st_size > LARGEST_FILE:
-            raise ParameterError(
-                f"'{source}' has {source.stat().st_size} bytes; a sweep file has a few hundred. Name the TOML file."
-            )
-        document = tomllib.loads(source.read_bytes().decode("utf-8"))
-    except OSError as fault:
-        raise ParameterError(
-            f"cannot read the sweep file '{source}': {fault.strerror or fault}. Name a TOML file such as "
-            f"examples/sensitivity.toml."
-        ) from None
-    except (ValueError, RecursionError) as fault:  # TOML and UTF-8 faults, or a path with a null character
-        raise ParameterError(f"sweep file {str(source)!r} is no TOML: {fault}. Correct it there.") from None
-    return parse_sweep(document, source.name, source.parent)
+
+    def refused(what: str) -> ParameterError:
+        return ParameterError(f"the sweep file '{path}' {what}. Name a TOML file such as examples/sensitivity.toml.")
+
+    document = document_of(text_of(path, refused), refused, "TOML")
+    return parse_sweep(document, Path(path).name, Path(path).parent)
 
 
 def parse_sweep(document: Mapping[str, Any], name: str = "sweep.toml", folder: Path = Path()) -> SweepSpec:
@@ -173,79 +294,62 @@ def parse_sweep(document: Mapping[str, Any], name: str = "sweep.toml", folder: P
     >>> parse_sweep({"name": "s", "study": [study]}).studies[0].grid
     {'hysteresis.scale': (0.5, 1.0)}
     """
-    top = Reader(name, document)
-    robot = top.text("robot", "the packaged arm")
-    keys = keys_of_file(folder / robot) if "robot" in document else Keys()
-    seeds = top.seeds("seeds", (1,))
-    fixed, grid = _fixed(top, keys), _grid(top, keys)
-    if both := sorted(set(fixed) & set(grid)):
-        raise ParameterError(f"{name}: {both[0]} stands in [set] and in [grid]. Remove one of them.")
+    file = read(_File, document, name)
+    keys = Keys() if file.robot is None else Keys(load_robot(folder / file.robot))
+    fixed, grid = _fixed(file, keys, name), _grid(file, keys, name)
+    _refuse_twice(name, fixed, grid)
     spec = SweepSpec(
-        name=top.text("name", Path(name).stem),
-        experiment=top.one_of("experiment", EXPERIMENTS, "joint"),
-        joint=top.whole("joint", 1, 1, 7),
-        trials=top.several("trials", TRIALS, TRIALS),
-        compensators=top.several("compensators", None, ("off", "paper")),
-        studies=tuple(_study(top, k, part, keys, seeds, fixed, grid) for k, part in enumerate(top.tables("study"), 1)),
+        name=file.name or Path(name).stem,
+        experiment=file.experiment,
+        joint=file.joint,
+        trials=file.trials,
+        compensators=file.compensators,
+        studies=tuple(_study(file, k, each, keys, fixed, grid, name) for k, each in enumerate(file.study, 1)),
         grid=grid,
-        random_seed=top.whole("random_seed", 0, 0, 2**63),
+        random_seed=file.random_seed,
         keys=keys,
     )
-    top.finish()
     names = [study.name for study in spec.studies]
     if twice := sorted({each for each in names if names.count(each) > 1}):
         raise ParameterError(f"{name}: two studies are called '{twice[0]}'. Give each its own name.")
     return spec
 
 
-def _study(
-    top: Reader,
-    number: int,
-    table: Any,
-    keys: Keys,
-    seeds: tuple[int, ...],
-    fixed: Mapping[str, Any],
-    crossed: Mapping[str, Any],
-) -> Study:
-    reader = Reader(f"{top.where}, study {number}", table)
-    name = reader.text("name", f"study {number}")
-    reader = Reader(f"{top.where}, study '{name}'", table)
-    reader.text("name", name)
-    own, grid, random = _fixed(reader, keys), _grid(reader, keys), _random(reader, keys)
-    study = Study(
-        name, reader.seeds("seeds", seeds), {**fixed, **own}, grid, random, reader.whole("draws", 0, 0, 1_000_000)
-    )
-    reader.finish()
-    if bool(study.random) != bool(study.draws):
-        given, other = ("random", "draws = 100") if study.random else ("draws", 'random."KEY" = {low = 1, high = 2}')
-        raise ParameterError(f"{reader.where} has {given} but no {other.split()[0]}. Add: {other}")
-    for first, second in ((grid, random), (own, grid), (own, random), (crossed, grid), (crossed, random)):
-        if both := sorted(set(first) & set(second)):
-            raise ParameterError(f"{reader.where} gives {both[0]} two times. Remove one of them.")
+def _study(file: _File, number: int, table: _Study, keys: Keys, fixed: Free, crossed: Free, source: str) -> Study:
+    name = table.name or f"study {number}"
+    where = f"{source}, study '{name}'"
+    own, grid = _fixed(table, keys, where), _grid(table, keys, where)
+    random = {key: _draw(key, how, keys, where) for key, how in _draw_tables(table.random)}
+    if bool(random) != bool(table.draws):
+        given, other = ("random", "draws = 100") if random else ("draws", 'random."KEY" = {low = 1, high = 2}')
+        raise ParameterError(f"{where} has {given} but no {other.split()[0]}. Add: {other}")
     # What a study varies or sets wins over the file's [set]; over its [grid] it must not, it would undo the crossing.
-    if both := sorted(set(own) & set(crossed)):
-        raise ParameterError(f"{reader.where} sets {both[0]}, which [grid] varies in every study. Remove one of them.")
-    return study
+    _refuse_twice(where, own, grid, random, crossed)
+    return Study(name, table.seeds or file.seeds or (1,), {**fixed, **own}, grid, random, table.draws)
 
 
-def _fixed(reader: Reader, keys: Keys) -> dict[str, Any]:
-    return {key: keys.checked(key, value, reader.where) for key, value in flatten(reader.table("set")).items()}
+def _refuse_twice(where: str, *given: Free) -> None:
+    seen: set[str] = set()
+    for each in given:
+        if both := sorted(seen & set(each)):
+            raise ParameterError(f"{where} gives {both[0]} two times, in set, grid or random. Remove one of them.")
+        seen |= set(each)
 
 
-def _grid(reader: Reader, keys: Keys) -> dict[str, tuple[Any, ...]]:
+def _fixed(table: _Parts, keys: Keys, where: str) -> dict[str, Any]:
+    return {key: keys.checked(key, value, where) for key, value in flatten(table.fixed).items()}
+
+
+def _grid(table: _Parts, keys: Keys, where: str) -> dict[str, tuple[Any, ...]]:
     grid = {}
-    for key, values in flatten(reader.table("grid")).items():
+    for key, values in flatten(table.grid).items():
         if not isinstance(values, list) or not values:
-            raise ParameterError(f'{reader.where}: grid."{key}" must be a list of values, for example [1.0, 2.0].')
-        checked = [keys.checked(key, value, reader.where) for value in values]
-        if any(value in checked[:k] for k, value in enumerate(checked)):
-            raise ParameterError(f'{reader.where}: grid."{key}" has a value two times. Remove one.')
-        grid[key] = tuple(checked)
+            raise ParameterError(f'{where}: grid."{key}" must be a list of values, for example [1.0, 2.0].')
+        checked_ones = [keys.checked(key, value, where) for value in values]
+        if any(value in checked_ones[:k] for k, value in enumerate(checked_ones)):
+            raise ParameterError(f'{where}: grid."{key}" has a value two times. Remove one.')
+        grid[key] = tuple(checked_ones)
     return grid
-
-
-def _random(reader: Reader, keys: Keys) -> dict[str, Draw]:
-    return {key: _draw(key, how, keys, reader.where) for key, how in _draw_tables(reader.table("random"))}
 
 
 def _draw_tables(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
@@ -257,21 +361,16 @@ def _draw_tables(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, 
     return found
 
 
-def _draw(key: str, how: Any, keys: Keys, where: str) -> Draw:
-    reader = Reader(f'{where}, random."{key}"', how)
-    choice, log = reader.items("choice"), reader.flag("log")
-    if choice:
-        reader.finish()
-        return Draw(choice=tuple(keys.checked(key, value, where) for value in choice))
-    low, high = reader.number("low"), reader.number("high")
-    reader.finish()
-    keys.checked(key, low, where)
+def _draw(key: str, how: Any, keys: Keys, place: str) -> Draw:
+    where = f'{place}, random."{key}"'
+    draw = read(Draw, how, where)
+    if draw.choice:
+        return Draw(choice=tuple(keys.checked(key, value, where) for value in draw.choice))
+    keys.checked(key, draw.low, where)
     if not isinstance(keys.nominal.get(key, 0.0), float):
-        raise ParameterError(
-            f"{reader.where}: {key} is no number with decimals. Write {{choice = [...]}} with its values."
-        )
-    if low < high and (low > 0.0 or not log):
-        return Draw(low, high, log)
+        raise ParameterError(f"{where}: {key} is no number with decimals. Write {{choice = [...]}} with its values.")
+    if draw.low < draw.high and (draw.low > 0.0 or not draw.log):
+        return draw
     raise ParameterError(
-        f"{reader.where}: {'0 < ' if log else ''}low < high is needed, got low = {low:g} and high = {high:g}."
+        f"{where}: {'0 < ' if draw.log else ''}low < high is needed, got low = {draw.low:g} and high = {draw.high:g}."
     )
