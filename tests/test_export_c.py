@@ -190,7 +190,9 @@ def test_other_last_digits_are_told_from_a_wrong_unit_with_their_cause(what, fla
     contract = "CONTRACT=-ffp-contract=fast" if "mfma" in flags else "CONTRACT=-ffp-contract=off"
     said = run("make", "-s", "check", "CC=gcc", f"CFLAGS={flags}", contract, cwd=folder)
     last = said.splitlines()[-1]
-    assert re.fullmatch(r"other last digits \(\S+ of range\): usable, not bit-equal, because .*", last) and cause in last
+    assert (
+        re.fullmatch(r"other last digits \(\S+ of range\): usable, not bit-equal, because .*", last) and cause in last
+    )
     assert "FAILED" not in said and float(re.search(r"\((\S+) of range", last)[1]) < 1e-9
 
 

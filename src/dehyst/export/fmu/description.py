@@ -236,7 +236,7 @@ def build_description(name: str) -> bytes:
     """Return sources/buildDescription.xml of FMI 3.0."""
     root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=name)
-    files = Xml.SubElement(configuration, "SourceFileSet", language="C99")
+    files = Xml.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions="-ffp-contract=off")
     Xml.SubElement(files, "SourceFile", name="all.c")
     Xml.indent(root)
     return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"

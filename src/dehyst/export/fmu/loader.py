@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes as c
-import platform
 import tempfile
 import zipfile
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from typing import Any, Literal
 from xml.etree import ElementTree as Xml
 
 from dehyst.errors import OutputError, ParameterError
-from dehyst.export.fmu.sources import LINUX, WINDOWS
+from dehyst.export.fmu.sources import LINUX, TARGETS, this_machine
 
 _KINDS = {"Real": "real", "Integer": "whole", "Boolean": "truth", "Float64": "real", "Int32": "whole"}
 _CALLS = {
@@ -87,7 +86,7 @@ class Instance:
         return tuple(self._messages)
 
     def _binary(self, root: Path) -> Path:
-        target = WINDOWS if platform.system() == "Windows" else LINUX
+        target = next((target for target in TARGETS if target.machine == this_machine()), LINUX)
         file = root / "binaries" / target.folders[self._version - 2] / f"{self._name}{target.suffix}"
         if not file.exists():
             raise OutputError(

@@ -5,11 +5,14 @@ from __future__ import annotations
 import platform
 import re
 import shutil
+import struct
 import subprocess
 import tempfile
 from collections import Counter
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from dehyst.errors import OutputError
@@ -107,7 +110,9 @@ def hexadecimal(value: float) -> str:
 
 
 OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared")
-TIMEOUT_S = 120
+ZIG = ("-fno-sanitize=undefined", "-s", "-fPIC")
+TIMEOUT_S = 900  # zig makes the C library of a platform first, once
+PAGE = 1 << 14  # libraries in a universal binary begin at multiples of it
 
 
 @dataclass(frozen=True)
@@ -116,34 +121,49 @@ class Target:
 
     Attributes
     ----------
-    name
-        For messages.
     folders
-        Below binaries/: FMI 2.0's name of the platform, FMI 3.0's name.
+        Below binaries/: FMI 2.0's name of the platform, "" if it has none, FMI 3.0's name.
     suffix
         Of the library.
+    machine
+        System and processor as Python names them.
+    triple
+        What zig calls it. Such libraries run on old systems, too: from glibc 2.17 on.
     compilers
-        Commands to try, the first that is found is used.
+        Commands to try where there is no zig, the first that is found is used.
     options
-        Of this platform alone.
+        Of these.
+    cpu
+        Type and subtype of the processor of a Mac, as a universal binary names it.
     """
 
-    name: str
     folders: tuple[str, str]
     suffix: str
-    compilers: tuple[str, ...]
+    machine: str
+    triple: str
+    compilers: tuple[str, ...] = ()
     options: tuple[str, ...] = ()
+    cpu: tuple[int, int] = (0, 0)
 
 
-LINUX = Target("linux64", ("linux64", "x86_64-linux"), ".so", ("cc", "gcc", "clang"), ("-fPIC",))
+LINUX = Target(
+    ("linux64", "x86_64-linux"), ".so", "Linux x86_64", "x86_64-linux-gnu.2.17", ("cc", "gcc", "clang"), ("-fPIC",)
+)
 WINDOWS = Target(
-    "win64",
     ("win64", "x86_64-windows"),
     ".dll",
+    "Windows AMD64",
+    "x86_64-windows-gnu",
     ("x86_64-w64-mingw32-gcc",),
     ("-static-libgcc", "-Wl,--no-insert-timestamp"),
 )
-TARGETS = (LINUX, WINDOWS)
+TARGETS = (
+    LINUX,
+    WINDOWS,
+    Target(("", "aarch64-linux"), ".so", "Linux aarch64", "aarch64-linux-gnu.2.17"),
+    Target(("darwin64", "x86_64-darwin"), ".dylib", "Darwin x86_64", "x86_64-macos", cpu=(0x01000007, 3)),
+    Target(("darwin64", "aarch64-darwin"), ".dylib", "Darwin arm64", "aarch64-macos", cpu=(0x0100000C, 0)),
+)
 
 
 @dataclass(frozen=True)
@@ -155,39 +175,63 @@ class Binaries:
 
 
 def compile_binaries(name: str, sources: Mapping[str, bytes], version: Version) -> Binaries:
-    """Compile the FMU for every platform that a compiler is found for.
+    """Compile the FMU for every platform that FMI names and a compiler is found for.
 
     Raises
     ------
     OutputError
         If a compiler is there and fails: what it says is in the message.
     """
-    found: dict[str, bytes] = {}
+    made: dict[str, dict[Target, Future[bytes]]] = {}
     missing = []
-    for target in TARGETS:
-        compiler = _compiler(target)
-        if compiler is None:
-            missing.append(f"{target.name}: no {' or '.join(target.compilers)} for it on this machine")
-            continue
-        path = f"binaries/{target.folders[version - 2]}/{name}{target.suffix}"
-        found[path] = _compiled(compiler, target, sources, name + target.suffix)
-    return Binaries(found, tuple(missing))
+    with ThreadPoolExecutor() as pool:
+        for target in TARGETS:
+            folder, library = target.folders[version - 2], name + target.suffix
+            if command := _command(target) if folder else None:
+                job = pool.submit(_compiled, command, target, sources, library)
+                made.setdefault(f"binaries/{folder}/{library}", {})[target] = job
+            elif folder:
+                compilers = " or ".join((*target.compilers, "zig (pip install ziglang)"))
+                missing.append(f"{folder}: no {compilers} for it on this machine")
+    found = {path: universal({target: job.result() for target, job in parts.items()}) for path, parts in made.items()}
+    return Binaries(found, tuple(dict.fromkeys(missing)))
 
 
-def _compiler(target: Target) -> str | None:
-    if target is LINUX and (platform.system(), platform.machine()) != ("Linux", "x86_64"):
+def universal(parts: Mapping[Target, bytes]) -> bytes:
+    """Return a library, or one for several processors of Macs: a header that says where each begins, and they."""
+    if len(parts) == 1:
+        return next(iter(parts.values()))
+    head, body = struct.pack(">II", 0xCAFEBABE, len(parts)), b""
+    for target, library in parts.items():
+        head += struct.pack(">5I", *target.cpu, PAGE + len(body), len(library), PAGE.bit_length() - 1)
+        body += library + bytes(-len(library) % PAGE)
+    return head.ljust(PAGE, b"\0") + body
+
+
+def this_machine() -> str:
+    """System and processor, as `Target.machine` says them."""
+    return f"{platform.system()} {platform.machine()}"
+
+
+def _command(target: Target) -> tuple[str, ...] | None:
+    """What compiles for a platform: zig of the package ziglang, or a compiler on the path."""
+    if zig := find_spec("ziglang"):
+        folder = Path(next(iter(zig.submodule_search_locations or ())))
+        return (str(folder / "zig"), "cc", "-target", target.triple, *ZIG)
+    if target is LINUX and this_machine() != target.machine:
         return None
-    return next(filter(None, map(shutil.which, target.compilers)), None)
+    compiler = next(filter(None, map(shutil.which, target.compilers)), None)
+    return (compiler, *target.options) if compiler else None
 
 
-def _compiled(compiler: str, target: Target, sources: Mapping[str, bytes], library: str) -> bytes:
+def _compiled(command: tuple[str, ...], target: Target, sources: Mapping[str, bytes], library: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         for path, content in sources.items():
             file = Path(folder) / path
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
         done = subprocess.run(
-            [compiler, *OPTIONS, *target.options, "all.c", "-o", library],
+            [*command, *OPTIONS, "all.c", "-o", library],
             cwd=folder,
             capture_output=True,
             text=True,
@@ -196,9 +240,10 @@ def _compiled(compiler: str, target: Target, sources: Mapping[str, bytes], libra
             env=plain_environment() | {"SOURCE_DATE_EPOCH": "0"},
         )
         if done.returncode:
+            name = target.folders[1]
             raise OutputError(
-                f"{compiler} cannot compile the FMU for {target.name}: {done.stderr.strip()[:400]}. Check that this "
-                f"compiler compiles at all, or take it off the PATH: the FMU then has no binary for {target.name}.",
-                target=target.name,
+                f"{command[0]} cannot compile the FMU for {name}: {done.stderr.strip()[:400]}. Check that this "
+                f"compiler compiles at all, or take it off the PATH: the FMU then has no binary for {name}.",
+                target=name,
             )
         return (Path(folder) / library).read_bytes()

@@ -1,0 +1,125 @@
+"""FMUs for every platform from one machine: zig makes the binaries, they answer to the bit under wine and qemu."""
+
+import io
+import os
+import shutil
+import struct
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from dehyst.control import JointControllerParameters
+from dehyst.export import joint_subject, subject_of
+from dehyst.export.fmu import sources
+from dehyst.export.fmu.companions import companions
+from dehyst.export.fmu.package import package
+from direct_export_samples import direct_model
+from element_samples import scheduled_model
+from export_samples import mapped_model, play_model
+
+pytestmark = pytest.mark.slow
+ZIG = Path(pytest.importorskip("ziglang", reason="needs zig: pip install 'dehyst[fmi]'").__path__[0]) / "zig"
+WINE = shutil.which("wine64") or shutil.which("/usr/lib/wine/wine64") or shutil.which("wine")
+QEMU, ARM = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
+UNITS = {
+    "pi": lambda real: subject_of(play_model(), "inverse", name="unit_1", real=real),
+    "modified": lambda real: subject_of(mapped_model(), "forward", name="unit_1", real=real),
+    "elements": lambda real: subject_of(scheduled_model(), "inverse", name="unit_1", real=real),
+    "direct": lambda real: subject_of(direct_model(), "inverse", name="unit_1", real=real, period=0.004),
+    "joint": lambda real: joint_subject(play_model(), JointControllerParameters(), name="unit_1", real=real),
+}
+FOLDERS = {
+    2: {"linux64", "win64", "darwin64"},
+    3: {"x86_64-linux", "aarch64-linux", "x86_64-windows", "x86_64-darwin", "aarch64-darwin"},
+}
+
+
+def unpacked(name, version, folder, real="double"):
+    """The FMU of a unit with all its binaries, and its check beside it."""
+    made = package(UNITS[name](real), version)
+    with zipfile.ZipFile(io.BytesIO(made.fmu)) as packed:
+        packed.extractall(folder)
+    for path, text in companions(made).items():
+        if path.startswith("check/"):
+            (folder / path).parent.mkdir(exist_ok=True)
+            (folder / path).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return folder
+
+
+def checked(folder, binaries, triple, suffix, *runner, **env):
+    """What the folder's check says, linked with a binary of the FMU and run where the binary belongs."""
+    place = folder / "binaries" / binaries
+    check = place / ("check.exe" if suffix == ".dll" else "check")
+    build = [ZIG, "cc", "-target", triple, "-std=c99", "-O1", "-fno-sanitize=undefined", "-Icheck", "-Isources"]
+    made = subprocess.run(
+        [*build, "check/check.c", place / f"unit_1{suffix}", "-o", check], cwd=folder, capture_output=True, text=True
+    )
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run([*runner, check], capture_output=True, text=True, env=os.environ | env, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_zig_makes_a_binary_for_each_platform_that_the_standard_names_and_the_same_again(version):
+    first, second = (package(UNITS["pi"]("double"), version) for _ in range(2))
+    assert {path.split("/")[1] for path in first.binaries.files} == FOLDERS[version]
+    assert not first.binaries.missing and first.fmu == second.fmu
+
+
+def test_the_library_of_macs_in_fmi_2_holds_one_for_each_processor():
+    old, new = (package(UNITS["pi"]("double"), version).binaries.files for version in (2, 3))
+    both = old["binaries/darwin64/unit_1.dylib"]
+    assert struct.unpack(">II", both[:8]) == (0xCAFEBABE, 2)
+    kinds = set()
+    for k in range(2):
+        cpu, _, at, size, align = struct.unpack(">5I", both[8 + 20 * k : 28 + 20 * k])
+        assert at % (1 << align) == 0 and at + size <= len(both)
+        assert struct.unpack("<II", both[at : at + 8]) == (0xFEEDFACF, cpu)  # a 64-bit Mach-O of that processor
+        kinds.add(cpu)
+    assert kinds == {0x01000007, 0x0100000C}
+    assert all(
+        path.startswith("binaries/") and text[:4] == b"\xcf\xfa\xed\xfe"
+        for path, text in new.items()
+        if "darwin" in path
+    )
+
+
+@pytest.mark.skipif(WINE is None, reason="needs wine: apt-get install wine64")
+@pytest.mark.parametrize(
+    ("name", "version"), [("pi", 2), ("modified", 3), ("elements", 3), ("direct", 2), ("joint", 3)]
+)
+def test_the_windows_library_answers_to_the_bit_under_wine(name, version, tmp_path):
+    folder = unpacked(name, version, tmp_path / "fmu")
+    place = {2: "win64", 3: "x86_64-windows"}[version]
+    home = {"WINEPREFIX": os.environ.get("WINEPREFIX", str(Path.home() / ".wine")), "WINEDEBUG": "-all"}
+    said = checked(folder, place, "x86_64-windows-gnu", ".dll", WINE, **home)
+    assert "samples: " in said and "bits" in said and "FAILED" not in said
+
+
+@pytest.mark.skipif(QEMU is None or not ARM.is_dir(), reason="needs apt-get install qemu-user libc6-arm64-cross")
+@pytest.mark.parametrize("name", UNITS)
+def test_the_aarch64_library_answers_to_the_bit_under_qemu(name, tmp_path):
+    folder = unpacked(name, 3, tmp_path / "fmu")
+    place = folder / "binaries" / "aarch64-linux"
+    runner = (QEMU, "-L", str(ARM), "-E", f"LD_LIBRARY_PATH={place}")
+    said = checked(folder, "aarch64-linux", "aarch64-linux-gnu.2.17", ".so", *runner)
+    assert "samples: " in said and "bits" in said and "FAILED" not in said
+
+
+def test_the_linux_library_asks_for_no_new_c_library(tmp_path):
+    needs = {path: text for path, text in package(UNITS["pi"]("double"), 3).binaries.files.items() if "-linux" in path}
+    versions = {tuple(map(int, v.split(b".")[:2])) for text in needs.values() for v in _versions(text)}
+    assert versions and max(versions) <= (2, 17)
+
+
+def _versions(library):
+    return [word[len(b"GLIBC_") :] for word in library.split(b"\0") if word.startswith(b"GLIBC_2")]
+
+
+def test_what_zig_says_when_it_fails_is_in_the_message(monkeypatch):
+    monkeypatch.setattr(sources, "ZIG", ("-fno-such-option",))
+    with pytest.raises(sources.OutputError, match="cannot compile the FMU"):
+        package(UNITS["pi"]("double"), 2)
