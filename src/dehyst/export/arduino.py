@@ -18,7 +18,7 @@ from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
-from dehyst.version import __version__
+from dehyst.version import RELEASE
 
 SHORT = 64  # samples that the check sketch carries: 640 bytes of flash
 UNO_RAM, UNO_FLASH = 1500, 30000  # bytes of an ATmega328P that leave room for a sketch
@@ -70,7 +70,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
     """Return what templates of this target are filled with, beside the values of C templates."""
     return {
         "sketch": "".join(word.capitalize() for word in subject.name.split("_")),
-        "release": ".".join([*re.findall(r"\d+", __version__), "0", "0"][:3]),
+        "release": RELEASE,
         "short": short_signal(subject),
         "tolerance": f"{subject.tolerances[0]:.8e}f",
         "avr_ram": avr_ram(cast(UnitNumbers, subject.block)),

@@ -10,11 +10,12 @@ import numpy as np
 from dehyst.export import core_files
 from dehyst.export.budget import budget
 from dehyst.export.compilers import check_folder
+from dehyst.export.extra import extra_files
 from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
 from dehyst.findings import Grade, grade_of
-from dehyst.version import __version__
+from dehyst.version import RELEASE, __version__
 
 JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4 and limits to a period"}
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
@@ -35,11 +36,12 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "headers": headers,
         "objects": " ".join(f"$(BUILD)/{rule['stem']}.o" for rule in rules),
     }
+    made = {**sources, **companions(subject)}
     return {
-        **sources,
-        **companions(subject),
+        **made,
+        **extra_files(subject, made, {**values, **build}),
         "Makefile": render("c/Makefile.j2", **build),
-        "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
+        "CMakeLists.txt": render("c/CMakeLists.txt.j2", release=RELEASE, **build),
         "README.md": with_warning(render("c/README.md.j2", single=False, **values), subject),
     }
 
@@ -70,6 +72,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
     """Return what the templates of C files are filled with."""
     common = {
         "version": __version__,
+        "release": RELEASE,
         "name": subject.name,
         "NAME": subject.name.upper(),
         "title": subject.title,

@@ -13,9 +13,11 @@ from pathlib import Path
 from dehyst.export import core_files
 from dehyst.export.c import companions, template_values, unit_files, with_warning
 from dehyst.export.compilers import check_folder
+from dehyst.export.extra import extra_files
 from dehyst.export.rendering import render
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
+from dehyst.version import RELEASE
 
 _INCLUDE = re.compile(r"(?m)^#include .*\n")
 _SYSTEM = re.compile(r"(?m)^#include (<\w+\.h>)$")
@@ -31,12 +33,14 @@ _LINKAGE = re.compile(r'(?ms)^#ifdef __cplusplus\n(?:extern "C" \{|\})\n#endif\n
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the header with example, check, Makefile, CMakeLists.txt and README."""
     build = {"name": subject.name, "include": ".", "rules": [], "headers": f"{subject.name}.h", "objects": ""}
+    values = template_values(subject)
+    made = {f"{subject.name}.h": header(subject), **companions(subject, implementation=True)}
     return {
-        f"{subject.name}.h": header(subject),
-        **companions(subject, implementation=True),
+        **made,
+        **extra_files(subject, made, {**values, **build}),
         "Makefile": render("c/Makefile.j2", **build),
-        "CMakeLists.txt": render("c/CMakeLists.txt.j2", **build),
-        "README.md": with_warning(render("c/README.md.j2", single=True, **template_values(subject)), subject),
+        "CMakeLists.txt": render("c/CMakeLists.txt.j2", release=RELEASE, **build),
+        "README.md": with_warning(render("c/README.md.j2", single=True, **values), subject),
     }
 
 

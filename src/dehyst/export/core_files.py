@@ -25,10 +25,15 @@ def core_files() -> dict[str, str]:
     >>> "dehyst.h" in core_files()
     True
     """
-    for place in _PLACES:
-        if (place / "dehyst.h").is_file():
-            paths = [path for path in sorted(place.iterdir()) if path.suffix in (".c", ".h") and path.name != CONFIG]
-            return {path.name: path.read_text(encoding="utf-8") for path in paths}
+    paths = [path for path in sorted(place().iterdir()) if path.suffix in (".c", ".h") and path.name != CONFIG]
+    return {path.name: path.read_text(encoding="utf-8") for path in paths}
+
+
+def place() -> Path:
+    """Return the folder of the core."""
+    for folder in _PLACES:
+        if (folder / "dehyst.h").is_file():
+            return folder
     raise OutputError(
         "the sources of the core are not in this installation of dehyst, so there is nothing to export. Install it "
         "again: pip install --force-reinstall dehyst"

@@ -1,0 +1,51 @@
+"""Files of a C export beside its sources, for build systems and assessors: one table, name -> template."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+from dehyst.export import core_files
+from dehyst.export.rendering import render
+from dehyst.export.requirements import required
+from dehyst.export.subject import Subject
+
+FILES = {  # name in the folder -> template below templates/extra/
+    "{name}.pc": "package.pc.j2",
+    "library.json": "library.json.j2",
+    "dehyst.{name}.pdsc": "pack.pdsc.j2",
+    "zephyr/module.yml": "module.yml.j2",
+    "zephyr/CMakeLists.txt": "zephyr.cmake.j2",
+    "zephyr/Kconfig": "Kconfig.j2",
+    "requirements.md": "requirements.md.j2",
+    "misra.md": "misra.md.j2",
+    "sbom.cdx.json": "sbom.json.j2",
+}
+
+
+def extra_files(subject: Subject, made: Mapping[str, str | bytes], values: Mapping[str, Any]) -> dict[str, str | bytes]:
+    """Return the files of the table, for an export whose own files are `made`; `values` are those of its templates."""
+    code = {name: str(text) for name, text in sorted(made.items()) if not name.startswith(("check/", "example/"))}
+    sources = [(name, hashlib.sha256(text.encode("utf-8")).hexdigest()) for name, text in code.items()]
+    told = hashlib.sha256(repr((subject.checksum, sources)).encode("utf-8")).digest()
+    filled = {
+        **values,
+        "check": str(made["check/check.c"]),
+        "requirements": required(subject),
+        "deviations": deviations(core_files.needed(subject.numbers.functions)),
+        "sources": sources,
+        "serial": str(uuid.UUID(bytes=told[:16], version=5)),
+    }
+    return {name.format(name=subject.name): render(f"extra/{file}", **filled) for name, file in FILES.items()}
+
+
+def deviations(files: Mapping[str, str]) -> list[tuple[str, int, str]]:
+    """Return rule, places and reason of each deviation from MISRA C in these files of the core."""
+    listed = json.loads((core_files.place() / "misra.json").read_text(encoding="utf-8"))
+    rows = [
+        (rule, sum(entry["files"].get(name, 0) for name in files), entry["reason"]) for rule, entry in listed.items()
+    ]
+    return [row for row in rows if row[1]]
