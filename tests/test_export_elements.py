@@ -122,11 +122,11 @@ def test_a_log_is_part_of_the_proof_where_one_column_is_all_that_goes_in(tmp_pat
 def test_what_has_no_form_in_the_core_says_so_and_names_what_has(tmp_path, capsys):
     model = example("bouc-wen")
     assert model.no_export and not play_model().no_export and not element_model().no_export
-    with pytest.raises(ParameterError, match=r"bouc-wen model has no form in the core .* elements"):
+    with pytest.raises(ParameterError, match=r"bouc-wen model runs in Python alone.* elements"):
         subject_of(model, name="unit_1")
     path = model.save(tmp_path / "loop.json")
     status, text = told(capsys, "export", path, "--target", "c", "--out", tmp_path / "out")
-    assert status == 2 and "dehyst identify LOG" in text
+    assert status == 2 and "dehyst identify LOG" in text and "without --family" in text
 
 
 def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 import dehyst
 import dehyst.families.elements
-from dehyst.errors import DehystError, LogError, ParameterError
+from dehyst.errors import DehystError, LogError, ModelFileError, ParameterError, TimeError
 from in_one import in_one
 
 U = np.sin(np.linspace(0, 30, 400))
@@ -99,7 +99,7 @@ def test_a_generator_of_recordings_is_a_list_of_them():
 
 @in_one("family", [Y, None, 3, ["pi"]])
 def test_a_family_that_is_no_name_is_refused(family):
-    with pytest.raises(ParameterError, match="is not one of auto"):
+    with pytest.raises(ParameterError, match="There are: auto"):
         dehyst.identify(dehyst.Recording(U, Y), family)
 
 
@@ -114,3 +114,27 @@ def test_a_column_that_is_no_name_is_refused_with_the_names_there_are(column, tm
     path = dehyst.io.write_csv(tmp_path / "log.csv", {"pressure_bar": U, "angle_deg": Y})
     with pytest.raises(DehystError, match="pressure_bar, angle_deg"):
         dehyst.read_log(path, column, "angle_deg")
+
+
+def test_a_family_that_is_nearly_spelt_is_named():
+    with pytest.raises(ParameterError, match="Did you mean 'bouc-wen'"):
+        dehyst.identify(dehyst.Recording(U, Y), "bouc_wen")
+
+
+@in_one("model", [dehyst.PrandtlIshlinskii([0.0], [1.0]), dehyst.families.example("dahl")])
+def test_a_model_is_no_log_and_a_log_no_model(tmp_path, model):
+    """A model file was read as text with a column '['."""
+    path, log = model.save(tmp_path / "m.json"), tmp_path / "log.csv"
+    with pytest.raises(LogError, match="is a model that dehyst saved"):
+        dehyst.read_log(path, "a", "b")
+    log.write_text("a,b\n1,2\n")
+    with pytest.raises(ModelFileError, match="If it is a log, name it behind the model"):
+        dehyst.load(log)
+
+
+@in_one("window", [("start", 100.0, "100 s <= t; "), ("stop", -1.0, "t < -1 s; ")])
+def test_a_window_without_samples_is_told_by_the_end_that_was_named(tmp_path, window):
+    (tmp_path / "log.csv").write_text("time_s,a,b\n" + "".join(f"{k},{k % 7},{k % 5}\n" for k in range(60)))
+    name, value, words = window
+    with pytest.raises(TimeError, match=f"lies in the window {words}"):
+        dehyst.read_log(tmp_path / "log.csv", "a", "b", **{name: value})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from inspect import signature
@@ -108,7 +109,11 @@ def identify(
         raise ParameterError(f"purpose = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.", purpose=purpose)
     known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))
     if not isinstance(family, str) or family not in known:
-        raise ParameterError(f"family = {family!r:.60} is not one of {', '.join(known)}.", family=repr(family)[:60])
+        close = difflib.get_close_matches(str(family), known, 1)
+        hint = f"Did you mean '{close[0]}'? " if close else ""
+        raise ParameterError(
+            f"there is no family {family!r:.60}. {hint}There are: {', '.join(known)}.", family=repr(family)[:60]
+        )
     if family in MODULES or family in ROWS:
         if settings:
             raise ParameterError(

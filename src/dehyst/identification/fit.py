@@ -552,7 +552,7 @@ class Fit:
         where = "fitted" if self.test is None else "held out"
         return (
             f"<Fit {self.family!r}: {self.size or 'a curve'}, {self.output_error.rmse_percent:.2f} % of range rms "
-            f"{where}, {len(self.warnings)} warnings>"
+            f"{where}, {len(self.warnings)} warning{'' if len(self.warnings) == 1 else 's'}>"
         )
 
     def __str__(self) -> str:

@@ -187,6 +187,10 @@ def wraps(v: Array, turn: float) -> npt.NDArray[np.int64]:
     return nothing if float(np.max(left)) > SMOOTH * usual else np.flatnonzero(jump) + 1
 
 
+def _within(broken: int, gaps: int) -> str:
+    return f"In {'all' if broken == gaps else broken} of them" if gaps > 1 else "In it"
+
+
 def find_gaps(samples: Samples, about: Context) -> Samples:
     """Find gaps; break the recording where the input may have moved unseen.
 
@@ -222,8 +226,8 @@ def find_gaps(samples: Samples, about: Context) -> Samples:
         f"{t[longest - 1]:.6g} to {t[longest]:.6g} {unit}, against {float(np.median(step)):.3g} {unit} usually."
     )
     cure = (
-        f" At {broken.size} of them the input may have turned unseen, so the memory of the actuator is taken as "
-        f"unknown after it. Cut them away with --from and --to if one side is enough."
+        f" {_within(broken.size, found.size)} the input may have turned unseen, so the memory of the actuator is taken as "
+        f"unknown after it. Keep one side of it, with --from or --to, if that is enough."
         if broken.size
         else " The input hardly moved across them, so the recording goes on. Nothing to do."
     )

@@ -88,6 +88,12 @@ def format_of(head: bytes, path: Path) -> Format | None:
     for row in FORMATS:
         if row.knows(head, ending):
             return row
+    if b'"format": "dehyst-' in head:
+        raise LogError(
+            f"'{path.name}' is a model that dehyst saved, not a log. Name the log instead; where a command takes both, "
+            f"the model comes first.",
+            path=str(path),
+        )
     promised = next((row for row in FORMATS if ending in row.endings), None)
     if promised:
         raise LogError(

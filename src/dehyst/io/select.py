@@ -149,8 +149,8 @@ def cut_window(samples: Samples, about: Context, window: Window) -> Samples:
     t = samples.time
     if t is None:
         raise TimeError(
-            f"{about.log} has no time column, so it cannot be cut from {window[0]:g} s to {window[1]:g} s. "
-            f"Name one with --time, or leave --from and --to out.",
+            f"{about.log} has no time column, so it cannot be cut to {_bounds(window)}. Name one with --time, or leave "
+            f"--from and --to out.",
             log=about.log,
         )
     with np.errstate(invalid="ignore"):
@@ -159,11 +159,17 @@ def cut_window(samples: Samples, about: Context, window: Window) -> Samples:
         known = t[np.isfinite(t)]
         spans = f"from {known.min():.6g} s to {known.max():.6g} s" if known.size else "no time at all"
         raise TimeError(
-            f"no sample of {about.log} lies in the window {window[0]:g} s <= t < {window[1]:g} s; the log covers "
-            f"{spans}. Change --from and --to.",
+            f"no sample of {about.log} lies in the window {_bounds(window)}; the log covers {spans}. Change --from "
+            f"and --to.",
             window=window,
         )
     return samples.take(inside)
+
+
+def _bounds(window: Window) -> str:
+    """A window in words, without the end that was not named."""
+    low, high = (f"{bound:g} s" if np.isfinite(bound) else "" for bound in window)
+    return f"{low}{' <= ' if low else ''}t{' < ' if high else ''}{high}"
 
 
 def require_samples(samples: Samples, about: Context, window: Window, least: int = MINIMUM_SAMPLES) -> None:

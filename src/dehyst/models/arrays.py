@@ -52,7 +52,7 @@ def parameter_number(value: float, name: str) -> float:
     except OverflowError:  # an integer of hundreds of digits, too long to be printed
         raise ParameterError(f"{name} is beyond every floating point number; pass a finite one.") from None
     except (TypeError, ValueError):
-        raise ParameterError(f"{name} = {value!r:.60} is not a number; pass one, such as 0.0.") from None
+        raise ParameterError(f"{name} = {value!r:.60} is not a number; pass one, such as 0.01.") from None
     if not math.isfinite(number) or abs(number) > _native.INPUT_LIMIT:
         raise ParameterError(f"{name} = {number!r} is not a finite number of physical size; pass a finite one.")
     return number

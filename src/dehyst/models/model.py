@@ -155,9 +155,9 @@ class Model(ABC):
         if self.core:
             return ""
         return (
-            f"a {self.family} model has no form in the core that targets run. Use it with `dehyst simulate` and "
-            f"`dehyst compensate`, or identify one that has from the same log: "
-            f"`dehyst identify LOG` chooses among sums of elements, which run everywhere."
+            f"a {self.family} model runs in Python alone, with `dehyst simulate` and `dehyst compensate`. For a target "
+            f"identify the same log again without --family: `dehyst identify LOG` chooses among sums of elements, "
+            f"which run everywhere."
         )
 
     @property

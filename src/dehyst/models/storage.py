@@ -92,6 +92,9 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> Path:
     return files.write_atomically(path, text)
 
 
+NO_MODEL = "If it is a log, name it behind the model; else save the model again: `dehyst identify LOG --save FILE`."
+
+
 def _refuse(path: str, what: str, cure: str = "") -> ModelFileError:
     cure = cure or "Save the model again with model.save(...) or `dehyst identify ... --save`."
     return ModelFileError(f"model file '{path}' {what} {cure}", path=path)
@@ -176,7 +179,7 @@ def model_from_text(text: str, path: str = "model") -> Model:
     ModelFileError
         If the text is not JSON, names a key twice, or is refused by `model_from_dict`.
     """
-    return model_from_dict(files.document_of(text, lambda what: _refuse(path, f"{what}.")), path)
+    return model_from_dict(files.document_of(text, lambda what: _refuse(path, f"{what}.", NO_MODEL)), path)
 
 
 def load(path: str | os.PathLike[str]) -> Model:

@@ -81,13 +81,13 @@ def uncovered(x: Array, card: SignalCard) -> str:
     return ""
 
 
-def too_few(groups: Sequence[Sequence[Cycle]], cycles: Sequence[Cycle]) -> str:
-    """Return why there are too few cycles, or ""."""
+def too_few(groups: Sequence[Sequence[Cycle]], cycles: Sequence[Cycle], where: str = "") -> str:
+    """Return why there are too few cycles, or ""; `where` they were counted."""
     if len(groups) >= FEWEST_GROUPS:
         return ""
     return (
-        f"it has {len(cycles)} complete cycle{'' if len(cycles) == 1 else 's'} whose memory is known, and a scatter "
-        f"between cycles needs {FEWEST_GROUPS}. Log more of them; the first one is lost, because what was before it is "
+        f"it has {len(cycles)} complete cycle{'' if len(cycles) == 1 else 's'} whose memory is known{where}, and a "
+        f"scatter between cycles needs {FEWEST_GROUPS}. Log more of them; the first one is lost, because what was before it is "
         f"unknown"
     )
 
@@ -149,7 +149,8 @@ def opened(subject: Subject, record: Recording, given: Given, others: bool, find
     split = len(record) if others else int(share * len(record))
     old = tuple(cycle for cycle in cycles if cycle.end <= split)
     new = tuple(cycle for cycle in cycles if cycle.begin >= split)
-    why = too_few(groups_of(old, MOST_GROUPS), old)
+    where = "" if others else " in the part that the model was fitted to, which is what the rest is compared with"
+    why = too_few(groups_of(old, MOST_GROUPS), old, where)
     return Log(record, why, new, old, given=given)
 
 
