@@ -62,6 +62,14 @@ def test_a_worn_actuator_ends_with_status_1_and_the_next_line_to_type(run, folde
 
 
 @pytest.mark.slow
+def test_each_part_is_one_line_of_a_narrow_terminal_without_powers_of_ten(run, folder):
+    """Names and intervals were broken over two lines, and a change of the error was "+1.49e+03 %"."""
+    out = run("drift", folder / "model.json", folder / "new.csv", folder / "worn.csv")[1]
+    rows = out[out.index("95 % interval") :].split("\n\n")[0].splitlines()[1:]
+    assert len(rows) >= 7 and all(re.match(r"[* ] \w[\w ]+ [+-]\S+ (%|deg)", row) for row in rows), rows
+    assert not re.search(r"\de\+0\d", out)
+
+
 def test_cannot_tell_ends_with_status_4_and_the_motion_that_it_asks_for_tells(run, folder):
     """Closed loop: what is printed is typed, the rig moved so, and the log is accepted."""
     status, out, _ = run("drift", folder / "model.json", folder / "later.csv", "--refit", folder / "not.json")

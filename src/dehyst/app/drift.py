@@ -19,7 +19,7 @@ from dehyst.findings import Grade, grade_of
 from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
 from dehyst.monitoring.parts import NAMES, Subject
-from dehyst.monitoring.result import other_way
+from dehyst.monitoring.result import other_way, plain
 from dehyst.shell import quoted
 
 ENDS = {  # of what is found: exit status, colour
@@ -96,7 +96,7 @@ def _print(found: Drift, request: DriftRequest) -> None:
         tested = f" ({entry.tested} tested)" if 0 < entry.tested < entry.cycles else ""
         out.print(f"{entry.name}: {entry.status}, {entry.cycles} cycles{tested}{error}{inverse}", soft_wrap=True)
         if entry.changes:
-            heads = (Column("", no_wrap=True), ">change", ">95 % interval", ">effect [%]", ">seen from", ">p")
+            heads = (Column("", no_wrap=True), ">change", ">95 % interval", ">effect %", ">seen from", ">p")
             out.print(table(heads, map(_row, entry.changes)))
     for trend in found.trends:
         if trend.clear:
@@ -118,11 +118,11 @@ def _row(change: Change) -> tuple[str | Text, ...]:
     unit = f" {change.unit}" if change.unit else ""
     return (
         Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),
-        f"{change.estimate:+.3g}{unit}",
-        f"{change.low:+.3g} to {change.high:+.3g}",
-        f"{change.effect_percent:.2g}",
-        f"{change.detectable:.2g}{unit}",
-        f"{change.p_value:.2g}",
+        f"{plain(change.estimate, '+.3g')}{unit}",
+        f"{plain(change.low, '+.3g')} to {plain(change.high, '+.3g')}",
+        plain(change.effect_percent, ".2g"),
+        f"{plain(change.detectable, '.2g')}{unit}",
+        f"{change.p_value:.1g}",
     )
 
 

@@ -352,9 +352,20 @@ def in_words(change: Change) -> str:
     """
     unit = f" {change.unit}" if change.unit else ""
     name = NAMES[change.part]
-    return f"{name} {change.estimate:+.3g}{unit} ({change.low:+.3g} to {change.high:+.3g})".replace("(+", "(").replace(
-        "to +", "to "
-    )
+    low, high = (plain(value, "+.3g").removeprefix("+") for value in (change.low, change.high))
+    return f"{name} {plain(change.estimate, '+.3g')}{unit} ({low} to {high})"
+
+
+def plain(value: float, spec: str) -> str:
+    """Format a number, of thousands without an exponent.
+
+    Examples
+    --------
+    >>> plain(1486.2, "+.3g"), plain(-0.01234, "+.3g"), plain(331.0, ".2g"), plain(1e9, ".2g")
+    ('+1490', '-0.0123', '330', '1e+09')
+    """
+    rounded = float(format(value, spec))
+    return format(value, spec) if not 100.0 <= abs(rounded) < 1e6 else format(rounded, f"{spec.partition('.')[0]}.0f")
 
 
 def status_of_all(logs: Sequence[LogDrift]) -> str:
@@ -406,7 +417,8 @@ def _hidden(entry: LogDrift) -> str:
     """What a log in which nothing was found could hide."""
     grown = [change for change in entry.changes if change.part == ERROR and not change.resolved]
     found = [
-        f"the error is larger by {change.estimate:.3g} % ({change.low:.3g} to {change.high:.3g}), it may have doubled"
+        f"the error is larger by {plain(change.estimate, '.3g')} % "
+        f"({plain(change.low, '.3g')} to {plain(change.high, '.3g')}), it may have doubled"
         for change in grown
     ]
     parts = [(change.detectable_percent or 0.0, change) for change in entry.changes if not change.resolved]
@@ -426,7 +438,7 @@ def other_way(backward: bool) -> str:
 
 def _bound(change: Change) -> str:
     unit = f" {change.unit}" if change.unit else ""
-    return f"{NAMES[change.part]} by {change.detectable:.2g}{unit}"
+    return f"{NAMES[change.part]} by {plain(change.detectable, '.2g')}{unit}"
 
 
 def _error(entry: LogDrift, before: float | None, backward: bool) -> str:
