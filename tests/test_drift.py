@@ -796,14 +796,16 @@ def test_what_is_no_model_of_identify_is_refused(new):
 
 
 def test_a_sensor_set_anew_within_a_log_is_drift_and_nothing_of_the_log_is_left_out(new):
-    """Half of the cycles as they were, half shifted: their scatter hides the shift, and the verdict was "cannot tell"."""
+    """Half of the cycles as they were, half shifted: their scatter hid the shift: "cannot tell"."""
     model, log = new
     half = len(log) // 2
     later = cycling_log(7, 24, PURE, minor=True, name="later")
     moved = np.where(np.arange(len(later)) < half, 0.0, 0.3 * np.ptp(later.output))
     found = dehyst.drift(model, dataclasses.replace(later, output=later.output + moved), reference=log)
     assert found.status == "drifted"
-    assert re.search(r"^drifted \(against new\): the output '\w+' of later changes at sample \d+ .*error", found.verdict)
+    assert re.search(
+        r"^drifted \(against new\): the output '\w+' of later changes at sample \d+ .*error", found.verdict
+    )
     [told] = [finding for finding in found.logs[0].findings if finding.code == "two-actuators"]
     assert "left out" not in told.message and "Repair it" in told.message
     assert found.logs[0].recording.left_out == ()

@@ -1,4 +1,4 @@
-"""FMUs for every platform from one machine: zig makes the binaries, they answer to the bit under wine and qemu."""
+"""FMUs and C for every platform from one machine: made by zig, they answer to the bit under wine and qemu."""
 
 import io
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from dehyst.control import JointControllerParameters
-from dehyst.export import joint_subject, subject_of
+from dehyst.export import export, joint_subject, subject_of
 from dehyst.export.fmu import sources
 from dehyst.export.fmu.companions import companions
 from dehyst.export.fmu.package import package
@@ -22,7 +22,9 @@ from export_samples import mapped_model, play_model
 pytestmark = pytest.mark.slow
 ZIG = Path(pytest.importorskip("ziglang", reason="needs zig: pip install 'dehyst[fmi]'").__path__[0]) / "zig"
 WINE = shutil.which("wine64") or shutil.which("/usr/lib/wine/wine64") or shutil.which("wine")
+WINDOWS = {"WINEPREFIX": os.environ.get("WINEPREFIX", str(Path.home() / ".wine")), "WINEDEBUG": "-all"}
 QEMU, ARM = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
+PROCESSORS = {"aarch64": "little-endian", "s390x": "big-endian"}
 UNITS = {
     "pi": lambda real: subject_of(play_model(), "inverse", name="unit_1", real=real),
     "modified": lambda real: subject_of(mapped_model(), "forward", name="unit_1", real=real),
@@ -94,8 +96,7 @@ def test_the_library_of_macs_in_fmi_2_holds_one_for_each_processor():
 def test_the_windows_library_answers_to_the_bit_under_wine(name, version, tmp_path):
     folder = unpacked(name, version, tmp_path / "fmu")
     place = {2: "win64", 3: "x86_64-windows"}[version]
-    home = {"WINEPREFIX": os.environ.get("WINEPREFIX", str(Path.home() / ".wine")), "WINEDEBUG": "-all"}
-    said = checked(folder, place, "x86_64-windows-gnu", ".dll", WINE, **home)
+    said = checked(folder, place, "x86_64-windows-gnu", ".dll", WINE, **WINDOWS)
     assert "samples: " in said and "bits" in said and "FAILED" not in said
 
 
@@ -107,6 +108,40 @@ def test_the_aarch64_library_answers_to_the_bit_under_qemu(name, tmp_path):
     runner = (QEMU, "-L", str(ARM), "-E", f"LD_LIBRARY_PATH={place}")
     said = checked(folder, "aarch64-linux", "aarch64-linux-gnu.2.17", ".so", *runner)
     assert "samples: " in said and "bits" in said and "FAILED" not in said
+
+
+def compiled(folder, *compiler):
+    """The exported check of C sources, compiled as its README says."""
+    program = folder / "program.exe"
+    files = [folder / "check" / "check.c", *sorted((folder / "src").glob("*.c"))]
+    build = [*compiler, "-std=c99", f"-I{folder / 'src'}", f"-I{folder / 'check'}", *files, "-o", program]
+    made = subprocess.run(build, capture_output=True, text=True)
+    assert made.returncode == 0, made.stderr
+    return program
+
+
+def last_line(*command, **env):
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | env, timeout=300)
+    return done.stdout.splitlines()[-1] if done.returncode == 0 else done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("name", UNITS)
+def test_exported_c_answers_to_the_bit_on_other_processors_systems_and_by_another_compiler(name, real, tmp_path):
+    folder = export(UNITS[name](real), "c", tmp_path / "out").folder
+    said, zig = {}, (ZIG, "cc", "-O2", "-ffp-contract=off", "-fno-sanitize=undefined", "-target")
+    for processor in PROCESSORS:
+        qemu, root = shutil.which(f"qemu-{processor}"), Path(f"/usr/{processor}-linux-gnu")
+        if qemu and root.is_dir():
+            program = compiled(folder, *zig, f"{processor}-linux-gnu.2.17")
+            said[processor] = last_line(qemu, "-L", root, program)
+    if WINE and real == "double":
+        said["windows"] = last_line(WINE, compiled(folder, *zig, "x86_64-windows-gnu"), **WINDOWS)
+    if tcc := shutil.which("tcc"):
+        said["tcc"] = last_line(compiled(folder, tcc))
+    if not said:
+        pytest.skip("needs one of: apt-get install qemu-user libc6-arm64-cross libc6-s390x-cross wine64 tcc")
+    assert set(said.values()) == {"all checks passed"}, said
 
 
 def test_the_linux_library_asks_for_no_new_c_library(tmp_path):
