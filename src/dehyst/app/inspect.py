@@ -43,7 +43,8 @@ def run_inspect(request: InspectRequest) -> None:
         rate = f", {1 / s.median:.4g} Hz" if s.median > 0 else ""
         out.print(
             f"time: column '{s.column}', {' to '.join(_from_to(s.first, s.last))} s, step {s.median:.4g} s{rate}, "
-            f"jitter {100 * s.jitter:.0f} %, {s.gaps} gap{'' if s.gaps == 1 else 's'}, {s.repeated} repeated and {s.backward} backward stamps"
+            f"jitter {100 * s.jitter:.0f} %, {s.gaps} gap{'' if s.gaps == 1 else 's'}, "
+            f"{s.repeated} repeated and {s.backward} backward stamps"
         )
     out.print()
     print_columns(out, summary.columns)

@@ -135,7 +135,9 @@ def identify(
     fit = fit if fit.table else with_table(fit)
     if family != "auto":
         return fit
-    told = plays_only(f"settings of theirs were given ({', '.join(settings)})", "To have them tried leave those settings out")
+    told = plays_only(
+        f"settings of theirs were given ({', '.join(settings)})", "To have them tried leave those settings out"
+    )
     return replace(fit, warnings=(*fit.warnings, told))
 
 

@@ -28,8 +28,8 @@ USELESS_GAIN = 2e3
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
 ROW_GAIN = (
-    "Smooth the reference. Or, where the loop runs counter-clockwise and neither creep nor rate matters, take plays with "
-    "a smaller gain: --max-inverse-gain G, in units of input over output."
+    "Smooth the reference. Or, where the loop runs counter-clockwise and neither creep nor rate matters, take plays "
+    "with a smaller gain: --max-inverse-gain G, in units of input over output."
 )
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0

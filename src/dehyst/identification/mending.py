@@ -153,8 +153,8 @@ def about_change(record: Recording, change: Change, broke: int, place: int, samp
 
 def _cut(place: int, time: str, samples: int, result: str) -> str:
     return (
-        f"The {samples - place} samples from sample {place}{time} on, of {samples}, were left out of the fit and of its "
-        f"errors: {result}. "
+        f"The {samples - place} samples from sample {place}{time} on, of {samples}, were left out of the fit and of "
+        f"its errors: {result}. "
     )
 
 

@@ -226,8 +226,8 @@ def find_gaps(samples: Samples, about: Context) -> Samples:
         f"{t[longest - 1]:.6g} to {t[longest]:.6g} {unit}, against {float(np.median(step)):.3g} {unit} usually."
     )
     cure = (
-        f" {_within(broken.size, found.size)} the input may have turned unseen, so the memory of the actuator is taken as "
-        f"unknown after it. Keep one side of it, with --from or --to, if that is enough."
+        f" {_within(broken.size, found.size)} the input may have turned unseen, so the memory of the actuator is taken "
+        f"as unknown after it. Keep one side of it, with --from or --to, if that is enough."
         if broken.size
         else " The input hardly moved across them, so the recording goes on. Nothing to do."
     )

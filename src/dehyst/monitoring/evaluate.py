@@ -336,8 +336,8 @@ def _fitted(name: str, model: Model, records: Sequence[Recording]) -> list[Findi
     return [
         Finding(
             "fitted-log",
-            f"{name} was fitted to {100.0 * share:.0f} % of these samples of {record.name}: its error on them says less of use "
-            f"than that on another log. Score it on one that it was not identified from.",
+            f"{name} was fitted to {100.0 * share:.0f} % of these samples of {record.name}: its error on them "
+            f"says less of use than that on another log. Score it on one that it was not identified from.",
         )
         for record, share in ((record, fitted_share(model, record)) for record in records)
         if share

@@ -87,8 +87,8 @@ def too_few(groups: Sequence[Sequence[Cycle]], cycles: Sequence[Cycle], where: s
         return ""
     return (
         f"it has {len(cycles)} complete cycle{'' if len(cycles) == 1 else 's'} whose memory is known{where}, and a "
-        f"scatter between cycles needs {FEWEST_GROUPS}. Log more of them; the first one is lost, because what was before it is "
-        f"unknown"
+        f"scatter between cycles needs {FEWEST_GROUPS}. Log more of them; the first one is lost, because what was "
+        f"before it is unknown"
     )
 
 
