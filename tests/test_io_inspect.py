@@ -177,6 +177,7 @@ def test_inspecting_tells_what_reading_would_find(tmp_path, kind):
     assert (summary.input, summary.output) == ("pressure_bar", "angle_deg")
     codes = [finding.code for finding in summary.findings]
     assert codes == ([kind] if kind else [])
+    assert bool(summary.command) == (kind != "not-readable")  # which would end in that error
     if kind != "not-readable":
         assert summary.findings == read_log(file, "pressure", "angle").findings
 

@@ -272,13 +272,14 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
             out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
     size = f"{fit.size} carry weight" if " of " in fit.size else fit.size
     memory = f"{size}; start state '{certificate.initial_state}'" if size else "no operators"
+    drive = fit.recordings[0].input_unit
     figures = (
-        ("optimality", certificate.kkt_residual, ".0e"),
-        ("inverse round trip", certificate.round_trip_error, ".0e"),
-        ("inverse gain at most", certificate.inverse_gain, ".4g"),
+        ("optimality", certificate.kkt_residual, ".0e", ""),
+        ("inverse round trip", certificate.round_trip_error, ".0e", ""),
+        ("inverse gain at most", certificate.inverse_gain, ".4g", f" {drive}/{unit}" if drive and unit else ""),
     )
     out.print(f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide")
-    out.print(", ".join(f"{what} {value:{digits}}" for what, value, digits in figures if math.isfinite(value)))
+    out.print(", ".join(f"{what} {value:{digits}}{of}" for what, value, digits, of in figures if math.isfinite(value)))
     if fit.model.remarks:
         out.print("; ".join(fit.model.remarks))
         out.print("\n".join(filter(None, (*fit.evidence_words, fit.lacking))))

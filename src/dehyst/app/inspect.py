@@ -50,7 +50,9 @@ def run_inspect(request: InspectRequest) -> None:
     print_columns(out, summary.columns)
     print_findings(summary.findings)
     print_end(summary.command or "")
-    if not summary.command:
+    if not summary.command and summary.input and summary.output:
+        out.print("next: cure what the last warning names, and inspect again")
+    elif not summary.command:
         out.print("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN")
 
 

@@ -123,7 +123,7 @@ class LogSummary:
     clear
         Whether names and units of the columns leave no other choice.
     command
-        Line to type next, "" if no pair was found.
+        Line to type next, "" if no pair was found, or it cannot be read.
     findings
         What reading found, and what reading this input and output would find and cure.
     """
@@ -182,6 +182,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
     turns = {name: max(0, turning_points(v).size - 2) for name, v in values.items()}
     roles, x, y, clear = guess_roles(table, values, paired, turns, clocks)
     columns = tuple(_summarise(table, name, rows, values, turns, roles, mask) for name in table.order)
+    findings, readable = _findings(table, x, y, chosen)
     return LogSummary(
         name=table.name,
         rows=int(mask.sum()),
@@ -192,24 +193,25 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
         input=x,
         output=y,
         clear=clear,
-        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None, time_unit),
-        findings=_findings(table, x, y, chosen),
+        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None, time_unit) if readable else "",
+        findings=findings,
     )
 
 
-def _findings(table: Table, x: str | None, y: str | None, run: str | None) -> tuple[Finding, ...]:
-    """What reading the guessed pair would find; without a pair, what is known of the clock."""
+def _findings(table: Table, x: str | None, y: str | None, run: str | None) -> tuple[tuple[Finding, ...], bool]:
+    """What reading the guessed pair would find, and whether it can be read; without a pair, of the clock."""
     found = list(table.findings)
     found += [Finding("not-readable", reason) for name, reason in table.refused.items() if name not in (x, y)]
     if x is None or y is None:
         clocks = clock_names(table)
-        return (*found, *(f for name in clocks[:1] for f in unit_finding(table, name, seconds(table, name)[0])))
+        return (*found, *(f for name in clocks[:1] for f in unit_finding(table, name, seconds(table, name)[0]))), True
     try:
         read_pair(table, context(table, (x, y), found), None, run, WHOLE)
     except DehystError as fault:
         # Cures on the way to an error cure nothing.
-        return (*table.findings, Finding("not-readable", f"reading '{x}' and '{y}' would end in an error: {fault}"))
-    return tuple(found)
+        refused = Finding("not-readable", f"reading '{x}' and '{y}' would end in an error: {fault}")
+        return (*table.findings, refused), False
+    return tuple(found), True
 
 
 def _summarise(
