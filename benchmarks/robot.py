@@ -18,8 +18,8 @@ from startup import machine
 
 from dehyst import Equipment, PrandtlIshlinskii, load_robot, plan_path, run_trial
 from dehyst.robot.arm.rigid_body import ALL_JOINTS
-from dehyst.robot.experiments.compensators import equip
-from dehyst.robot.experiments.nominal import nominal_characteristic
+from dehyst.robot.experiments.calibration import nominal_characteristic
+from dehyst.robot.experiments.equipment import equip
 
 PACKAGES = ("dehyst", "numpy", "scipy", "mujoco", "mink")
 MECHANISMS = ("none", "dahl", "preisach", "maxwell-slip")

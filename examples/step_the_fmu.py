@@ -15,8 +15,8 @@ from dehyst.control import SWITCHES
 from dehyst.export import export, joint_subject
 from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.compensators import equip
-from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.equipment import equip
+from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import plan_path
 
 if __name__ == "__main__":

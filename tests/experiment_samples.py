@@ -12,10 +12,9 @@ from dehyst.control import SWITCHES
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm, Reference
 from dehyst.robot.arm.rigid_body import ALL_JOINTS
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.compensators import equip
-from dehyst.robot.experiments.loops_run import identify_joint
-from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.calibration import calibrate, controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.equipment import equip
+from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.trials import run_trial
 

@@ -5,10 +5,14 @@ import pytest
 
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm
-from dehyst.robot.experiments.design_joint import INERTIA_SHARE, design_joint
-from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
-from dehyst.robot.experiments.path import flow_share, pressure_share, utilisation
-from dehyst.robot.experiments.quasistatic import SPACING, excite, pressure_room
+from dehyst.robot.experiments.calibration import (
+    SPACING,
+    controller_parameters,
+    excite,
+    nominal_characteristic,
+    pressure_room,
+)
+from dehyst.robot.experiments.path import INERTIA_SHARE, design_joint, flow_share, pressure_share, utilisation
 
 ROBOT = load_robot()
 

@@ -11,9 +11,8 @@ from numpy.polynomial.polynomial import polyval
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
-from dehyst.robot.experiments.calibration import SLACK, calibrate, fit_characteristic
-from dehyst.robot.experiments.compensators import local_characteristic
-from dehyst.robot.experiments.nominal import nominal_forces
+from dehyst.robot.experiments.calibration import SLACK, calibrate, fit_characteristic, nominal_forces
+from dehyst.robot.experiments.equipment import local_characteristic
 from experiment_samples import calibrated, robot
 
 GRID = np.linspace(-0.4, 0.4, 33)

@@ -11,14 +11,12 @@ import pytest
 import dehyst
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
-from dehyst.robot.experiments import learning
-from dehyst.robot.experiments.compensators import equip
-from dehyst.robot.experiments.direct_run import unsheared
-from dehyst.robot.experiments.learning import learned_torque, learned_trial
-from dehyst.robot.experiments.loops_run import identify_compensators, motion_of
-from dehyst.robot.experiments.quasistatic import SPACING
+from dehyst.robot.experiments import trials
+from dehyst.robot.experiments.calibration import SPACING
+from dehyst.robot.experiments.equipment import equip
+from dehyst.robot.experiments.identification import identify_compensators, motion_of, unsheared
 from dehyst.robot.experiments.recipes import NAMES, RECIPES, recipe
-from dehyst.robot.experiments.trials import run_trial
+from dehyst.robot.experiments.trials import learned_torque, learned_trial, run_trial
 from experiment_samples import QUICK, calibrated, path, rms, robot, same_bits
 
 SHORT = {
@@ -124,7 +122,7 @@ def test_learning_along_the_path_halves_the_error_and_what_is_kept_is_never_wors
 @pytest.mark.slow
 def test_passes_that_make_it_worse_are_dropped(monkeypatch):
     first = trial("slow", "creep")
-    monkeypatch.setattr(learning, "learned_torque", lambda *_: np.array([0.0, 8.0, 0.0]))
+    monkeypatch.setattr(trials, "learned_torque", lambda *_: np.array([0.0, 8.0, 0.0]))
     best, _ = learned_trial(short(), path(), equipment("creep"), "slow", "creep", (1,), passes=1)
     assert same_bits(best, first)  # the first pass, and it was not touched
 

@@ -9,7 +9,7 @@ import pytest
 import dehyst
 from dehyst import cli
 from dehyst.design import UNSEEN_TIPS
-from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.results import ACCEPTABLE
 from experiment_samples import PLANTS, calibrated, equipment, folder, identified, robot, trial
 

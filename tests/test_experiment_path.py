@@ -10,7 +10,7 @@ from arm_oracle import tool
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.rigid_body import arm_model, inverse_dynamics
-from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.path import plan_path
 from experiment_samples import path
 

@@ -8,7 +8,7 @@ import pytest
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.loops_run import identify_joint
+from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.point import evaluate_point
 from dehyst.robot.experiments.sweep import load_sweep, run_sweep
 

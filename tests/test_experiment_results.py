@@ -10,9 +10,17 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import OutputError
-from dehyst.robot.experiments.logs import MOST_ROWS, log_folder, trial_columns, write_trial
+from dehyst.robot.experiments.output import (
+    MOST_ROWS,
+    as_json,
+    joint_figures,
+    log_folder,
+    mean_figures,
+    plant_figures,
+    trial_columns,
+    write_trial,
+)
 from dehyst.robot.experiments.results import PlantResult, Reproduction
-from dehyst.robot.experiments.scores import as_json, joint_figures, mean_figures, plant_figures
 from dehyst.robot.iso9283 import iso9283
 from experiment_samples import equipment, identified, path, trial
 

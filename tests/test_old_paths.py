@@ -18,6 +18,8 @@ SAME = [
     ("dehyst.robot.arm.pneumatic", "run_pressures", "dehyst.robot.arm.joints"),
     ("dehyst.robot.arm.joint_path", "joint_path", "dehyst.robot.arm.kinematics"),
     ("dehyst.robot.arm.physics_engine", "mujoco", "dehyst.robot.arm.rigid_body"),
+    ("dehyst.experiments.loops_run", "identify_joint", "dehyst.robot.experiments.identification"),
+    ("dehyst.robot.experiments.nominal", "controller_parameters", "dehyst.robot.experiments.calibration"),
     ("dehyst.robot.experiments.sweep.keys", "Keys", "dehyst.robot.experiments.sweep.spec"),
     ("dehyst.evaluation", "Limits", "dehyst.design"),
     ("dehyst.evaluation", "TestCube", "dehyst.robot.iso9283"),

@@ -12,7 +12,8 @@ from dehyst.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import FAULTS, Arm, Reference
-from dehyst.robot.experiments import calibration, compensators, nominal, point, reviewed
+from dehyst.robot.experiments import calibration, point
+from dehyst.robot.experiments import equipment as kits
 from dehyst.robot.experiments.reproduce import Request, _check, reproduce
 from dehyst.robot.experiments.trials import run_trial, trial_arm
 from dehyst.robot.report import write_reproduction_report
@@ -45,12 +46,12 @@ def characteristic():
 
 @lru_cache
 def equipment(plant="maxwell-slip", seed=0):
-    return compensators.equip(robot(plant), {1: characteristic()}, {}, seed)
+    return kits.equip(robot(plant), {1: characteristic()}, {}, seed)
 
 
 def joint(name, plant="maxwell-slip", model=None, seed=0):
     """Joint 1 alone under a controller, at rest at zero."""
-    used, kit = reviewed.under_controller(robot(plant), equipment(plant, seed), name)
+    used, kit = kits.under_controller(robot(plant), equipment(plant, seed), name)
     told = {1: model} if model is not None else {}
     return Arm(used, moving=(1,), controllers=kit.controllers, compensators=told, laws=kit.laws, seed=seed)
 
@@ -96,7 +97,7 @@ def test_a_law_meets_the_same_noise_twice_with_the_same_bits(name):
 
 def test_the_paper_under_its_own_name_is_the_paper_to_the_bit():
     kit = equipment()
-    used, same = reviewed.under_controller(robot(), kit, "paper")
+    used, same = kits.under_controller(robot(), kit, "paper")
     assert used == robot() and not same.laws
     plain = Arm(robot(), moving=(1,), controllers=kit.controllers)
     logs = [arm.run(held(0.2, 3.0), every_s=0.01) for arm in (plain, joint("paper"))]
@@ -122,7 +123,7 @@ def test_the_sliding_mode_observes_a_constant_torque_and_holds_against_it(load):
 
 def test_the_mean_pressure_of_one_valve_rests_where_leaks_balance():
     arm = joint("one-valve", "none")
-    assert arm.robot.air.supply == pytest.approx(reviewed.resting_supply(robot(), 1))
+    assert arm.robot.air.supply == pytest.approx(kits.resting_supply(robot(), 1))
     log = arm.run(held(0.1, 40.0), every_s=0.5)
     assert log.pressure[-1, 0].mean() == pytest.approx(3e5, rel=0.01)
 
@@ -130,7 +131,7 @@ def test_the_mean_pressure_of_one_valve_rests_where_leaks_balance():
 def test_the_mean_pressure_of_one_valve_is_not_that_of_the_reference():
     """At the supply of two valves the air takes it to where the leaks balance; two valves hold what is asked for."""
     kit = equipment("none")
-    laws = {1: reviewed.joint_law(robot("none"), kit, "one-valve", 1)}
+    laws = {1: kits.joint_law(robot("none"), kit, "one-valve", 1)}
     arm = Arm(robot("none"), moving=(1,), controllers=kit.controllers, laws=laws)
     log = arm.run(held(0.1, 40.0), every_s=0.5)
     assert 4.5e5 < log.pressure[-1, 0].mean() < 5.2e5
@@ -163,9 +164,9 @@ def test_a_compensator_makes_every_controller_better_in_the_slow_trial(name):
 
 def test_every_controller_runs_the_whole_arm():
     used = robot()
-    kit = compensators.equip(used, {n: nominal.nominal_characteristic(used, n) for n in used.pneumatic}, {})
+    kit = kits.equip(used, {n: calibration.nominal_characteristic(used, n) for n in used.pneumatic}, {})
     for name in LAWS:
-        changed, equipment = reviewed.under_controller(used, kit, name)
+        changed, equipment = kits.under_controller(used, kit, name)
         arm = trial_arm(changed, equipment, "fast")
         assert sorted(equipment.laws) == list(used.pneumatic)
         zero = np.zeros((301, 7))
@@ -203,7 +204,7 @@ def test_a_request_for_what_does_not_exist_is_refused():
 @pytest.mark.slow
 def test_a_run_under_a_law_is_a_trial_like_every_other():
     kit = equipment()
-    used, kit = reviewed.under_controller(robot(), equipment(), "pid")
+    used, kit = kits.under_controller(robot(), equipment(), "pid")
     run, _ = run_trial(used, point._path(load_robot()), kit, "fast", "off", moving=(1,))
     assert np.degrees(np.abs(run.error[:, 0])).max() < 4.0
 

@@ -15,11 +15,9 @@ from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.loops_run import identify_joint
-from dehyst.robot.experiments.nominal import controller_parameters
+from dehyst.robot.experiments.calibration import calibrate, controller_parameters, home, home_and_learn, refuse_failed
+from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import ArmPath
-from dehyst.robot.experiments.quasistatic import home, home_and_learn, refuse_failed
 from dehyst.robot.experiments.results import Characteristic
 from dehyst.robot.experiments.trials import SLOW, trial_motion
 

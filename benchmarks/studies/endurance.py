@@ -11,7 +11,7 @@ from dehyst.control import FLAGS, Adaptation
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 from dehyst.robot.arm.arm import FAULTS, Arm, Reference
-from dehyst.robot.experiments.quasistatic import home_and_learn
+from dehyst.robot.experiments.calibration import home_and_learn
 from dehyst.robot.experiments.results import Characteristic
 from studies.alone import ADAPT, COMPENSATOR, DISTURBANCE, INTEGRATOR, POSITION, Alone
 

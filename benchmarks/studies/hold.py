@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.robot.arm.arm import Reference
-from dehyst.robot.experiments.nominal import controller_parameters
-from dehyst.robot.experiments.quasistatic import home
+from dehyst.robot.experiments.calibration import controller_parameters, home
 from dehyst.robot.experiments.studies import STROKE_S, there_and_part_back
 from dehyst.robot.experiments.trials import trial_motion
 from studies.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start

@@ -13,9 +13,8 @@ from dehyst.control import SWITCHES, JointController, JointReference
 from dehyst.control.reviewed import VoMinhController
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.experiments.nominal import OBSERVER_RATIO
-from dehyst.robot.experiments.reviewed import under_controller
-from dehyst.robot.experiments.trials import Equipment
+from dehyst.robot.experiments.calibration import OBSERVER_RATIO
+from dehyst.robot.experiments.equipment import Equipment, under_controller
 from studies.side_by_side import Joint, errors
 
 FACTORS = (1.0, 2.0, 4.0, 6.0, 8.0)

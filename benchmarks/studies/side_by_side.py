@@ -24,15 +24,14 @@ from dehyst.identification import identify
 from dehyst.models import Model
 from dehyst.robot.arm.mechanisms import MechanismFactory
 from dehyst.robot.arm.parameters import Robot, load_robot
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.compensators import equip
-from dehyst.robot.experiments.direct_run import TIME
-from dehyst.robot.experiments.loops_run import BAR, HYSTERESIS, INPUT, OUTPUT, identify_compensators
+from dehyst.robot.experiments.calibration import BAR, calibrate
+from dehyst.robot.experiments.equipment import Equipment, equip
+from dehyst.robot.experiments.identification import HYSTERESIS, INPUT, OUTPUT, TIME, identify_compensators
+from dehyst.robot.experiments.output import joint_figures
 from dehyst.robot.experiments.path import ArmPath, plan_path
 from dehyst.robot.experiments.recipes import recipe
 from dehyst.robot.experiments.results import Characteristic, JointIdentification
-from dehyst.robot.experiments.scores import joint_figures
-from dehyst.robot.experiments.trials import Equipment, run_trial
+from dehyst.robot.experiments.trials import run_trial
 
 Array = npt.NDArray[np.float64]
 

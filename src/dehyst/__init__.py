@@ -69,13 +69,13 @@ if TYPE_CHECKING:
     from dehyst.robot.arm import Robot as Robot
     from dehyst.robot.arm import load_robot as load_robot
     from dehyst.robot.experiments.calibration import calibrate as calibrate
-    from dehyst.robot.experiments.compensators import equip as equip
-    from dehyst.robot.experiments.loops_run import identify_joint as identify_joint
+    from dehyst.robot.experiments.equipment import Equipment as Equipment
+    from dehyst.robot.experiments.equipment import equip as equip
+    from dehyst.robot.experiments.identification import identify_joint as identify_joint
     from dehyst.robot.experiments.path import plan_path as plan_path
     from dehyst.robot.experiments.reproduce import Request as Request
     from dehyst.robot.experiments.reproduce import reproduce as reproduce
     from dehyst.robot.experiments.results import Reproduction as Reproduction
-    from dehyst.robot.experiments.trials import Equipment as Equipment
     from dehyst.robot.experiments.trials import run_trial as run_trial
     from dehyst.robot.report import write_reproduction_report as write_reproduction_report
     from dehyst.version import __version__ as __version__
@@ -119,12 +119,12 @@ _ROOMS = {
     "dehyst.report": "write_comparison_report write_drift_report write_report",
     "dehyst.robot.arm": "Arm Mechanism Reference Robot load_robot",
     "dehyst.robot.experiments.calibration": "calibrate",
-    "dehyst.robot.experiments.compensators": "equip",
-    "dehyst.robot.experiments.loops_run": "identify_joint",
+    "dehyst.robot.experiments.equipment": "Equipment equip",
+    "dehyst.robot.experiments.identification": "identify_joint",
     "dehyst.robot.experiments.path": "plan_path",
     "dehyst.robot.experiments.reproduce": "Request reproduce",
     "dehyst.robot.experiments.results": "Reproduction",
-    "dehyst.robot.experiments.trials": "Equipment run_trial",
+    "dehyst.robot.experiments.trials": "run_trial",
     "dehyst.robot.report": "write_reproduction_report",
     "dehyst.version": "__version__",
 }

@@ -93,7 +93,7 @@ def _designed_range(request: DesignRequest) -> _Designed:
 
 def _designed_joint(request: DesignRequest) -> _Designed:
     from dehyst.robot.arm.parameters import load_robot
-    from dehyst.robot.experiments.design_joint import design_joint
+    from dehyst.robot.experiments.path import design_joint
 
     assert request.joint is not None
     unit = canonical(request.unit or ANGLE) or ""

@@ -21,10 +21,9 @@ from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, load_robot
-from dehyst.robot.experiments.logs import log_folder, log_names
+from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean_figures
 from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.robot.experiments.results import COMPENSATED, Reproduction
-from dehyst.robot.experiments.scores import as_json, mean_figures
 from dehyst.robot.report import write_reproduction_report
 from dehyst.shell import typed
 

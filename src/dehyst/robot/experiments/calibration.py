@@ -1,20 +1,207 @@
-"""Calibrates the static joint characteristic Q = A(q) p_m + B(q) dp + C(q) by slow sweeps."""
+"""Calibrates the static joint characteristic Q = A(q) p_m + B(q) dp + C(q) by slow sweeps.
+
+Before any measurement a controller has nominal parameters: data sheets, with deliberate errors. Homing, sweeps and
+identification loops are quasi-static runs with commanded pressures. A characteristic turns a target angle into a
+pressure difference: that shapes the excitation, it does not control the angle. Where the joint really goes is measured.
+"""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.design import triangle_sweep
-from dehyst.errors import ParameterError
-from dehyst.robot.arm.arm import Arm, ArmLog
+from dehyst.control import FLAGS, SWITCHES, JointControllerParameters, Pneumatics
+from dehyst.design import decaying_cycles, triangle_sweep
+from dehyst.errors import ParameterError, SimulationError
+from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic, nominal_forces
-from dehyst.robot.experiments.quasistatic import SPACING, excite, known_torque
+from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model, joint_inertia
 from dehyst.robot.experiments.results import Characteristic
+
+# Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
+BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
+BENCH_VOLUME = 1.2566e-3  # of that muscle per length [m^2]; smaller muscles are scaled by their cross section
+DEGREE = 5
+OBSERVER_RATIO = 8.0  # an observer is this much faster than the loop that it serves
+BAR = 1e5
+
+
+def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
+    """Characteristic from a published bench map, some 10 to 20 % beside the plant: good enough to plan sweeps with."""
+    joint = robot.joint(number)
+    q = np.linspace(-joint.range, joint.range, 81)
+    r = joint.lever
+    passive = nominal_forces(robot, number, q, np.zeros((q.size, 2)))
+    slope = (nominal_forces(robot, number, q, np.full((q.size, 2), BAR)) - passive) / BAR
+    a, b, c = (
+        np.polynomial.polynomial.polyfit(q, y, DEGREE)
+        for y in (r * (slope[:, 0] - slope[:, 1]), r * slope.sum(axis=1) / 2, r * (passive[:, 0] - passive[:, 1]))
+    )
+    return Characteristic(a, b, c, float(q[0]), float(q[-1]), 0.0)
+
+
+def nominal_forces(robot: Robot, number: int, angle: Array, pressure: Array) -> Array:
+    """Forces (T, 2) of a joint's muscles at angles (T,) and gauge pressures (T, 2) by the same bench map. [N]"""
+    joint = robot.joint(number)
+    muscle = robot.muscle(joint.drive)
+    a1, a2, a3, a4, a5, a6 = BENCH
+    turn = joint.lever / muscle.length * angle
+    k = joint.middle + np.stack([turn, -turn], axis=1)
+    scale = muscle.volume[0] / BENCH_VOLUME
+    return np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
+
+
+def controller_parameters(robot: Robot, number: int, characteristic: Characteristic) -> JointControllerParameters:
+    """Parameters of a joint's controller: calibrated characteristic, nominal geometry, inertia, valve and air.
+
+    Parameters
+    ----------
+    robot
+        Its [controller] table says by how much inertia and valve are believed to differ from the truth.
+    number
+        Of the joint.
+    characteristic
+        A, B, C of that joint.
+    """
+    joint, control = robot.joint(number), robot.controller
+    muscle, valve = robot.muscle(joint.drive), robot.valve(joint.valve)
+    inertia = joint_inertia(arm_model(robot, moving=ALL_JOINTS))[number - 1]
+    kappa = np.polynomial.Polynomial([joint.middle, joint.lever / muscle.length])
+    mirrored = np.polynomial.Polynomial([joint.middle, -joint.lever / muscle.length])
+    volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
+    air = robot.air
+    return JointControllerParameters(
+        period=robot.simulation.period,
+        inertia=float(inertia * (1 + control.inertia_error)),
+        pole=joint.pole or control.pole,
+        observer_pole=max(control.observer_pole, OBSERVER_RATIO * (joint.pole or control.pole)),
+        pressure_gain=control.pressure_gain,
+        windup_gain=control.windup_gain,
+        a=tuple(characteristic.a),
+        b=tuple(characteristic.b),
+        c=tuple(characteristic.c),
+        volume=(tuple(volume(kappa).coef), tuple(volume(mirrored).coef)),
+        angle_low=characteristic.low,
+        angle_high=characteristic.high,
+        pressure_low=control.pressure_low,
+        pressure_high=control.pressure_high,
+        ramp=control.ramp,
+        shear=0.0,
+        compensator_unit=BAR,
+        pneumatics=Pneumatics(
+            supply=air.supply,
+            ambient=air.ambient,
+            gas_temperature=air.gas_constant * air.temperature,
+            polytropic=air.polytropic,
+            reference_density=air.reference_density,
+            conductance=valve.conductance * (1 + control.conductance_error),
+            ratio=valve.ratio,
+            dead_band=valve.dead_band,
+        ),
+        angle_jump=control.angle_jump,
+        angle_step=2 * np.pi / 2**robot.sensors.encoder_bits,
+        pressure_jump=control.pressure_jump,
+        frozen_samples=control.frozen_samples,
+        hold_samples=control.hold_samples,
+    )
+
+
+SPACING = 0.01  # of the knots of a pressure reference [s]
+QUIET_S = 2.0  # after homing, for what still rings
+
+
+def known_torque(arm: Arm, angles: Array, hung: Array | float = 0.0) -> Array:
+    """Torque (K, n) that the drives must give at rest: nominal gravity less what is hung on the joints. [Nm]"""
+    return np.asarray(arm.gravity(angles) * (1 + arm.robot.controller.gravity_error) - hung)
+
+
+def pressure_room(robot: Robot, mean: Array | float) -> Array:
+    """Largest |dp| that keeps both muscles within their limits at this mean pressure. [Pa]"""
+    control = robot.controller
+    return np.asarray(2.0 * np.minimum(mean - control.pressure_low, control.pressure_high - mean))
+
+
+def excite(
+    arm: Arm,
+    targets: Array,
+    characteristics: Mapping[int, Characteristic],
+    every_s: float,
+    mean: Array | None = None,
+    hung: Array | None = None,
+    switches: int = 0,
+) -> ArmLog:
+    """Run the pressure differences that belong to target angles.
+
+    Parameters
+    ----------
+    arm
+        Where it is.
+    targets
+        (K, n) angles at knots of `SPACING`. [rad]
+    characteristics
+        Joint number -> what turns an angle into a pressure difference; other joints stand still.
+    every_s
+        Of the log. [s]
+    mean
+        (K, n) mean pressures; None: the controller's. [Pa]
+    hung
+        (K, n) known torques on the joints; None: none. [Nm]
+    switches
+        What is on besides: ``SWITCHES["adapt"]`` lets direct inverses learn.
+
+    Raises
+    ------
+    SimulationError
+        If a controller failed safe on the way: the log would be of a joint that is switched off.
+    """
+    mean = np.full(targets.shape, arm.robot.controller.mean_pressure) if mean is None else mean
+    hung = np.zeros(targets.shape) if hung is None else hung
+    torque = known_torque(arm, targets, hung)
+    difference = np.zeros(targets.shape)
+    for i, number in enumerate(arm.moving):
+        if number in characteristics:
+            wanted = characteristics[number].difference(targets[:, i], mean[:, i], torque[:, i])
+            room = pressure_room(arm.robot, mean[:, i])
+            difference[:, i] = np.clip(wanted, -room, room)
+    log = arm.run(Reference.pressures(SPACING, difference, mean, hung, switches), every_s)
+    refuse_failed(arm, log)
+    return log
+
+
+def refuse_failed(arm: Arm, log: ArmLog) -> None:
+    """Refuse a log in which a controller failed safe: from there on it is of a joint that is switched off."""
+    failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
+    if failed.size:
+        raise SimulationError(
+            f"the controller of joint {arm.moving[failed[0]]} failed safe: a sensor reading was not credible (flags "
+            f"{int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or pressure_jump_bar, or run slower.",
+            joint=arm.moving[failed[0]],
+        )
+
+
+def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
+    """Decaying cycles of all pneumatic joints at once: afterwards the memory of muscles and compensators is spent."""
+    return _homed(arm, characteristics, 0)
+
+
+def home_and_learn(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
+    """Home while direct inverses learn what their actuators have become: the cycles excite every term."""
+    return _homed(arm, characteristics, SWITCHES["adapt"])
+
+
+def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int) -> ArmLog:
+    homing = arm.robot.homing
+    cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
+    cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
+    share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
+    log = excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05, switches=switches)
+    arm.forget()
+    return log
+
 
 APPROACH_S = 5.0  # pressures and the hung weight are brought to the beginning of a sweep
 SLACK = 0.1  # share of the force at zero and mean pressure below which a muscle may be slack

@@ -1,7 +1,8 @@
-"""The ISO 9283 path as joint angles, with the speed that pressures and valves allow."""
+"""The ISO 9283 path as joint angles, and excitations of a joint, as fast as pressures and valves allow."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,13 +10,16 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.control import JointControllerParameters
+from dehyst.design import ExcitationPlan, design_excitation
+from dehyst.design.design import limits_of
+from dehyst.errors import ParameterError
 from dehyst.robot.arm.kinematics import JointPath, joint_path
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import arm_model, inverse_dynamics
-from dehyst.robot.experiments.nominal import controller_parameters, nominal_characteristic
-from dehyst.robot.experiments.quasistatic import pressure_room
+from dehyst.robot.arm.rigid_body import arm_model, bias_torque, inverse_dynamics
+from dehyst.robot.experiments.calibration import SPACING, controller_parameters, nominal_characteristic, pressure_room
 from dehyst.robot.experiments.results import Characteristic
 from dehyst.robot.iso9283 import TestCube, Timed, slow_down_to, test_path, timed
+from dehyst.units import convert
 
 KNOTS = 1500  # of the motion that is checked against the limits
 
@@ -161,3 +165,202 @@ def flow_share(
         room = largest_flow(controller, pressure, flow > 0)
         use = max(use, float(np.max(np.abs(flow) / np.maximum(room, 1e-9))))
     return use
+
+
+INERTIA_SHARE = 0.002  # of the torque at the largest pressure difference: what acceleration may add to a log
+TRIES = 12  # to find a rate that the valves can follow
+SLOWER = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class JointExcitation:
+    """Excitation of a joint, and what it needs of pressures and valves by the nominal model.
+
+    Attributes
+    ----------
+    number
+        Of the joint.
+    plan
+        Angles, in its unit.
+    difference
+        (T,) nominal pressure difference at the plan's samples. [Pa]
+    mean, room
+        Mean pressure, and the largest |dp| that the muscles' limits leave at it. [Pa]
+    pressure_share
+        Largest |dp| by the allowed one, in 0..1.
+    flow_share
+        Largest mass flow by that of the open valve, in 0..1.
+    inertia_torque
+        Largest torque that acceleration takes; the log of an identification does not tell it from hysteresis. [Nm]
+    """
+
+    number: int
+    plan: ExcitationPlan
+    difference: Array
+    mean: float
+    room: float
+    pressure_share: float
+    flow_share: float
+    inertia_torque: float
+
+
+def design_joint(
+    robot: Robot,
+    number: int,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    rate: float | None = None,
+    acceleration: float | None = None,
+    time_limit: float = 600.0,
+    period: float = 0.02,
+    unit: str = "rad",
+    motion: Callable[..., ExcitationPlan] = design_excitation,
+) -> JointExcitation:
+    """Return the excitation to run on a joint of the robot for an identification.
+
+    What is not given is taken from the robot: the range from ``identification.range_share``; the acceleration so that
+    the joint's inertia takes 0.2 % of the largest torque at most, which a quasi-static identification takes for
+    hysteresis; the rate as fast as pressures and valves follow with a margin of 15 %, a stroke over the range in 4 s
+    at most. Nothing of the simulated truth is used: the characteristic is that of a published bench map.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    number
+        Of a pneumatic joint.
+    low, high
+        Range within that of the joint; None: +-``identification.range_share`` of it. [rad]
+    rate, acceleration
+        Limits; None: from the robot. [rad/s, rad/s^2]
+    time_limit
+        Longest duration. [s]
+    period
+        Of the samples. [s]
+    unit
+        Of the angles of the plan, rad or deg; what is passed is in rad.
+    motion
+        Designs it: `design_excitation`, or `design_drift_motion`.
+
+    Raises
+    ------
+    ParameterError
+        If the joint is electric, the range leaves the joint's, pressures or valves cannot follow, or time is short.
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm.parameters import load_robot
+    >>> found = design_joint(load_robot(), 7)
+    >>> np.degrees([found.plan.low, found.plan.high]).round(1).tolist(), found.pressure_share < 0.85
+    ([-17.5, 17.5], True)
+    """
+    joint = robot.joint(number)
+    if not joint.pneumatic:
+        raise ParameterError(
+            f"joint {number} is electric: it has no muscles whose hysteresis could be identified. "
+            f"Choose one of {', '.join(map(str, robot.pneumatic))}.",
+            joint=number,
+        )
+    reach = robot.identification.range_share * joint.range
+    low, high = -reach if low is None else low, reach if high is None else high
+    _refuse_outside(number, low, high, joint.range)
+    characteristic = nominal_characteristic(robot, number)
+    controller = controller_parameters(robot, number, characteristic)
+    if acceleration is None:
+        acceleration = _quiet_acceleration(robot, controller, characteristic, low, high, rate)
+    shown = float(convert(1.0, "rad", unit))
+    wanted = rate
+    for attempt in range(TRIES):
+        plan = motion(
+            shown * low,
+            shown * high,
+            rate=None if wanted is None else shown * wanted,
+            acceleration=shown * acceleration,
+            time_limit=time_limit,
+            period=period,
+            unit=unit,
+        )
+        found = _needs(robot, number, plan, characteristic, controller)
+        if max(found.pressure_share, found.flow_share) <= SHARE:
+            return found
+        if rate is not None or found.pressure_share > SHARE or attempt == TRIES - 1:
+            break
+        wanted = SLOWER * plan.limits.rate / shown
+    raise _cannot_follow(found)
+
+
+def _refuse_outside(number: int, low: float, high: float, largest: float) -> None:
+    if not -largest <= low < high <= largest:
+        a, b, c = np.degrees([low, high, largest])
+        raise ParameterError(
+            f"a range of {a:g} to {b:g} deg does not lie within joint {number}'s +-{c:g} deg. Pass --range LO HI "
+            f"inside it, or change joint.{number}.range_deg in the robot's file.",
+            joint=number,
+        )
+
+
+def _quiet_acceleration(
+    robot: Robot, controller: JointControllerParameters, characteristic: Characteristic, low: float, high: float,
+    rate: float | None,
+) -> float:  # fmt: skip
+    """Acceleration whose torque is small beside what the muscles give, and no more than strokes of that range need."""
+    torque = float(characteristic.b[0] * pressure_room(robot, robot.controller.mean_pressure))
+    return min(INERTIA_SHARE * torque / controller.inertia, limits_of(low, high, rate, None).acceleration)
+
+
+def _needs(
+    robot: Robot,
+    number: int,
+    plan: ExcitationPlan,
+    characteristic: Characteristic,
+    controller: JointControllerParameters,
+) -> JointExcitation:
+    """Pressures and flow along the plan by the nominal model: weight, inertia, characteristic, valve."""
+    scale = float(convert(1.0, plan.unit, "rad"))
+    angle, coarse = (scale * plan.signal(period)[1] for period in (SPACING, plan.period))
+    acceleration = np.gradient(np.gradient(angle, SPACING), SPACING)
+    torque = _weight(robot, number, angle) + controller.inertia * acceleration
+    mean = robot.controller.mean_pressure
+    return JointExcitation(
+        number,
+        plan,
+        characteristic.difference(coarse, mean, _weight(robot, number, coarse)),
+        mean,
+        float(pressure_room(robot, mean)),
+        pressure_share(robot, characteristic, angle, torque),
+        flow_share(robot, characteristic, controller, angle, torque, SPACING),
+        float(controller.inertia * scale * plan.peak_acceleration),
+    )
+
+
+def _weight(robot: Robot, number: int, angle: Array) -> Array:
+    """Nominal torque that holds the arm still with this joint turned, (T,). [Nm]"""
+    places, inverse = np.unique(angle, return_inverse=True)
+    grid = np.linspace(places[0], places[-1], 201)
+    held = bias_torque(arm_model(robot, moving=(number,)), grid[:, None])[:, 0] * (1 + robot.controller.gravity_error)
+    return np.asarray(np.interp(places, grid, held)[inverse])
+
+
+def _cannot_follow(found: JointExcitation) -> ParameterError:
+    plan = found.plan
+    a, b, rate = convert([plan.low, plan.high, plan.limits.rate], plan.unit, "deg")
+    if found.pressure_share > SHARE:
+        still = float(np.abs(found.difference).max() / found.room)
+        cure = "Pass a smaller --range, or change controller.mean_pressure_bar."
+        if still <= SHARE:
+            cure = f"At rest it would be {100 * still:.0f} %: pass a lower --acceleration or --rate."
+        return ParameterError(
+            f"joint {found.number} from {a:.4g} to {b:.4g} deg takes {100 * found.pressure_share:.0f} % of the "
+            f"pressure difference that the muscles' limits leave at {found.mean / 1e5:g} bar mean pressure; "
+            f"{100 * SHARE:.0f} % may be planned with. {cure}",
+            joint=found.number,
+            pressure_share=found.pressure_share,
+        )
+    return ParameterError(
+        f"joint {found.number} at {rate:.4g} deg/s takes {100 * found.flow_share:.0f} % of the flow of its valves; "
+        f"{100 * SHARE:.0f} % may be planned with: the pressures would not follow. Pass a lower --rate or a smaller "
+        f"--range.",
+        joint=found.number,
+        flow_share=found.flow_share,
+    )

@@ -20,12 +20,11 @@ from dehyst.models import HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot, load_robot
 from dehyst.robot.arm.rigid_body import ALL_JOINTS
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.compensators import backbones_of, equip
-from dehyst.robot.experiments.learning import learned_trial
-from dehyst.robot.experiments.loops_run import identify_compensators
+from dehyst.robot.experiments.calibration import SPACING, calibrate, excite, home
+from dehyst.robot.experiments.equipment import Equipment, backbones_of, equip, refuse_learning, under_controller
+from dehyst.robot.experiments.identification import identify_compensators
+from dehyst.robot.experiments.output import joint_figures
 from dehyst.robot.experiments.path import ArmPath, plan_path
-from dehyst.robot.experiments.quasistatic import SPACING, excite, home
 from dehyst.robot.experiments.recipes import Recipe, recipe
 from dehyst.robot.experiments.results import (
     COMPENSATED,
@@ -34,9 +33,7 @@ from dehyst.robot.experiments.results import (
     JointIdentification,
     RunSettings,
 )
-from dehyst.robot.experiments.reviewed import refuse_learning, under_controller
-from dehyst.robot.experiments.scores import joint_figures
-from dehyst.robot.experiments.trials import Equipment
+from dehyst.robot.experiments.trials import learned_trial
 
 # Tables and keys that say what is done with the robot, not what it is made of.
 _NOT_PLANT = ("controller", "compensator", "homing", "calibration", "identification", "path")

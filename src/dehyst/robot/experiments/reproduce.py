@@ -21,10 +21,16 @@ from dehyst.errors import ParameterError
 from dehyst.robot.arm.mechanisms import MechanismFactory
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, sources
 from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.compensators import backbones_of, equip
-from dehyst.robot.experiments.learning import learned_trial
-from dehyst.robot.experiments.logs import log_folder, write_trial, write_units
-from dehyst.robot.experiments.loops_run import identify_compensators
+from dehyst.robot.experiments.equipment import (
+    Equipment,
+    backbones_of,
+    equip,
+    refuse_learning,
+    tuned_numbers,
+    under_controller,
+)
+from dehyst.robot.experiments.identification import identify_compensators
+from dehyst.robot.experiments.output import log_folder, plant_figures, trial_figures, write_trial, write_units
 from dehyst.robot.experiments.path import ArmPath, plan_path
 from dehyst.robot.experiments.recipes import NAMES, Recipe, recipe
 from dehyst.robot.experiments.results import (
@@ -36,11 +42,9 @@ from dehyst.robot.experiments.results import (
     Reproduction,
     TrialRun,
 )
-from dehyst.robot.experiments.reviewed import refuse_learning, tuned_numbers, under_controller
-from dehyst.robot.experiments.scores import plant_figures, trial_figures
 from dehyst.robot.experiments.studies import Case as StudyCase
 from dehyst.robot.experiments.studies import Table, study_jobs, study_tables
-from dehyst.robot.experiments.trials import Equipment, trial_motion
+from dehyst.robot.experiments.trials import learned_trial, trial_motion
 from dehyst.robot.iso9283 import Timed
 from dehyst.version import __version__
 

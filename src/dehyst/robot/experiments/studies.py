@@ -15,11 +15,11 @@ from dehyst.control.joint import DIRECT
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm, Reference
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.experiments.nominal import OBSERVER_RATIO
+from dehyst.robot.experiments.calibration import OBSERVER_RATIO, home
+from dehyst.robot.experiments.equipment import Equipment
+from dehyst.robot.experiments.output import joint_figures
 from dehyst.robot.experiments.path import ArmPath
-from dehyst.robot.experiments.quasistatic import home
-from dehyst.robot.experiments.scores import joint_figures
-from dehyst.robot.experiments.trials import Equipment, run_trial
+from dehyst.robot.experiments.trials import run_trial
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
 

@@ -1,27 +1,27 @@
-"""The three trials on the ISO 9283 path: fast, slow, and slow without integrator."""
+"""The three trials on the ISO 9283 path: fast, slow, and slow without integrator; iterative learning along it."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control import SWITCHES, Adaptation, Compensator, JointControllerParameters, along
-from dehyst.control.reviewed import Law
+from dehyst.control import SWITCHES, Compensator, JointControllerParameters, along
 from dehyst.errors import ParameterError
-from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
-from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
+from dehyst.robot.arm.mechanisms import mechanisms_of
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
+from dehyst.robot.experiments.calibration import refuse_failed
+from dehyst.robot.experiments.equipment import Equipment
+from dehyst.robot.experiments.output import joint_figures
 from dehyst.robot.experiments.path import ArmPath
-from dehyst.robot.experiments.quasistatic import home, refuse_failed
-from dehyst.robot.experiments.results import COMPENSATED, TRIALS, Characteristic, TrialRun
+from dehyst.robot.experiments.results import COMPENSATED, TRIALS, TrialRun
 from dehyst.robot.iso9283 import Timed
 
 POSITION, INTEGRATOR, COMPENSATOR, ADAPT = (
@@ -35,61 +35,6 @@ REST_S = 1.0  # and rests
 LOG_S = (0.01, 0.02)  # of the fast and of the slow trials: the tool moves by 3 mm from row to row at most
 POSES = 120  # of the animation
 SLOW = ("slow", "slow_no_integrator")
-
-
-@dataclass(frozen=True, eq=False)
-class Equipment:
-    """What a trial needs besides the robot: controllers, compensators, plants.
-
-    Attributes
-    ----------
-    controllers
-        Joint number -> parameters of its controller, compensator's shear and unit included.
-    characteristics
-        Joint number -> calibrated backbone, for the homing.
-    compensators
-        Joint number -> what runs in the controller: an inverse model q_d -> x, or a direct inverse q_d -> torque.
-    own
-        Joint number -> a compensator of one's own, evaluated along the desired path before the run.
-    mechanisms
-        Makes hysteresis mechanisms of one's own, instead of the robot's.
-    loads
-        Joint number -> constant torque that pulls on it, unknown to the controller. [Nm]
-    history
-        What the arm went through before: `home`, or something that leaves it with an unknown memory.
-    seed
-        Of noise and tolerances.
-    adaptations
-        Joint number -> how the direct inverse of that joint learns while it runs.
-    learned
-        Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
-        the compensator is on. [Nm]
-    laws
-        Joint number -> a controller of the literature instead of the paper's; see `dehyst.control.reviewed`.
-
-    Examples
-    --------
-    Made by `equip`, changed by `dataclasses.replace`; here 20 Nm pull on joint 1 that no controller knows of:
-
-    >>> from dataclasses import replace
-    >>> from dehyst.robot.experiments.compensators import equip
-    >>> from dehyst.robot.arm.parameters import load_robot
-    >>> plain = equip(load_robot(), {}, {})
-    >>> replace(plain, loads={1: -20.0}).loads
-    {1: -20.0}
-    """
-
-    controllers: Mapping[int, JointControllerParameters]
-    characteristics: Mapping[int, Characteristic]
-    compensators: Mapping[int, HysteresisModel | DirectInverse] = field(default_factory=dict)
-    own: Mapping[int, Compensator] = field(default_factory=dict)
-    mechanisms: MechanismFactory | None = None
-    loads: Mapping[int, float] = field(default_factory=dict)
-    history: Callable[[Arm, Mapping[int, Characteristic]], object] = home
-    seed: int = 0
-    adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
-    learned: Mapping[int, Array] = field(default_factory=dict)
-    laws: Mapping[int, Law] = field(default_factory=dict)
 
 
 def run_trial(
@@ -136,8 +81,8 @@ def run_trial(
     --------
     Joint 1 alone, with what its data sheets tell and no calibration:
 
-    >>> from dehyst.robot.experiments.compensators import equip
-    >>> from dehyst.robot.experiments.nominal import nominal_characteristic
+    >>> from dehyst.robot.experiments.equipment import equip
+    >>> from dehyst.robot.experiments.calibration import nominal_characteristic
     >>> from dehyst.robot.experiments.path import plan_path
     >>> from dehyst.robot.arm.parameters import load_robot
     >>> robot = load_robot(changes={"path.cycles_fast": 1, "homing.cycles": 3})
@@ -345,3 +290,97 @@ def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: st
         frames=joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
     )
+
+
+CUTOFF_HZ = 3.0  # of the filter: beyond, the pressure loops and the nominal inertia are not known well enough
+KNOTS_HZ = 25.0  # of what is learned
+LEAST_STEP = 0.2  # of a step that failed before: smaller ones are not worth a pass
+
+
+def learned_trial(
+    robot: Robot,
+    path: ArmPath,
+    equipment: Equipment,
+    trial: str,
+    compensator: str,
+    moving: tuple[int, ...] = ALL_JOINTS,
+    *,
+    passes: int = 0,
+) -> tuple[TrialRun, float]:
+    """Run a trial, then again up to `passes` times with a torque learned from the pass before; return the best.
+
+    All passes are on one arm, each homed again, so that only what comes again is learned, and no noise.
+
+    A pass is kept if the rms errors of the learning joints, each over what it was at first, fall in the sum of their
+    squares, and no joint is worse than at first, in rms or largest error. Else it is forgotten and the step halved:
+    what is returned is never worse than the first run, whatever the plant does.
+
+    Parameters
+    ----------
+    robot, path, equipment, trial, compensator, moving
+        As for `run_trial`; learning joints are those with a compensator in `equipment`.
+    passes
+        Most repetitions; 0: none, and nothing is learned.
+    """
+    arm = trial_arm(robot, equipment, trial, moving)
+    best, speed = follow_path(arm, path, equipment, trial, compensator)
+    joints = tuple(n for n in equipment.compensators if n in moving)
+    step, kept = 1.0, dict(equipment.learned)
+    first = {n: _size(best, n) for n in joints}
+    for _ in range(passes if joints else 0):
+        change = {n: learned_torque(robot, best, equipment.controllers[n], n) for n in joints}
+        tried = {n: kept.get(n, 0.0) + step * change[n] for n in joints}
+        run, _ = follow_path(arm, path, replace(equipment, learned=tried), trial, compensator)
+        if _better(run, best, first):
+            best, kept = run, tried
+            continue
+        step *= 0.5
+        if step < LEAST_STEP:
+            break
+    return best, speed
+
+
+def learned_torque(robot: Robot, run: TrialRun, controller: JointControllerParameters, number: int) -> Array:
+    r"""Return the torque (K,) [Nm] along a cycle of the path that would have made the error of a joint disappear.
+
+    What the position law answered to the error e, and the inertia torque that was missing,
+
+    .. math:: \Delta Q = F\bigl[M(\ddot e + 3 \lambda \dot e + 3 \lambda^2 e) + I\bigr],
+
+    over the angle as the encoder shows it, the mean of all cycles, F a filter without phase: of a log.
+    """
+    tick = 2 * np.pi / 2**robot.sensors.encoder_bits
+    column = number - 1
+    error = run.desired[:, column] - tick * np.round(run.angle[:, column] / tick)
+    spacing = float(run.time[1] - run.time[0])
+    width = 1.0 / (2 * np.pi * CUTOFF_HZ * spacing)  # of a Gaussian with that cut-off, in samples
+    smooth, rate, bend = (_filtered(error, width, order) / spacing**order for order in range(3))
+    pole, inertia = controller.pole, controller.inertia
+    torque = inertia * (bend + 3 * pole * rate + 3 * pole**2 * smooth) + _filtered(run.integrator[:, column], width, 0)
+    cycles = int(run.cycle.max()) + 1
+    duration = (run.time[-1] + spacing) / cycles
+    knots = np.linspace(0.0, duration, round(duration * KNOTS_HZ) + 1)
+    return np.asarray(np.mean([np.interp(knots + k * duration, run.time, torque) for k in range(cycles)], axis=0))
+
+
+def _filtered(values: Array, width: float, order: int) -> Array:
+    """Gaussian filter of a width in samples, or its derivative; ends are mirrored at their own value."""
+    reach = int(np.ceil(4 * width)) + 1
+    x = np.arange(-reach, reach + 1) / width
+    bell = np.exp(-0.5 * x**2)
+    bell /= bell.sum()
+    shape = (bell, -x / width * bell, (x**2 - 1) / width**2 * bell)[order]
+    shape = shape - shape.mean() if order else shape
+    before, after = 2 * values[0] - values[reach:0:-1], 2 * values[-1] - values[-2 : -reach - 2 : -1]
+    return np.convolve(np.concatenate([before, values, after]), shape, mode="valid")
+
+
+def _size(run: TrialRun, number: int) -> tuple[float, float]:
+    figures = joint_figures(run, number)
+    return figures["rms_deg"], figures["max_deg"]
+
+
+def _better(run: TrialRun, best: TrialRun, first: Mapping[int, tuple[float, float]]) -> bool:
+    sums = [sum((_size(one, n)[0] / rms) ** 2 for n, (rms, _) in first.items() if rms > 0) for one in (run, best)]
+    worse = any(now > before for n, sizes in first.items() for now, before in zip(_size(run, n), sizes, strict=True))
+    return sums[0] < sums[1] and not worse
