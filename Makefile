@@ -27,6 +27,7 @@ check: $(VENV)/installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/python proofs/run.py --stale
 
 docs: $(VENV)/installed-test
 	$(BIN)/python docs/build.py

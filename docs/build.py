@@ -1,6 +1,7 @@
 """Build everything in docs/ (and README.md) that is generated: reference pages, shown outputs, figures.
 
     python docs/build.py            write what is not up to date
+    python docs/build.py PAGE ...   only these pages, without figures, for example docs/explanation/proofs.md
     python docs/build.py --check    write nothing; name what is not up to date, exit status 1
     python docs/build.py --headlines    the first line of every module, room by room: the house in words
 
@@ -132,20 +133,25 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing, name what is not up to date")
     parser.add_argument("--headlines", action="store_true", help="print the first line of every module")
+    parser.add_argument("pages", nargs="*", type=Path, help="only these pages, without figures")
     given = parser.parse_args()
     if given.headlines:
         print(headlines())
         return 0
-    check = given.check
-    stale = [path for path, text in generated_pages().items() if _put(path, text, check)]
-    stale += [path for path in written_pages() if _refresh(path, check)]
+    check, chosen = given.check, {page.resolve() for page in given.pages}
+    stale = [path for path, text in generated_pages().items() if _chosen(path, chosen) and _put(path, text, check)]
+    stale += [path for path in written_pages() if _chosen(path, chosen) and _refresh(path, check)]
     for path in stale:
         print(f"{'not up to date' if check else 'wrote'}: {path.relative_to(ROOT)}")
-    if not check:
+    if not check and not chosen:
         (DOCS / "images").mkdir(exist_ok=True)
         for path in figures.build(DOCS / "images"):
             print(f"drew: {path.relative_to(ROOT)}")
     return 1 if check and stale else 0
+
+
+def _chosen(path: Path, pages: set[Path]) -> bool:
+    return not pages or path in pages
 
 
 def _refresh(path: Path, check: bool) -> bool:

@@ -175,3 +175,17 @@ def test_the_guard_is_proved_for_every_pattern_and_a_wrong_claim_is_not():
             lambda machine: machine.call("dehyst_accept", x),
             lambda taken: bench.theory.term(Kind.EQUAL, taken.term, bench.at_most(x, bench.limit)),
         )
+
+
+def test_a_result_of_another_core_is_told(tmp_path):
+    import json
+
+    import run as proofs
+
+    path = tmp_path / "results.json"
+    entries = [{"name": "wp", "core": proofs.core_checksum()}, {"name": "guard", "core": "0", "date": "2026-01-31"}]
+    path.write_text(json.dumps({"proofs": entries}))
+    assert "1 of 2" in proofs.stale(path) and "guard (2026-01-31)" in proofs.stale(path)
+    assert "wp (" not in proofs.stale(path)
+    path.write_text(json.dumps({"proofs": entries[:1]}))
+    assert proofs.stale(path) == "proofs: all 1 results are of this core"

@@ -21,14 +21,23 @@ def table() -> str:
     if not RESULT.exists():
         return "(Not run yet: `make proofs`)"
     entries: list[dict[str, Any]] = json.loads(RESULT.read_text(encoding="utf-8"))["proofs"]
-    lines = ["| proof | claim | tool | extent | result | s |", "|---|---|---|---|---|---:|"]
+    lines = ["| proof | claim | tool | extent | result | s | core, date |", "|---|---|---|---|---|---:|---|"]
     lines += [_row(entry) for entry in entries]
     return "\n".join(lines)
 
 
 def _row(entry: dict[str, Any]) -> str:
     result = WORDS[entry["ok"]] + entry["result"] + (" (small numbers)" if entry["quick"] else "")
-    cells = (f"`{entry['name']}`", entry["claim"], entry["tool"], entry["extent"], result, f"{entry['seconds']:.0f}")
+    of = f"{entry.get('core', '?')}, {entry.get('date', '?')}"
+    cells = (
+        f"`{entry['name']}`",
+        entry["claim"],
+        entry["tool"],
+        entry["extent"],
+        result,
+        f"{entry['seconds']:.0f}",
+        of,
+    )
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
 
 
