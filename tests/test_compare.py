@@ -334,3 +334,15 @@ def test_the_inverse_of_the_curve_errs_as_much_in_compare_as_in_identify():
     asked = found.auto.static.inverse().simulate(y)
     assert np.ptp(asked) > 1.01 * np.ptp(x), "the curve asks for nothing beyond the range, and nothing is tested"
     assert found["static"].inverse_percent == pytest.approx(row.input_percent, rel=1e-12)
+
+
+def test_errors_that_differ_are_not_printed_as_the_same_number():
+    """It said "0.09 % of range rms, against 0.09 %"."""
+    found = compare(example_recording(), ["pi", "modified-pi"])
+
+    def errs(entry, percent):
+        return replace(entry, test=replace(entry.test, rmse_percent=percent))
+
+    entries = (errs(found["modified-pi"], 0.0931), errs(found["pi"], 1.0))
+    close = replace(found, entries=entries, auto_entry=errs(found.auto_entry, 0.0942))
+    assert "0.0931 % of range rms" in close.verdict and "against 0.0942 % of full-sum" in close.verdict

@@ -199,7 +199,7 @@ def test_a_range_beyond_what_was_identified_is_a_finding(run, place):
 def test_an_excerpt_says_how_much_of_it_counts(run, place):
     write_csv("small.csv", {"time [s]": np.arange(50) / 10, "angle [deg]": 0.01 * np.sin(np.arange(50))})
     _, out, _ = run("export", "rig.json", "--target", "c", "--out", "a", "--log", "small.csv", "--column", "angle")
-    assert "0 of them limited, 0.3" in out
+    assert "0 of them limited; they span 0.3" in out
     assert "excerpt-says-little" in out
     _, out, _ = run("export", "rig.json", "--target", "c", "--out", "b", "--log", "log.csv", "--column", "#2")
     assert "of them limited" in out

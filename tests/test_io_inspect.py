@@ -222,3 +222,13 @@ def test_of_very_many_columns_the_likely_ones_are_printed_and_the_others_counted
     run_inspect(InspectRequest(wide_log(tmp_path / "l.csv", 3000, lambda j: "p_bar" if j == 2500 else f"c{j}")))
     out = capsys.readouterr().out
     assert len(out.splitlines()) < 90 and "p_bar" in out and "and 2940 more columns" in out
+
+
+def test_of_a_single_loop_all_is_fitted_by_the_command_that_inspect_prints(tmp_path):
+    """The warning said --train-fraction 1, and the line below it fitted a half that never turns."""
+    t = np.linspace(0.0, 20.0, 400)
+    x = 1.0 - np.cos(2 * np.pi * t / 20.0)
+    file = write_csv(tmp_path / "log.csv", {"time_s": t, "pressure_bar": x, "angle_deg": 20 * np.sin(t / 7.0)})
+    summary = inspect_log(file)
+    assert [finding.code for finding in summary.findings] == ["few-loops"]
+    assert summary.command.endswith(" --train-fraction 1")

@@ -225,7 +225,7 @@ def _check_line(subject: Subject) -> str:
     if subject.excerpt is None:
         return f"{signal}, none of your log (add --log LOG --column COLUMN)"
     limited, share = use_of(subject.excerpt, subject.input)
-    told = f"{limited} of them limited, {100 * share:.3g} % of the range"
+    told = f"{limited} of them limited; they span {100 * share:.3g} % of the input range"
     return f"{signal}, {subject.excerpt.samples} samples of {subject.excerpt_source} ({told})"
 
 

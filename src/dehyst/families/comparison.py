@@ -86,13 +86,16 @@ class Comparison:
         where = "on held-out loops" if best.test is not None else "on the fitted samples (none held out)"
         if any(finding.code == "small-test" for finding in self.auto.warnings):
             where = "on held-out samples too few to tell models apart"
-        said = f"{best.family} has the smallest error, {best.error_percent:.2f} % of range rms {where}"
+        own, its = (f"{each.error_percent:.2f}" for each in (best, auto))
+        if own == its:  # the table below tells them apart
+            own, its = (f"{each.error_percent:.3g}" for each in (best, auto))
+        said = f"{best.family} has the smallest error, {own} % of range rms {where}"
         if best.family == auto.family:
             said += "; it is what identify chooses, too"
         elif rank(auto.error_percent) < rank(best.error_percent):  # it was left out here
-            said += f" among those compared; {auto.family}, which identify chooses, has {auto.error_percent:.2f} %"
+            said += f" among those compared; {auto.family}, which identify chooses, has {its} %"
         else:
-            said += f", against {auto.error_percent:.2f} % of {auto.family}, which identify chooses"
+            said += f", against {its} % of {auto.family}, which identify chooses"
         ties = [entry.family for entry in self.entries[1:] if entry.tied]
         said += f"; within noise of it: {', '.join(ties)}" if ties else ""
         said += f"; {_inverse(best)}"

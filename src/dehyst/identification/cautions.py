@@ -129,10 +129,10 @@ def about_data(
             f"{'' if all_of_it else ', or fit a larger part (--train-fraction)'}.",
         )
     if loop.motion.one_size:
+        sizes = dict.fromkeys(f"{size:.0f}" for size in (loop.motion.smallest, loop.motion.largest))
         yield Finding(
             "one-loop-size",
-            f"all {loop.loops} loops are of one size ({loop.motion.smallest:.0f} to {loop.motion.largest:.0f} % of the "
-            f"input's range): smaller ones were neither fitted nor tested, and what the model says of them follows "
+            f"all {loop.loops} loops are of one size ({' to '.join(sizes)} % of the input's range): smaller ones were neither fitted nor tested, and what the model says of them follows "
             f"from the shape of one branch. Where the input will turn within its range, log loops of other sizes; "
             f"`dehyst design --range {span[0]:.3g} {span[1]:.3g}` plans them, with holds that show creep.",
         )

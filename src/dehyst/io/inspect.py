@@ -193,7 +193,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
         input=x,
         output=y,
         clear=clear,
-        command=_command(path, x, y, chosen if runs and len(runs) > 1 else None, time_unit) if readable else "",
+        command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, time_unit, findings) if readable else "",
         findings=findings,
     )
 
@@ -272,7 +272,9 @@ def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: 
     )
 
 
-def _command(path: PathLike, x: str | None, y: str | None, run: str | None, time_unit: str | None) -> str:
+def _command(
+    path: PathLike, x: str | None, y: str | None, run: str | None, time_unit: str | None, findings: tuple[Finding, ...]
+) -> str:
     if x is None or y is None:
         return ""
     parts = ["dehyst", "identify", str(Path(path)), "--input", x, "--output", y]
@@ -280,6 +282,8 @@ def _command(path: PathLike, x: str | None, y: str | None, run: str | None, time
         parts += ["--run", run]
     if time_unit is not None:
         parts += ["--time-unit", time_unit]
+    if any("--train-fraction 1" in finding.message for finding in findings):  # a single loop
+        parts += ["--train-fraction", "1"]
     return typed(parts)
 
 

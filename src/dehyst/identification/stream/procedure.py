@@ -168,7 +168,9 @@ def _alone(log: Log, signal: int, place: int) -> bool:
     return bool(find_outliers(samples)[place - begin])
 
 
-PLAYS_ONLY = plays_only("the log was read in chunks", "Take a part of it that fits into memory (--from, --to)")
+PLAYS_ONLY = plays_only(
+    "the log was read in chunks", "Leave --stream out, or take a part of the log that fits into memory (--from, --to)"
+)
 
 
 def identify_stream(
