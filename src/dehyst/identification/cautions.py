@@ -132,9 +132,10 @@ def about_data(
         sizes = dict.fromkeys(f"{size:.0f}" for size in (loop.motion.smallest, loop.motion.largest))
         yield Finding(
             "one-loop-size",
-            f"all {loop.loops} loops are of one size ({' to '.join(sizes)} % of the input's range): smaller ones were neither fitted nor tested, and what the model says of them follows "
-            f"from the shape of one branch. Where the input will turn within its range, log loops of other sizes; "
-            f"`dehyst design --range {span[0]:.3g} {span[1]:.3g}` plans them, with holds that show creep.",
+            f"all {loop.loops} loops are of one size ({' to '.join(sizes)} % of the input's range): smaller ones were "
+            f"neither fitted nor tested, and what the model says of them follows from the shape of one branch. Where "
+            f"the input will turn within its range, log loops of other sizes; `dehyst design --range {span[0]:.3g} "
+            f"{span[1]:.3g}` plans them, with holds that show creep.",
         )
     masked = sum(int(piece.known) for piece in data.pieces if piece.after_break)
     if masked:
