@@ -366,6 +366,14 @@ def test_the_example_of_a_real_time_loop_shows_that_the_compensator_helps():
     assert rms[3] < 0.5 * rms[2]
 
 
+def test_the_example_of_firmware_shows_what_compensator_and_feedback_each_leave():
+    page = (DOCS / "how-to" / "run-on-a-microcontroller.md").read_text(encoding="utf-8")  # run by the test of its page
+    shown = next(step.shown for step in blocks.steps(page) if step.code.startswith("make -s -C examples/firmware"))
+    line, feedback, compensator, both = (float(number) for number in re.findall(r"([\d.]+) um rms", shown))
+    assert both < compensator < feedback < line
+    assert compensator < 0.2 * line and both < 0.5 * feedback
+
+
 @pytest.mark.slow
 def test_the_example_of_identification_checks_itself(tmp_path):
     printed = run_example("identify_and_compensate.py", tmp_path)

@@ -4,8 +4,9 @@ Rules, for README.md and every page below docs/:
 
 - A ```python block is run; blocks of one page share their variables. A ```text (or ```output) block right after it
   shows what it prints. ```python no-run is not run.
-- In a ```console block every line `$ dehyst ...`, `$ head ...` or `$ python examples/...` is run in a shell, in one
-  temporary folder for each page; the lines below it show what it prints. Other commands (`$ pip ...`) are not run.
+- In a ```console block every line `$ dehyst ...`, `$ head ...`, `$ python examples/...` or `$ make -s -C examples/...`
+  is run in a shell, in one temporary folder for each page; the lines below it show what it prints. Other commands
+  (`$ pip ...`) are not run.
 - A line `...` in a shown output stands for any number of words.
 
 Compared are words, whatever the line breaks, and the blanks within brackets, of which numpy's arrays have one more or
@@ -26,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-RUN = ("dehyst ", "head ", "python examples/")
+RUN = ("dehyst ", "head ", "python examples/", "make -s -C examples/")
 ROOT = Path(__file__).resolve().parents[2]
 OUTPUTS = ("text", "output")
 WIDTH = "100"  # columns of the terminal in which shown outputs were printed
