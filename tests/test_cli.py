@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.families import example
 from dehyst.io import write_csv
 from dehyst.robot.experiments import example_recording
 from in_one import in_one
@@ -290,6 +291,23 @@ def test_compensate_then_simulate_gives_the_reference_back(run, folder, tmp_path
     assert np.abs(found - reference).max() < 1e-10 * np.ptp(reference)
     # And it is not the identity: the compensator had to do something.
     assert np.ptp(table(asked.read_text())[column]) < 0.2 * np.ptp(reference)
+
+
+def test_a_dead_time_is_told_with_what_to_do_and_is_no_loss_of_digits(run, tmp_path):
+    """compensate said that the inverse loses digits; sent that much earlier its input is right."""
+    model = replace(example("creep-pi"), dead_time=0.1, period=0.02)
+    t = np.arange(0.0, 20.0, 0.02)
+    wanted = 0.5 * np.sin(t)
+    model.save(tmp_path / "late.json")
+    write_csv(tmp_path / "reference.csv", {"time_s": t, "output": wanted})
+    status, out, err = run("compensate", tmp_path / "late.json", tmp_path / "reference.csv", "--output", "output")
+    said = " ".join(err.split())
+    assert status == 0 and "warning dead-time: " in said and "subtract 0.1 s from its times" in said
+    assert "round-trip" not in said
+    [sent] = [values for name, values in table(out).items() if name.startswith("compensated")]
+    as_it_is, early = (model.at_rest(float(sent[0])).simulate(x, t[: x.size]) for x in (sent, sent[5:]))
+    assert np.abs(early[100:] - wanted[100:-5]).max() < 0.02  # sent five periods earlier
+    assert np.abs(as_it_is[100:] - wanted[100:]).max() > 0.04
 
 
 def test_units_are_converted_and_said(run, folder, tmp_path):

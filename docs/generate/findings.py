@@ -522,6 +522,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "reference jumps or is noisy, or the inverse is steep after reversals.",
             "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
+        "dead-time": (
+            "The model knows a dead time of the actuator. The computed input stands at the time of the output that "
+            "belongs to it.",
+            "Send it that much earlier.",
+        ),
         "memory-unknown": (
             "With `--unknown-state` nothing is assumed of the past: the column is the middle of a band, which closes "
             "with every stroke.",

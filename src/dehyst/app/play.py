@@ -63,7 +63,7 @@ def run_compensate(request: CompensateRequest) -> None:
     if not request.unknown_state:
         findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += _jumps(played.answer, model, signal)
+    findings += [*_jumps(played.answer, model, signal), *_early(model)]
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings([*said, *_about(signal, "reference"), *findings, *played.findings], stderr=True)
 
@@ -259,8 +259,26 @@ def _jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
     ]
 
 
+def _early(model: Model) -> list[Finding]:
+    """Say how much before its output an input has to be sent."""
+    if not model.dead_time > 0.0:
+        return []
+    return [
+        Finding(
+            "dead-time",
+            f"the actuator answers {model.dead_time:.3g} s late, and the computed input stands beside the output that "
+            f"belongs to it: played as it is, the output follows the reference {model.dead_time:.3g} s behind. Send it "
+            f"that much earlier: subtract {model.dead_time:.3g} s from its times.",
+        )
+    ]
+
+
 def _proof(model: Model, inverse: Model, played: _Played, y: Array) -> list[Finding]:
-    """Run the model on the computed input: it must give the reference back, from the first sample on."""
+    """Run the model on the computed input: it must give the reference back, from the first sample on.
+
+    Without its dead time, which no inverse undoes: `_early` says what to do about it.
+    """
+    model = model.prompt
     if not math.isfinite(model.closeness):
         return []
     x = played.answer if played.start == MODEL else inverse.simulate(y, played.time, **played.given)

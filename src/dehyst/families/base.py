@@ -145,11 +145,6 @@ class LoopModel(Model):
         return s.center - abs(s.half_range), s.center + abs(s.half_range)
 
     @property
-    def prompt(self) -> LoopModel:
-        """The same without dead time; itself where there is none."""
-        return self
-
-    @property
     def nonzero_weights(self) -> int:
         """Number of identified values."""
         return self.free_parameters

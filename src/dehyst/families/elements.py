@@ -254,7 +254,7 @@ class ElementModel(LoopModel):
         return element_machine(self, direction, range, ramp, period)
 
     @property
-    def prompt(self) -> ElementModel:
+    def prompt(self) -> Self:
         """The same sum without dead time."""
         return replace(self, dead_time=0.0)
 

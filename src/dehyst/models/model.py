@@ -265,6 +265,11 @@ class Model(ABC):
         """Range that the input is taken not to have left before, where `band` knows what follows. [input]"""
         return None
 
+    @property
+    def prompt(self) -> Self:
+        """The same without dead time; itself where there is none."""
+        return self
+
     def ahead(self, demand: Array, every: int = 1) -> Array:
         """Return what the inverse asks for along an output (T,), earlier by the dead time: when it has to be sent.
 
