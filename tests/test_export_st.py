@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import dehyst
+from dehyst.control import JointControllerParameters, save_controller
 from dehyst.control.block import Block
 from dehyst.errors import DehystError
 from dehyst.export import export, subject_of, verify
@@ -31,6 +32,8 @@ from dehyst.export.st.pou import (
     text_of,
 )
 from dehyst.export.units import block_numbers
+from direct_export_samples import direct_model
+from element_samples import element_model
 from export_samples import play_model
 from st_samples import subjects
 
@@ -326,6 +329,39 @@ def test_labels_of_users_keep_the_readme_in_order(tmp_path):
     assert all(line.count("|") in (0, 4) for line in text.splitlines())
     assert "\n# x" not in text
     assert all(check.ok for check in verify(tmp_path / "out"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", sorted(FORMS))
+@pytest.mark.parametrize("retain", [True, False])
+def test_a_power_cycle_keeps_the_states_of_a_retained_block_and_begins_all_others_anew(form, retain):
+    given = {"name": "unit", "retain": retain}
+    for subject in (
+        subject_of(play_model(), "inverse", **given),
+        subject_of(play_model(), "forward", follow_offset=0.1, **given),
+        subject_of(element_model(), "forward", **given),
+        subject_of(direct_model(), period=1e-3, **given),
+    ):
+        library = load(FORMS[form](target.function_block_of(subject, "Unit1")))
+        unit, ports, signal = library.new("Unit1"), target.ports_of(subject), subject.test
+        assert {v.name for v in unit.unit.variables if v.kept and v.name.endswith("Table")} == set()
+        again = library.new("Unit1")
+        for k in range(400):
+            if k % 7 == 3:
+                unit = library.cycled(unit)
+                again = again if retain else library.new("Unit1")
+            out, expected = (ports.call(one, signal, k) for one in (unit, again))
+            assert [bits(float(x)) for x in out.values()] == [bits(float(x)) for x in expected.values()], k
+
+
+def test_what_cannot_be_retained_is_refused(run, tmp_path):
+    play_model().save(tmp_path / "rig.json")
+    save_controller(JointControllerParameters(), tmp_path / "controller.json")
+    joint = ("--target", "st", "--what", "joint-controller", "--controller", tmp_path / "controller.json")
+    for options, words in ((("--target", "c"), "only a PLC has memory"), (joint, "starts at its present readings")):
+        status, _, err = run("export", tmp_path / "rig.json", "--out", tmp_path / "out", "--retain", *options)
+        assert status == 2
+        assert words in " ".join(err.split())
 
 
 @pytest.mark.slow

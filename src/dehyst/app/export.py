@@ -122,6 +122,11 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         other = "--what joint-controller" if request.log is None else "--log"
         why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
         raise ParameterError(f"--follow-offset does not go with {other}, which {why}. Leave one of them out.")
+    if request.retain and request.what == "joint-controller":
+        raise ParameterError(
+            "--retain belongs to --what inverse or forward: a joint controller starts at its present readings after a "
+            "power cycle, because integrator, observer and faults of before are not those of now. Leave --retain out."
+        )
     if request.log is None and _part(request) != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
@@ -160,7 +165,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     subject = subject_of(
         model, request.what, name=name, period=request.period, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",
-        follow_offset=request.follow_offset,
+        follow_offset=request.follow_offset, retain=request.retain,
     )  # fmt: skip
     if excerpt is None:
         return subject, []

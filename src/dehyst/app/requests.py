@@ -264,6 +264,7 @@ class ExportRequest:
         "measured as one more input.",
         metavar="LIMIT",
     )
+    retain: bool = option("Of --target st: keep the states over a power cycle, as VAR RETAIN.", False)
     name: str | None = option("C identifier; made of the model's file name without it.")
     prune: bool = option("Drop operators of weight zero, which is exact.", False)
     overwrite: bool = option(default=False)

@@ -103,6 +103,11 @@ def refuse_unfit(subject: Subject, target: str) -> None:
                 f"target '{target}' has no {option} {value}; it has {', '.join(allowed)}. Choose one of these, or "
                 f"another target."
             )
+    if subject.retain and target != "st":
+        raise ParameterError(
+            f"--retain has no meaning for target '{target}': only a PLC has memory that outlives a power cycle by "
+            f"itself. Leave it out, or export with --target st."
+        )
 
 
 def contents(subject: Subject, target: str) -> dict[str, bytes]:

@@ -68,6 +68,8 @@ class Subject:
         Of a block, as it runs here; None for a joint controller.
     extra
         Files that go along for this subject: path -> text.
+    retain
+        Whether a PLC keeps the states of a block over a power cycle.
     """
 
     what: str
@@ -88,6 +90,7 @@ class Subject:
     start_output: float = 0.0
     unit: Unit | None = None
     extra: Mapping[str, str] = field(default_factory=dict)
+    retain: bool = False
 
     @property
     def block(self) -> UnitNumbers | None:
@@ -165,6 +168,7 @@ def subject_of(
     excerpt: Array | None = None,
     excerpt_source: str = "",
     follow_offset: float | None = None,
+    retain: bool = False,
 ) -> Subject:
     """Return a model or its inverse as something that targets can write.
 
@@ -190,6 +194,8 @@ def subject_of(
         Which log and column that is.
     follow_offset
         Limit of an offset that follows the last cycle, as a share of the output's range; None: there is none.
+    retain
+        Keep the states over a power cycle: for a PLC, which has memory that does.
 
     Raises
     ------
@@ -236,6 +242,7 @@ def subject_of(
             "ramp": int(ramp),
             **({} if made.period is None else {"period": made.period}),
             **({} if follow_offset is None else {"follow_offset": float(follow_offset)}),
+            **({"retain": True} if retain else {}),
         },
         test=answers(block, made.inputs, made.on, names),
         tolerances=(made.allowed,),
@@ -244,6 +251,7 @@ def subject_of(
         excerpt_source=excerpt_source if log else "",
         start_output=block.last,
         unit=made,
+        retain=retain,
     )
 
 

@@ -91,6 +91,14 @@ class Library:
         """Make an instance with the declared initial values."""
         return Instance(self.units[name.lower()], self._variables(name), self.code[name.lower()], self.budget)
 
+    def cycled(self, instance: Instance) -> Instance:
+        """Return what is left of an instance after a power cycle: what is RETAIN, all else at its initial values."""
+        after = self.new(instance.unit.name)
+        for variable in instance.unit.variables:
+            if variable.kept:
+                setattr(after.variables, f"v_{variable.name.lower()}", instance.value(variable.name))
+        return after
+
     def _variables(self, name: str) -> SimpleNamespace:
         return SimpleNamespace(**{f"v_{v.name.lower()}": self._initial(v) for v in self.units[name.lower()].variables})
 

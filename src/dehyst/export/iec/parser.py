@@ -61,13 +61,17 @@ _BOOL, _DINT = Type("BOOL"), Type("DINT")
 
 @dataclass(frozen=True)
 class Variable:
-    """One declared variable; `initial` are the constants of its initial value, one an element."""
+    """One declared variable; `initial` are the constants of its initial value, one an element.
+
+    `kept` over a power cycle: it is declared as RETAIN.
+    """
 
     name: str
     type: Type
     section: str  # VAR_INPUT, VAR_OUTPUT, VAR, CONSTANT
     initial: tuple[Token, ...]
     line: int
+    kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -281,13 +285,14 @@ class _Parser:
         section = self.take().text.upper()
         if section == "VAR" and self.accept("CONSTANT"):
             section = "CONSTANT"
+        kept = section == "VAR" and self.accept("RETAIN")
         while not self.accept("END_VAR"):
             name = self.name()
             self.expect(":")
             type_ = self.type()
             initial = self.initial() if self.accept(":=") else ()
             self.expect(";")
-            self.declare(Variable(name.text, type_, section, initial, name.line))
+            self.declare(Variable(name.text, type_, section, initial, name.line, kept))
 
     def type(self) -> Type:
         if not self.accept("ARRAY"):

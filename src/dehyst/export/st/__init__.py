@@ -20,6 +20,7 @@ from dehyst.export.st.blocks import (
     direct_function_block,
     element_function_block,
     function_block,
+    retained,
     signal_names,
 )
 from dehyst.export.st.joint import joint_block
@@ -46,7 +47,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     name = units[0].name
     values = {
         "name": name, "real": REAL[subject.real], "words": _words(subject), "samples": _samples(subject),
-        "joint": subject.joint is not None,
+        "joint": subject.joint is not None, "retain": subject.retain,
     }  # fmt: skip
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units), "README.md": with_warning(readme, subject)}
@@ -68,7 +69,8 @@ def function_block_of(subject: Subject, name: str) -> Pou:
     """Return the function block of a subject under this name."""
     real, words = REAL[subject.real], _words(subject)
     if subject.block is not None:
-        return FUNCTION_BLOCKS[subject.block.core](name, real, subject.block, words)
+        unit = FUNCTION_BLOCKS[subject.block.core](name, real, subject.block, words)
+        return retained(unit, real) if subject.retain else unit
     assert subject.joint is not None  # one of both
     assert subject.parameters is not None
     return joint_block(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 from dehyst.export import precision
 from dehyst.export.numbers import DirectNumbers, ElementNumbers, ModelNumbers, OffsetUnit, UnitNumbers
@@ -91,6 +92,22 @@ def _of_offset(real: str, offset: OffsetUnit) -> tuple[Variable, ...]:
         Variable("VAR", "CyclePhase", "DINT", ("0",), comment="0 nothing seen, 1 never turned, 2 falling, 3 rising"),
         *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in ("StrokeEnds", "StrokeWhole")),
     )
+
+
+def retained(unit: Pou, real: str) -> Pou:
+    """Return the function block of a unit with states that outlive a power cycle.
+
+    Outputs are kept in variables of their own, because STruC++ takes no VAR_OUTPUT RETAIN.
+    """
+    kept = {"OutputValue": "KeptOutput", "RejectedEver": "KeptRejected", "LimitedEver": "KeptLimited"}
+    before = "".join(f"{output} := {name};\n" for output, name in kept.items())
+    after = "".join(f"{name} := {output};\n" for output, name in kept.items())
+    states = (
+        Variable("VAR", "KeptOutput", real, ("0.0",), comment="what the outputs were"),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in ("KeptRejected", "KeptLimited")),
+    )
+    body = f"(* ---- after a power cycle, outputs of the last call *)\n{before}\n{unit.body.rstrip()}\n\n{after}"
+    return replace(unit, variables=(*unit.variables, *states), body=body, retain=True)
 
 
 def interface(real: str, words: dict[str, str], more: Sequence[str] = ()) -> tuple[Variable, ...]:

@@ -15,7 +15,7 @@ from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export.iec.parser import ELEMENTARY, LARGEST, REALS, SMALLEST
 
 OPTIMIZED = "{ S7_Optimized_Access := 'TRUE' }"  # of SCL: variables are laid out by the compiler
-SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR CONSTANT")
+SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "TABLE", "VAR CONSTANT")  # TABLE: of SCL, constants that stand in VAR
 SCALES = {"ScaleUp": 2.0**112, "ScaleDown": 2.0**-112}
 
 
@@ -49,13 +49,17 @@ class Variable:
 
 @dataclass(frozen=True)
 class Pou:
-    """A program organisation unit: FUNCTION_BLOCK or PROGRAM, its variables, the statements, a comment on top."""
+    """A program organisation unit: FUNCTION_BLOCK or PROGRAM, its variables, the statements, a comment on top.
+
+    With `retain` what stands in VAR outlives a power cycle.
+    """
 
     kind: str
     name: str
     variables: tuple[Variable, ...]
     body: str
     comment: str
+    retain: bool = False
 
     def section(self, name: str) -> list[Variable]:
         """Return the variables of one section, in order."""
@@ -74,8 +78,9 @@ def siemens_scl(unit: Pou) -> str:
     Differences: names of blocks in quotes, # before those of variables, ``VERSION``, ``BEGIN``, no arrays among
     constants, no PROGRAM (a function block instead, to be called from an organisation block).
     """
+    tables = "TABLE" if unit.retain else "VAR"
     variables = tuple(
-        replace(v, section="VAR") if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
+        replace(v, section=tables) if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
     )
     unit = replace(unit, kind="FUNCTION_BLOCK", variables=variables)
     head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\n{OPTIMIZED}\nVERSION : 0.1\n'
@@ -117,7 +122,8 @@ def _declarations(unit: Pou, *, quoted: bool) -> str:
     for section in SECTIONS:
         variables = unit.section(section)
         if variables:
-            found += [section, *(_declaration(variable, quoted=quoted) for variable in variables), "END_VAR"]
+            head = {"VAR": "VAR RETAIN" if unit.retain else "VAR", "TABLE": "VAR"}.get(section, section)
+            found += [head, *(_declaration(variable, quoted=quoted) for variable in variables), "END_VAR"]
     return "\n".join(found) + "\n"
 
 
@@ -272,7 +278,8 @@ def _add_unit(pous: ElementTree.Element, unit: Pou) -> None:
     for section, tag, constant in _LISTS:
         variables = unit.section(section)
         if variables:
-            found = ElementTree.SubElement(interface, tag, {"constant": "true"} if constant else {})
+            given = {"constant": "true"} if constant else {"retain": "true"} if unit.retain and section == "VAR" else {}
+            found = ElementTree.SubElement(interface, tag, given)
             for variable in variables:
                 _add_variable(found, variable)
     body = ElementTree.SubElement(ElementTree.SubElement(pou, "body"), "ST")
@@ -323,6 +330,7 @@ def _unit_text(pou: ElementTree.Element) -> str:
     for found in pou.find(f"{{{SPACE}}}interface"):  # type: ignore[union-attr]
         tag = found.tag.removeprefix(f"{{{SPACE}}}")
         section = next(s for s, name, constant in _LISTS if name == tag and constant == ("constant" in found.attrib))
+        section += " RETAIN" if "retain" in found.attrib else ""
         lines += [section, *(_variable_text(variable) for variable in found), "END_VAR"]
     body = pou.find(f"{{{SPACE}}}body/{{{SPACE}}}ST/{{{XHTML}}}xhtml")
     return "\n".join([*lines, str(body.text), f"END_{kind}"])  # type: ignore[union-attr]
