@@ -300,11 +300,13 @@ def test_a_dead_time_is_told_with_what_to_do_and_is_no_loss_of_digits(run, tmp_p
     wanted = 0.5 * np.sin(t)
     model.save(tmp_path / "late.json")
     write_csv(tmp_path / "reference.csv", {"time_s": t, "output": wanted})
-    status, out, err = run("compensate", tmp_path / "late.json", tmp_path / "reference.csv", "--output", "output")
+    status, csv, err = run("compensate", tmp_path / "late.json", tmp_path / "reference.csv", "--output", "output")
     said = " ".join(err.split())
-    assert status == 0 and "warning dead-time: " in said and "subtract 0.1 s from its times" in said
+    assert status == 0 and "warning dead-time: " in said and "that much before its time" in said
     assert "round-trip" not in said
-    [sent] = [values for name, values in table(out).items() if name.startswith("compensated")]
+    out = run("export", tmp_path / "late.json", "--target", "c", "--range", "-1", "1", "--out", tmp_path / "unit")[1]
+    assert "give the unit the reference that much ahead" in " ".join(out.split())
+    [sent] = [values for name, values in table(csv).items() if name.startswith("compensated")]
     as_it_is, early = (model.at_rest(float(sent[0])).simulate(x, t[: x.size]) for x in (sent, sent[5:]))
     assert np.abs(early[100:] - wanted[100:-5]).max() < 0.02  # sent five periods earlier
     assert np.abs(as_it_is[100:] - wanted[100:]).max() > 0.04

@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from dehyst.app.logs import verdict_findings
+from dehyst.app.logs import dead_time_findings, verdict_findings
 from dehyst.app.requests import ExportRequest
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
 from dehyst.control import load_adaptation, load_controller, load_partner
@@ -53,6 +53,7 @@ def run_export(request: ExportRequest) -> None:
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, f"'{request.model}'", "Do not let it drive a machine") if drives else []
+    said += dead_time_findings(model, "give the unit the reference that much ahead") if drives else []
     findings = [*pair, *said, *told, *outside(model, request), *cost(model, request)]
     model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):

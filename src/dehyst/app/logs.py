@@ -264,6 +264,19 @@ def outside(values: Array, card: SignalCard, role: str, consequence: str) -> lis
     ]
 
 
+def dead_time_findings(model: Model, cure: str) -> list[Finding]:
+    """Say that an input has to be sent before its output is wanted, and how, where the model knows a dead time."""
+    if not model.dead_time > 0.0:
+        return []
+    return [
+        Finding(
+            "dead-time",
+            f"the actuator answers {model.dead_time:.3g} s late, which no inverse undoes: {cure}, or the output "
+            f"follows what is wanted {model.dead_time:.3g} s behind.",
+        )
+    ]
+
+
 def verdict_findings(model: Model, named: str, forbid: str = "") -> list[Finding]:
     """Return the verdict as a warning unless it was good; `forbid` is what else not to do after the worst one."""
     said = model.card.provenance.get("verdict")

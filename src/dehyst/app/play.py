@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.logs import given_of, outside, part_of, verdict_findings
+from dehyst.app.logs import dead_time_findings, given_of, outside, part_of, verdict_findings
 from dehyst.app.requests import CompensateRequest, SimulateRequest
 from dehyst.app.targets import BAND, refuse_existing
 from dehyst.app.terminal import print_findings, tell
@@ -63,7 +63,7 @@ def run_compensate(request: CompensateRequest) -> None:
     if not request.unknown_state:
         findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += [*_jumps(played.answer, model, signal), *_early(model)]
+    findings += [*_jumps(played.answer, model, signal), *dead_time_findings(model, SEND)]
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings([*said, *_about(signal, "reference"), *findings, *played.findings], stderr=True)
 
@@ -259,24 +259,13 @@ def _jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
     ]
 
 
-def _early(model: Model) -> list[Finding]:
-    """Say how much before its output an input has to be sent."""
-    if not model.dead_time > 0.0:
-        return []
-    return [
-        Finding(
-            "dead-time",
-            f"the actuator answers {model.dead_time:.3g} s late, and the computed input stands beside the output that "
-            f"belongs to it: played as it is, the output follows the reference {model.dead_time:.3g} s behind. Send it "
-            f"that much earlier: subtract {model.dead_time:.3g} s from its times.",
-        )
-    ]
+SEND = "send each computed value that much before its time"
 
 
 def _proof(model: Model, inverse: Model, played: _Played, y: Array) -> list[Finding]:
     """Run the model on the computed input: it must give the reference back, from the first sample on.
 
-    Without its dead time, which no inverse undoes: `_early` says what to do about it.
+    Without its dead time, which no inverse undoes: `dead_time_findings` say what to do.
     """
     model = model.prompt
     if not math.isfinite(model.closeness):
