@@ -484,8 +484,8 @@ class DirectInverse(Model):
         >>> from dehyst.models import SignalCard
         >>> card = ModelCard(SignalCard("u", low=-9.0, high=9.0), SignalCard("y", low=-3.0, high=3.0))
         >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
-        >>> model.simulate([0.0, 2.0, -1.0]).round(9).tolist()
-        [0.0, 1.0, 0.0]
+        >>> model.simulate([0.0, 2.0, -2.0]).round(9).tolist()
+        [0.0, 1.0, -1.0]
         """
         u = signal_array(x, "input x")
         given = self.given(signals, u.size)

@@ -66,8 +66,8 @@ def follow(
     >>> from dehyst.models import DirectInverse, ModelCard, SignalCard
     >>> card = ModelCard(SignalCard("u", low=-9.0, high=9.0), SignalCard("y", low=-3.0, high=3.0))
     >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
-    >>> follow(model, [0.0, 2.0, -1.0], start="rest").y.round(9).tolist()
-    [0.0, 1.0, 0.0]
+    >>> follow(model, [0.0, 2.0, -2.0], start="rest").y.round(9).tolist()
+    [0.0, 1.0, -1.0]
     """
     low, high = _range(model)
     inputs = np.ascontiguousarray(u, dtype=np.float64)
