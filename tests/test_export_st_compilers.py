@@ -25,8 +25,8 @@ BUILDS = {  # programs that a build needs, its commands
     "strucpp": ("node npm g++", "npm install && npm run build"),
 }
 COMMANDS = {
-    "matiec": "{tool}/iec2c -I {tool}/lib -T . all.st && gcc -w -O1 -I {tool}/lib/C",
-    "strucpp": "node {tool}/dist/node/cli.js all.st -o all.cpp && g++ -w -O1 -std=c++17 -I {tool}/src/runtime/include",
+    "matiec": "{tool}/iec2c -I {tool}/lib -T . all.st && gcc -w -O0 -I {tool}/lib/C",
+    "strucpp": "node {tool}/dist/node/cli.js all.st -o all.cpp && g++ -w -O0 -std=c++17 -I {tool}/src/runtime/include",
 }
 HEADS = {
     "matiec": '#include <string.h>\n#include "iec_std_lib.h"\nTIME __CURRENT_TIME;\nBOOL __DEBUG;\n'
