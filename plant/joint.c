@@ -27,15 +27,14 @@ static void prepare(const plant_joint *joint, plant_joint_state *state, double p
 void plant_joint_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed)
 {
     memset(state, 0, sizeof *state);
-    state->random = (seed ^ UINT64_C(0x6a09e667f3bcc909)) * UINT64_C(0xd1342543de82ef95); /* seeds 1, 2, 3 lie far apart */
     for (int m = 0; m < 2; ++m) {
         plant_muscle_state *muscle = &state->muscle[m];
         plant_hysteresis_reset(&joint->muscle[m].hysteresis, muscle, contraction(joint, m, q));
         const double force = plant_muscle_force(&joint->muscle[m], p[m], muscle->contraction);
         muscle->pressure = p[m] + joint->air.ambient;
-        muscle->sensed = p[m];
         muscle->force = force > 0.0 ? force : 0.0;
     }
+    plant_sensors_reset(joint, state, q, p, seed);
 }
 
 /* Force of a muscle that moved to kappa with speed of contraction v while its pressure changed by p_change. */

@@ -27,6 +27,9 @@ double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *st
 void plant_creep_prepare(const plant_muscle *muscle, plant_cache *cache, double period);
 double plant_creep_step(const plant_muscle *muscle, plant_muscle_state *state, double kappa_change, double p_change);
 
+/* Sensors that have been at rest, and their noise from `seed`. */
+void plant_sensors_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed);
+
 /* Exact step of the spool over time h. */
 void plant_spool_prepare(const plant_valve *valve, plant_cache *cache, double h);
 

@@ -14,6 +14,8 @@
 
 #include <stdint.h>
 
+#include "sensors.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -90,10 +92,16 @@ typedef struct plant_valve {
     double damping;     /* of the spool */
 } plant_valve;
 
+#define PLANT_KIND_FIELDS(name) double name##_step, name##_noise, name##_lag;
+#define PLANT_KIND_INDEX(name) PLANT_KIND_##name,
+#define PLANT_SENSOR_FIELD(name, kind, value) double name;
+#define PLANT_SENSOR_INDEX(name, kind, value) PLANT_SENSOR_##name,
+
+enum { PLANT_KINDS(PLANT_KIND_INDEX) PLANT_KIND_COUNT };
+enum { PLANT_SENSORS(PLANT_SENSOR_INDEX) PLANT_SENSOR_COUNT };
+
 typedef struct plant_sensors {
-    double angle_step;     /* resolution of the encoder, [rad] */
-    double pressure_noise; /* rms, white, a sample, [Pa] */
-    double pressure_lag;   /* first order, [s] */
+    PLANT_KINDS(PLANT_KIND_FIELDS) /* see sensors.h */
 } plant_sensors;
 
 typedef struct plant_joint {
@@ -128,7 +136,6 @@ typedef struct plant_muscle_state {
     int32_t turns;
     double creep_contraction[PLANT_CREEP]; /* kappa - lag_j[kappa] */
     double creep_pressure[PLANT_CREEP];    /* p - lag_j[p], [Pa] */
-    double sensed;                      /* lagged pressure, gauge, [Pa] */
     double force;                       /* of the last step, [N] */
     double friction;                    /* hysteresis force of the last step, [N] */
     plant_cache cache;
@@ -136,12 +143,12 @@ typedef struct plant_muscle_state {
 
 typedef struct plant_joint_state {
     plant_muscle_state muscle[2];
-    uint64_t random; /* state of the noise generator */
+    double sensed[PLANT_SENSOR_COUNT]; /* lagged values */
+    uint64_t random[PLANT_KIND_COUNT]; /* states of the noise generators */
 } plant_joint_state;
 
 typedef struct plant_reading {
-    double angle;       /* encoder, [rad] */
-    double pressure[2]; /* gauge, [Pa] */
+    PLANT_SENSORS(PLANT_SENSOR_FIELD) /* encoder [rad], gauge pressures [Pa], ... */
 } plant_reading;
 
 /* Static force of the map at gauge pressure p and contraction kappa, [N]; may be negative: the muscle would push. */

@@ -1,10 +1,13 @@
-"""CONTRIBUTING shows how to add families, figures, formats, targets, muscles, and to change a rule: all is executed."""
+"""CONTRIBUTING shows how to add families, figures, formats, targets, muscles, sensors, to change a rule; all is run."""
 
 import doctest
 import importlib.util
 import inspect
 import re
+import shutil
+import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,7 @@ from dehyst.export import targets
 from dehyst.families import STARTS, choice, example, identify_family, registry, rows, table
 from dehyst.io import formats
 from dehyst.report import figures, write_report
+from dehyst.robot.arm import JointBench, load_robot
 from dehyst.robot.muscles import registry as muscles
 from export_samples import play_model
 from report_samples import fit_by_hand
@@ -34,6 +38,8 @@ EXPORTING = PAGE.partition("## Add a target of")[2].partition("\n## ")[0]
 TARGET, TARGET_ROW, TARGET_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", EXPORTING)
 PULLING = PAGE.partition("## Add a muscle model")[2].partition("\n## ")[0]
 MUSCLE, MUSCLE_LINES, MUSCLE_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", PULLING)
+SENSING = PAGE.partition("## Add a sensor in")[2].partition("\n## ")[0]
+SENSOR_ROWS, SENSOR_KEYS, SENSOR_NUMBERS, SENSOR_TESTS = re.findall(r"(?ms)^```(?:python|text)\n(.*?)^```$", SENSING)
 RULING = PAGE.partition("## Change the rule of auto")[2].partition("\n## ")[0]
 RULE, RULE_TESTS = re.findall(r"(?ms)^```python\n(.*?)^```$", RULING)
 OF_RATE = {"test_a_rate_dependent_family_asks_for_time"}
@@ -280,3 +286,72 @@ def test_the_tests_of_the_rule_shown_pass_with_it_and_not_without(monkeypatch):
 def test_the_commands_that_judge_a_rule_are_there():
     commands = re.findall(r"^python (\S+)", RULING, re.M)
     assert len(commands) == 2 and all((ROOT / name).is_file() for name in commands)
+
+
+def put_in(path, before, text):
+    """Insert lines before the first place of a pattern."""
+    whole = path.read_text(encoding="utf-8")
+    place = re.search(before, whole).start()
+    path.write_text(whole[:place] + text + whole[place:], encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def sensing(tmp_path_factory):
+    """A copy of the package with the sensor of CONTRIBUTING, its plant compiled anew beside the extension."""
+    nanobind = pytest.importorskip("nanobind", reason="nanobind binds the plant: pip install nanobind")
+    if not shutil.which("gcc") or not shutil.which("g++"):
+        pytest.skip("gcc and g++ compile the plant, and are not installed")
+    folder = tmp_path_factory.mktemp("sensing")
+    package = Path(importlib.util.find_spec("dehyst").origin).parent
+    shutil.copytree(package, folder / "dehyst", ignore=shutil.ignore_patterns("__pycache__", "core_sources"))
+    shutil.copytree(ROOT / "plant", folder / "plant")
+    shutil.copytree(ROOT / "src" / "native", folder / "native")
+    kind, sensor = SENSOR_ROWS.splitlines(keepends=True)
+    put_in(folder / "plant" / "sensors.h", r"\n#define PLANT_SENSORS\(", kind)
+    put_in(folder / "plant" / "sensors.h", r"\n#endif", sensor)
+    arm = folder / "dehyst" / "robot" / "arm"
+    put_in(arm / "tables.py", r"\n\n@dataclass\(frozen=True\)\nclass Base", SENSOR_KEYS)
+    put_in(arm / "arm.toml", r"\n# The chain:", SENSOR_NUMBERS)
+    (folder / "native" / "alone.cpp").write_text(
+        '#include "arrays.h"\nNB_MODULE(alone, m) { bind_plant(m); }\n', encoding="utf-8"
+    )
+    home, native = Path(nanobind.include_dir()).parent, folder / "native"
+    includes = [folder / "plant", ROOT / "engine", ROOT / "core", home / "include", home / "ext/robin_map/include"]
+    flags = ["-fPIC", "-ffp-contract=off", "-O1", *(f"-I{path}" for path in includes)]
+    flags += [f"-I{sysconfig.get_paths()['include']}"]
+    c = [*sorted((folder / "plant").glob("*.c")), ROOT / "engine" / "patience.c"]
+    cpp = [native / "alone.cpp", native / "plant.cpp", native / "plant_parameters.cpp", home / "src/nb_combined.cpp"]
+    objects = [folder / f"{source.stem}.o" for source in (*c, *cpp)]
+    for source, target in zip((*c, *cpp), objects, strict=True):
+        compiler = ("gcc", "-std=c11") if source in c else ("g++", "-std=c++17", "-fvisibility=hidden")
+        subprocess.run([*compiler, "-DNB_DOMAIN=alone", *flags, "-c", source, "-o", target], check=True, timeout=600)
+    module = folder / f"alone{sysconfig.get_config_var('EXT_SUFFIX')}"
+    subprocess.run(["g++", "-shared", *objects, "-o", module], check=True, timeout=600)
+    return folder
+
+
+@pytest.mark.slow
+def test_the_tests_of_the_sensor_shown_pass(sensing):
+    (sensing / "test_shown.py").write_text(SENSOR_TESTS, encoding="utf-8")
+    begin = "import alone, dehyst.robot.arm.joints as joints; joints.PneumaticJoint = alone.PneumaticJoint"
+    program = f"import sys; sys.path.insert(0, '.'); {begin}; import test_shown as t\n" + (
+        "for name in dir(t):\n    if name.startswith('test_'): getattr(t, name)(); print(name)\n"
+        "shown = t.run(t.ROBOT, 200)[0]; print(*(shown[name].tobytes().hex() for name in list(shown)[:3]))"
+    )
+    told = subprocess.run([sys.executable, "-c", program], cwd=sensing, capture_output=True, text=True, timeout=600)
+    assert told.stdout.count("test_") == 2, told.stdout + told.stderr
+    assert told.stdout.splitlines()[-1].split() == [values.tobytes().hex() for values in readings_without()]
+
+
+def readings_without():
+    """What the sensors show in the run of the shown test, in the plant as it is."""
+    bench, rows = JointBench(load_robot(), 2, seed=3), []
+    for _ in range(200):
+        rows.append(bench.sense())
+        bench.step(0.3, -0.3)
+    return np.array(rows).T.copy()
+
+
+def test_the_sensor_shown_needs_no_more_than_four_files():
+    named = set(re.findall(r"`((?:src|tests|plant)/\S+\.\w+)`", SENSING)) - {"tests/test_contributing.py"}
+    assert len(named) == 4 and all((ROOT / name).is_file() for name in named if not name.startswith("tests/"))

@@ -43,6 +43,7 @@ def test_a_controller_outside_gives_the_run_of_the_one_inside(robot):
     fine = reference.sampled(bench.period)
     for row, switches in zip(fine.values[:-1, 0], fine.switches[:-1, 0], strict=True):
         reading = bench.sense()
+        assert bench.sensed == reading._asdict()
         out = controller.step(*reading, JointReference(*row[:7]), int(switches))
         found.append((bench.angle, *reading, out.integrator, out.compensation, out.flags))
         bench.step(out.valve_1, out.valve_2, row[7])

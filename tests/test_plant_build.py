@@ -43,6 +43,7 @@ def test_plant_and_core_know_nothing_of_each_other():
     assert set(re.findall(r"#include\s+(\S+)", plant)) <= {
         '"plant.h"',
         '"parts.h"',
+        '"sensors.h"',
         "<math.h>",
         "<stdint.h>",
         "<string.h>",

@@ -187,6 +187,29 @@ def test_the_pressure_sensor_lags():
     np.testing.assert_allclose(seen, 3e5 - 1e5 * np.exp(-t / 0.002), rtol=1e-12)
 
 
+@pytest.mark.parametrize("kind", ["angle", "pressure"])
+def test_any_kind_of_sensor_lags_is_noisy_and_rounds(kind):
+    """Each kind has a noise of its own: that of one changes no bit of the other."""
+    exact = {"angle_step": 0.0, "pressure_noise": 0.0, "pressure_lag": 0.0}
+    column, other, size = (0, 1, 0.01) if kind == "angle" else (1, 0, 1000.0)
+
+    def shown(**sensors):
+        made = joint(p=(2e5, 2e5), sensors=exact | sensors)
+        made.impose(0.0, 0.0, 3e5, 3e5, PERIOD)
+        return np.array([made.sense(0.3, PERIOD) for _ in range(4000)])
+
+    plain, noisy = shown(), shown(**{f"{kind}_noise": size})
+    assert abs(np.std(noisy[:, column]) / size - 1.0) < 0.05
+    assert np.ptp(plain, axis=0).tolist() == [0.0] * 3 and plain[0] == pytest.approx([0.3, 3e5, 3e5])
+    assert noisy[:, other].tobytes() == plain[:, other].tobytes()
+    lagging = shown(**{f"{kind}_lag": 0.01})[:, column]
+    start = 0.0 if kind == "angle" else 2e5
+    settled = 1.0 - np.exp(-PERIOD / 0.01 * np.arange(1, 4001))
+    np.testing.assert_allclose(lagging, start + (plain[0, column] - start) * settled, rtol=1e-12)
+    rounded = shown(**{f"{kind}_noise": size, f"{kind}_step": size})[:, column] / size
+    assert np.max(np.abs(rounded - np.round(rounded))) < 1e-9 and np.ptp(rounded) > 4
+
+
 @NAMES
 def test_a_restored_state_goes_on_with_the_same_bits(name):
     made = joint(BUILT_IN[name](80.0))

@@ -88,9 +88,17 @@ void usable_period(double period) { require(period > 0 && period < 10, "the peri
 nb::tuple sense(PneumaticJoint &self, double q, double period)
 {
     usable_period(period);
-    plant_reading reading{};
-    plant_joint_sense(&self.joint, &self.state, q, period, &reading);
-    return nb::make_tuple(reading.angle, reading.pressure[0], reading.pressure[1]);
+    plant_joint_sense(&self.joint, &self.state, q, period, &self.reading);
+    return nb::make_tuple(self.reading.angle, self.reading.pressure_1, self.reading.pressure_2);
+}
+
+nb::dict sensed(const PneumaticJoint &self)
+{
+    nb::dict out;
+#define TELL(name, kind, value) out[#name] = self.reading.name;
+    PLANT_SENSORS(TELL)
+#undef TELL
+    return out;
 }
 
 double step(PneumaticJoint &self, double q, double qd, double u1, double u2, double period)
@@ -332,6 +340,7 @@ void bind_plant(nb::module_ &m)
              "Replace the hysteresis of muscle 0 or 1 by a Python object with reset(contraction) and "
              "force(contraction, pressure, period).")
         .def("sense", &sense, "angle"_a, "period"_a, "(encoder [rad], gauge pressures 1 and 2 [Pa]).")
+        .def_prop_ro("sensed", &sensed, "What every sensor showed at the last `sense`, by its name in plant/sensors.h.")
         .def("step", &step, "angle"_a, "speed"_a, "valve_1"_a, "valve_2"_a, "period"_a,
              "Torque [Nm] after one period with the angle moving at constant speed.")
         .def("impose", &impose, "angle"_a, "speed"_a, "pressure_1"_a, "pressure_2"_a, "period"_a,

@@ -20,6 +20,7 @@ struct ForeignMechanism {
 struct PneumaticJoint {
     plant_joint joint{};
     plant_joint_state state{};
+    plant_reading reading{}; // the last one that Python asked for
     ForeignMechanism foreign[2];
 
     PneumaticJoint(const nb::dict &parameters, uint64_t seed);

@@ -224,10 +224,13 @@ plant_joint plant_read_joint(const nb::dict &parameters)
         joint.muscle[m] = plant_read_muscle(sub(muscle[m], at("muscle", m)), at("muscle", m));
         joint.valve[m] = plant_read_valve(sub(valve[m], at("valve", m)), at("valve", m));
     }
-    Reader sensors(sub(reader.get("sensors"), "sensors"), "sensors");
-    joint.sensors.angle_step = sensors.number("angle_step", Range::not_negative);
-    joint.sensors.pressure_noise = sensors.number("pressure_noise", Range::not_negative);
-    joint.sensors.pressure_lag = sensors.number("pressure_lag", Range::not_negative);
+    Reader sensors(sub(reader.get("sensors"), "sensors"), "sensors", true);
+#define READ(kind)                                                                                                    \
+    joint.sensors.kind##_step = sensors.number(#kind "_step", Range::not_negative);                                   \
+    joint.sensors.kind##_noise = sensors.number(#kind "_noise", Range::not_negative);                                 \
+    joint.sensors.kind##_lag = sensors.number(#kind "_lag", Range::not_negative);
+    PLANT_KINDS(READ)
+#undef READ
     sensors.finish();
     joint.radius = reader.number("radius", Range::positive);
     joint.contraction = reader.number("contraction");

@@ -117,9 +117,9 @@ class ClosedLoop {
             plant_reading reading{};
             plant_joint_sense(&axis.plant->joint, &axis.plant->state, position_.data()[j], period_, &reading);
             if (blind) {
-                axis.control->restart(reading.angle, reading.pressure[0], reading.pressure[1], false);
+                axis.control->restart(reading.angle, reading.pressure_1, reading.pressure_2, false);
             } else {
-                axis.control->reset(reading.angle, reading.pressure[0], reading.pressure[1]);
+                axis.control->reset(reading.angle, reading.pressure_1, reading.pressure_2);
             }
         }
     }
@@ -221,15 +221,15 @@ class ClosedLoop {
             row[9] = out.torque, row[10] = out.load, row[11] = out.contact, row[12] = out.doubt;
         }
         row[2] += share * reading.angle;
-        row[4] += share * reading.pressure[0];
-        row[5] += share * reading.pressure[1];
+        row[4] += share * reading.pressure_1;
+        row[5] += share * reading.pressure_2;
         row[13] = static_cast<double>(static_cast<uint32_t>(row[13]) | out.flags);
         return torque;
     }
 
     static dehyst_joint_sensors faulty(Axis &axis, const plant_reading &reading, uint32_t switches)
     {
-        dehyst_joint_sensors seen = {reading.angle, {reading.pressure[0], reading.pressure[1]}};
+        dehyst_joint_sensors seen = {reading.angle, {reading.pressure_1, reading.pressure_2}};
         if (switches & kAngleFrozen) seen.angle = axis.last.angle;
         if (switches & kPressureFrozen) seen.pressure[1] = axis.last.pressure[1];
         axis.last = seen;

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -155,11 +155,8 @@ def _valve(valve: Valve) -> dict[str, float]:
 
 
 def _sensors(sensors: Sensors) -> dict[str, float]:
-    return {
-        "angle_step": 2.0 * math.pi / 2**sensors.encoder_bits,
-        "pressure_noise": sensors.pressure_noise,
-        "pressure_lag": sensors.pressure_lag,
-    }
+    told = asdict(sensors)
+    return {"angle_step": 2.0 * math.pi / 2 ** told.pop("encoder_bits"), **told}
 
 
 def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] = ()) -> PneumaticJoint:
@@ -392,6 +389,11 @@ class JointBench:
         drive = self._plant.step(self.angle, self.velocity, valve_1, valve_2, self.period)
         self._data.qfrc_applied[0] = hung + drive
         self._advance(self._model, self._data)
+
+    @property
+    def sensed(self) -> dict[str, float]:
+        """What every sensor of plant/sensors.h showed at the last `sense`: name -> value in SI."""
+        return self._plant.sensed
 
     @property
     def period(self) -> float:
