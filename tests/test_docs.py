@@ -160,7 +160,7 @@ def test_files_that_a_page_names_exist(name):
         for room in ("src", "core", "engine", "plant", "reviewed", "tests", "docs", "examples", "benchmarks")
     ]
     # only there, where test_contributing.py runs them:
-    shown = {"families_backlash", "report_exceeded", "io_frames", "export_esp_idf", "muscles_linear"}
+    shown = {"families_backlash", "report_exceeded", "io_frames", "export_esp_idf", "muscles_linear", "plant_torque"}
     named -= {file for name in shown for file in (f"test_{name}.py", f"{name.partition('_')[2]}.py")}
     assert named
     assert named <= {path.name for folder in folders for path in folder.rglob("*")}

@@ -421,9 +421,9 @@ def test_the_share_that_a_model_was_fitted_to_is_found_by_checksum_and_rows(sett
     record = dehyst.Recording(
         input=[0.0, 1.0, 0.0, 1.0], output=[0.0, 1.0, 0.0, 1.0], provenance={"sha256": "1"} | read
     )
-    assert logs._fitted_share(model, record) == wanted
+    assert logs.fitted_share(model, record) == wanted
     other = dehyst.Recording(input=[0.0, 1.0, 0.0, 1.0], output=[0.0, 1.0, 0.0, 1.0], provenance={"sha256": "2"})
-    assert logs._fitted_share(model, other) is None
+    assert logs.fitted_share(model, other) is None
 
 
 def test_percents_are_of_the_ranges():
@@ -655,7 +655,7 @@ def test_rows_that_only_one_side_names_say_nothing_of_the_share():
     rows = [{"sha256": "1", "first_row": 0, "last_row": 9}]
     model = carded({"logs": rows, "settings": {"train_fraction": 0.6}})
     record = dehyst.Recording(input=[0.0, 1.0] * 2, output=[0.0, 1.0] * 2, provenance={"sha256": "1"})
-    assert logs._fitted_share(model, record) == 0.6
+    assert logs.fitted_share(model, record) == 0.6
 
 
 def test_a_card_whose_range_is_a_point_or_half_unknown_covers_nothing_to_speak_of():
