@@ -19,17 +19,21 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from target import costs, count, jobs, machines, random_blocks
+from target.jobs import Array
 from target.machines import Machine
 
 from dehyst import PrandtlIshlinskii
 from dehyst.control import JointControllerParameters
 from dehyst.export import Subject, export, joint_subject, subject_of
+from dehyst.families import example
+from dehyst.families.table import ROWS
 from dehyst.models import ModelCard, SignalCard
 
 BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "instructions.json"
@@ -87,30 +91,77 @@ def model(n: int) -> PrandtlIshlinskii:
     return PrandtlIshlinskii(np.linspace(0.0, 0.9, n), np.concatenate([[0.5], np.full(n - 1, 0.7 / n)]), card=card)
 
 
-def joint_counts(machine: Machine, real: str, n: int, level: str = "-O2") -> dict[str, float]:
-    """Return instructions of a whole controller's period, and whether its outputs are those of the extension."""
-    subject = joint_subject(model(n), JointControllerParameters(), name="unit", real=real)
+def joint_counts(machine: Machine, subject: Subject) -> dict[str, float]:
+    """Return instructions of a whole controller's period."""
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
-        program = machines.build(machine, Path(place), real, level, "joint.c", Path(place) / "out" / "src")
+        program = machines.build(machine, Path(place), subject.real, "-O2", "joint.c", Path(place) / "out" / "src")
         counts = count.count(machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step")
     return {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
 
 
-def element_counts(machine: Machine, subject: Subject, samples: int) -> dict[str, float]:
-    """Return instructions of a step of an exported sum of elements: in a slow signal, the first, and of the others the
-    slowest that was found."""
-    top = min(-subject.input.low, subject.input.high)
+def unit_counts(machine: Machine, subject: Subject, signals: Sequence[Array]) -> dict[str, float]:
+    """Return instructions of a step of an exported block: in the first signal, slow, the first step, and of the others
+    the slowest that was found."""
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
-        program = machines.build(machine, Path(place), subject.real, "-O2", "unit.c", Path(place) / "out" / "src")
+        defines = (f"-DINPUTS={len(subject.numbers.inputs)}",)
+        program = machines.build(
+            machine, Path(place), subject.real, "-O2", "unit.c", Path(place) / "out" / "src", defines
+        )
         counts = [count.count(machine, program, jobs.unit_job(x, subject.real), Path(place), "unit_step")
-                  for x in costs.element_signals(samples, 0.9 * top)]  # fmt: skip
-    return {
-        "typical": float(np.mean(counts[0][1:])),
-        "first": counts[0][0],
-        "most": max(*counts[0][1:], *counts[1][1:]),
-    }
+                  for x in signals]  # fmt: skip
+    most = max(n for one in counts for n in one[1:])
+    return {"typical": float(np.mean(counts[0][1:])), "first": max(one[0] for one in counts), "most": most}
+
+
+def element_counts(machine: Machine, subject: Subject, samples: int) -> dict[str, float]:
+    """Return instructions of a step of an exported sum of elements, its other inputs at rest."""
+    middle = 0.5 * (subject.input.low + subject.input.high)
+    half = 0.5 * (subject.input.high - subject.input.low)
+    signals = [middle + half * x for x in costs.element_signals(samples)]
+    rest = subject.middle[1:]
+    return unit_counts(machine, subject, [np.column_stack([x, *(np.full(x.size, at) for at in rest)]) for x in signals])
+
+
+def unit_rows(machine: Machine, real: str, samples: int) -> list[dict[str, Any]]:
+    """Return for units of every kind but plays what a step does, and its instructions."""
+    units = [subject_of(each, name="unit", real=real, period=0.001) for each in costs.direct_models()]
+    for direction, what in (("forward", "forward"), ("forward", "inverse"), ("inverse", "inverse")):
+        models = [
+            *costs.element_models(direction),
+            *map(costs.element_model, costs.MIXED if direction == "forward" else ()),
+        ]
+        units += [subject_of(each, what, name="unit", real=real) for each in models]
+    found = []
+    for unit in units:
+        kind, counts = unit.numbers.work
+        if unit.direct:
+            row = unit_counts(machine, unit, [unit.test.inputs[600 : 600 + samples], unit.test.inputs[: 2 * samples]])
+        else:
+            row = element_counts(machine, unit, samples)
+        found.append({"kind": kind, "counts": some(counts), **row})
+    joint = joint_subject(costs.direct_model(4, 6, 3, 2, 1), JointControllerParameters(), name="unit", real=real)
+    kind, counts = joint.numbers.work
+    return [*found, {"kind": kind, "counts": some(counts), **joint_counts(machine, joint)}]
+
+
+def some(counts: dict[str, int]) -> dict[str, int]:
+    """Return what a step does at all."""
+    return {name: count for name, count in counts.items() if count}
+
+
+def family_rows(machine: Machine, real: str, samples: int) -> dict[str, dict[str, Any]]:
+    """Return instructions of a step of a sum of every row of elements, and of its inverse if there is one."""
+    found: dict[str, dict[str, Any]] = {}
+    for row in ROWS:
+        one = replace(example(row.name), card=costs.CARD)
+        for what in ("forward", "inverse")[: 1 if one.no_inverse else 2]:
+            unit = subject_of(one, what, name="unit", real=real, period=0.01 if one.timed else None)
+            counted = element_counts(machine, unit, samples)
+            kind, counts = unit.numbers.work
+            found.setdefault(row.name, {})[what] = {"kind": kind, "counts": some(counts), **counted}
+    return found
 
 
 def elements(machine: Machine, real: str, samples: int) -> dict[str, Any]:
@@ -190,10 +241,17 @@ def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
                 "steps": {str(n): row for n, row in counts.items()},
                 "steps_os": step_counts(machine, real, "-Os", (PLAYS,))[PLAYS],
                 "map": map_cost(machine, real),
-                "joint": {str(n): joint_counts(machine, real, n) for n in (2, PLAYS)},
+                "joint": {
+                    str(n): joint_counts(
+                        machine, joint_subject(model(n), JointControllerParameters(), name="unit", real=real)
+                    )
+                    for n in (2, PLAYS)
+                },
                 "bytes": {level: code_bytes(machine, block, level) for level in ("-O2", "-Os")},
                 "joint_bytes": {level: code_bytes(machine, joint, level) for level in ("-O2", "-Os")},
                 "elements": elements(machine, real, 6 if soft else 40),
+                "units": unit_rows(machine, real, 6 if soft else 40),
+                "rows": {} if soft else family_rows(machine, real, 40),
             }
         found[machine.name] = entry
     return found
@@ -205,28 +263,42 @@ def _version(machine: Machine) -> str:
 
 
 def lines(found: dict[str, Any]) -> dict[str, Any]:
-    """Return what src/dehyst/export/instructions.json holds: a + b n instructions a step."""
+    """Return what src/dehyst/export/instructions.json holds: for each kind of unit the cost of each part of a step."""
     targets: dict[str, Any] = {}
     for name, entry in found.items():
-        targets[name] = {
-            "title": entry["title"],
-            "compiler": f"{entry['compiler']}, -O2",
-            "block": {},
-            "joint": {},
-            "map": {},
-        }
+        costs_of: dict[str, Any] = {"title": entry["title"], "compiler": f"{entry['compiler']}, -O2"}
         for real in REALS:
-            steps = {int(n): row for n, row in entry[real]["steps"].items()}
-            block = {key: costs.line({n: row[key] for n, row in steps.items()}) for key in ("typical", "most")}
-            targets[name]["block"][real] = block
-            targets[name]["map"][real] = entry[real]["map"]
-            targets[name]["joint"][real] = {key: _joint_line(entry[real]["joint"], key, block[key][1]) for key in block}
+            for kind, rows in _rows(entry[real]).items():
+                for key in ("typical", "most"):
+                    counted = [
+                        (counts, max(row[key], row.get("first", 0) if key == "most" else 0)) for counts, row in rows
+                    ]
+                    fixed = {"maps": entry[real]["map"]}
+                    if kind.startswith("joint"):  # a compensator in it once, a direct inverse along two angles
+                        times, inner = (2, "direct_block") if kind == "joint_direct" else (1, "block")
+                        parts = costs_of[inner][real][key]
+                        fixed |= {part: times * cost for part, cost in parts.items() if part not in ("step", "maps")}
+                    costs_of.setdefault(kind, {}).setdefault(real, {})[key] = costs.cover(counted, fixed)
+        targets[name] = costs_of
     return {"points_of_a_map": MAP_POINTS, "largest_n": max(SIZES), "targets": targets}
 
 
-def _joint_line(rows: dict[str, dict[str, float]], key: str, slope: float) -> list[float]:
-    """Through what was counted of the recorded run, with the slope of a block: it has one in it."""
-    return [float(np.ceil(max(row[key] - slope * int(n) for n, row in rows.items()))), slope]
+def _rows(entry: dict[str, Any]) -> dict[str, list[tuple[dict[str, int], dict[str, float]]]]:
+    """What was counted, by kind of unit: what a step does, its instructions."""
+    found: dict[str, list[tuple[dict[str, int], dict[str, float]]]] = {}
+    for kind, of in (("block", "steps"), ("joint", "joint")):
+        found[kind] = [({"operators": int(n)}, row) for n, row in entry[of].items()]
+    for row in (*entry["units"], *(row for both in entry["rows"].values() for row in both.values())):
+        found.setdefault(row["kind"], []).append((row["counts"], row))
+    return found
+
+
+def text(content: dict[str, Any]) -> str:
+    """Return JSON with a line a row: an object stands on one where it has room there."""
+    said = json.dumps(content, indent=1)
+    for pattern in (r"\{[^{}]*\}", r"\{[^{}]*(?:\{[^{}\n]*\}[^{}]*)+\}"):
+        said = re.sub(pattern, lambda row: one if len(one := " ".join(row[0].split())) < 300 else row[0], said)
+    return said + "\n"
 
 
 def table(found: dict[str, Any]) -> list[str]:
@@ -266,9 +338,9 @@ def main() -> None:
         print("\n".join(table(found)))
         faults += missed(found)
         if options.json:
-            options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            options.json.write_text(text(found), encoding="utf-8")
         if options.budget:
-            BUDGET.write_text(json.dumps(lines(found), indent=1) + "\n", encoding="utf-8")
+            BUDGET.write_text(text(lines(found)), encoding="utf-8")
     if faults:
         sys.exit("over the limit: " + "; ".join(faults))
 

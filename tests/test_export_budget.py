@@ -1,15 +1,22 @@
 """The instructions that `dehyst export` prints are those that were counted, and no fewer."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from dehyst.export import subject_of
+from dehyst.control import JointControllerParameters
+from dehyst.export import joint_subject, subject_of
 from dehyst.export.budget import budget
+from dehyst.families import example
+from dehyst.families.table import ROWS
+from dehyst.models import ModelCard, SignalCard
+from direct_export_samples import direct_model
 from export_samples import large_model, mapped_model
 
+CARD = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
 RESULT = Path(__file__).parents[1] / "benchmarks" / "results" / "target.json"
 
 
@@ -28,6 +35,40 @@ def test_lines_lie_above_everything_that_was_counted(counted, real):
             assert row["most"] <= printed[name]["most"] <= 1.6 * row["most"]
             assert row["most"] == max(value for key, value in row.items() if key != "typical")
             assert row["typical"] <= printed[name]["typical"] <= row["most"]
+
+
+def printed(unit, name, key):
+    return budget(unit).instructions[name][key]
+
+
+def test_a_sum_of_every_row_of_elements_is_printed_with_no_less_than_was_counted_and_not_much_more(counted):
+    assert list(counted["cortex-m4f"]["float"]["rows"]) == [row.name for row in ROWS]
+    for row in ROWS:
+        model = replace(example(row.name), card=CARD)
+        for what in counted["cortex-m4f"]["float"]["rows"][row.name]:
+            unit = subject_of(model, what, name="unit", real="float", period=0.01 if model.timed else None)
+            for name, entry in counted.items():
+                was = entry["float"]["rows"][row.name][what]
+                assert was["typical"] <= printed(unit, name, "typical") <= 1.7 * was["typical"], (row.name, what)
+                most = max(was["most"], was["first"])
+                assert most <= printed(unit, name, "most") <= 1.6 * most, (row.name, what)
+
+
+@pytest.mark.parametrize("real", ["float", "double"])
+def test_a_direct_inverse_alone_and_in_a_controller_is_printed_with_no_less_than_was_counted(counted, real):
+    model = direct_model(stops=6, paths=3, creeps=2, schedules=1)
+    alone = subject_of(model, name="unit", period=1e-3, real=real)
+    both = joint_subject(model, JointControllerParameters(), name="unit", real=real)
+    for name, entry in counted.items():
+        units = {row["kind"]: row for row in entry[real]["units"]}  # the last one of a kind is this size
+        for unit in (alone, both):
+            kind, counts = unit.numbers.work
+            assert {part: n for part, n in counts.items() if n} == units[kind]["counts"]
+            assert units[kind]["most"] <= printed(unit, name, "most") <= 1.2 * units[kind]["most"]
+
+
+def test_what_was_not_counted_is_not_printed():
+    assert budget(subject_of(large_model(4), name="unit", tunable=True)).instructions == {}
 
 
 def test_maps_cost_more():

@@ -330,11 +330,14 @@ def test_numbers_of_a_block_are_those_that_the_extension_uses():
     assert in_real(numbers.model, "float").slope == tuple(block.parameters.slope.astype(np.float32).astype(float))
 
 
-@pytest.mark.parametrize("what", ["inverse", "joint-controller"])
+@pytest.mark.parametrize("what", ["inverse", "joint-controller", "tunable"])
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_the_memory_that_is_printed_is_what_a_compiler_for_a_32_bit_target_takes(what, real, tmp_path):
     needs("arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size")
-    one = subject("mapped", what, real)
+    tunable = what == "tunable"
+    one = (
+        subject_of(mapped_model(), name="unit_1", real=real, tunable=True) if tunable else subject("mapped", what, real)
+    )
     written = export(one, "c", tmp_path / "out")
     here = written.folder / "src"
     (here / "sizes.c").write_text(

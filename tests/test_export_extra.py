@@ -150,7 +150,7 @@ def test_the_bill_of_materials_is_valid_cyclonedx_and_has_the_checksum_of_every_
 
 
 def subjects():
-    yield subject_of(mapped_model(), name="u", ramp=40)
+    yield subject_of(mapped_model(), name="u", ramp=40, tunable=True)
     yield subject_of(direct_model(), name="u", period=1e-3)
     yield joint_subject(play_model(), JointControllerParameters(), name="u")
 

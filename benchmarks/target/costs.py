@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +13,8 @@ from dehyst import PrandtlIshlinskii
 from dehyst.control import Block
 from dehyst.export.numbers import UnitNumbers
 from dehyst.export.units import block_in, block_numbers
-from dehyst.families.elements import Element, ElementModel
-from dehyst.models import ModelCard, SignalCard
+from dehyst.families.elements import KINDS, LAGS, Element, ElementModel
+from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from target.jobs import Array, Case
 
 FAR = 1e4
@@ -112,13 +112,28 @@ def _toggled(rng: np.random.Generator, samples: int) -> npt.NDArray[np.bool_]:
     return np.repeat(rng.random(samples // 5 + 1) < 0.5, 5)[:samples]
 
 
-def line(most: Mapping[int, float]) -> list[float]:
-    """Return [a, b] of the straight line a + b n over all points (n, most) that lies nearest to them, rounded up."""
-    n, y = np.array(sorted(most), float), np.array([most[k] for k in sorted(most)])
-    rows = np.column_stack([np.ones(n.size), n])
-    found = linprog((rows / y[:, None]).sum(axis=0), A_ub=-rows, b_ub=-y, bounds=[(None, None)] * 2)
-    slope = np.ceil(100.0 * found.x[1]) / 100.0
-    return [float(np.ceil(np.max(y - slope * n))), float(slope)]
+def cover(
+    rows: Sequence[tuple[Mapping[str, int], float]], fixed: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Return the cost of a step and of each part: no sum over (counts, instructions) lies below what was counted.
+
+    Of all such costs the ones whose sums lie nearest, in shares of what was counted, rounded up; parts that are `fixed`
+    have their cost already.
+    """
+    known = dict(fixed or {})
+    names = ["step", *sorted({name for counts, _ in rows for name, n in counts.items() if n} - known.keys())]
+    table = np.array([[{"step": 1, **counts}.get(name, 0) for name in names] for counts, _ in rows], float)
+    y = np.array([most - sum(cost * counts.get(name, 0) for name, cost in known.items()) for counts, most in rows])
+    shares = np.array([most for _, most in rows])
+    found = linprog(
+        (table / shares[:, None]).sum(axis=0),
+        A_ub=-table,
+        b_ub=-y,
+        bounds=[(None, None)] + [(0, None)] * (len(names) - 1),
+    )
+    costs = {name: float(np.ceil(100.0 * cost) / 100.0) for name, cost in zip(names, found.x, strict=True)}
+    rest = sum(costs[name] * table[:, k] for k, name in enumerate(names) if k)
+    return {**costs, "step": float(np.ceil(np.max(y - rest))), **known}
 
 
 def element_model(n: int) -> ElementModel:
@@ -131,11 +146,54 @@ def element_model(n: int) -> ElementModel:
                 bend if i < mapped[size] else ((), ()))
         for kind, count, mapped, radius, time, weight in MIX for i in range(count[size])
     ]  # fmt: skip
-    card = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
-    return ElementModel(tuple(elements), period=0.01, card=card)
+    return ElementModel(tuple(elements), period=0.01, card=CARD)
 
 
-def element_signals(samples: int, top: float) -> tuple[Array, Array]:
-    """Return a slow signal, and one that jumps anywhere."""
-    slow = np.sin(2.0 * np.pi * np.arange(samples) / 100.0)
-    return top * slow, np.random.default_rng(1).uniform(-top, top, samples)
+CARD = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
+MANY = 8  # elements of one kind, beside the input
+
+
+def element_models(direction: str) -> list[ElementModel]:
+    """Return sums of many elements of one kind, with and without maps of few and of many pieces, and of no element."""
+    models = [(Element("input"),)]
+    for kind in KINDS:
+        radius, time = (1.0 if kind == "product" else 0.3), (0.1 if kind in LAGS else 0.005)
+        models.append((Element("input"), *[Element(kind, radius, time, 0.02)] * MANY, Element("past", 0.1, 0.1, 0.02)))
+    for points in (3, 17):
+        u = tuple(float(x) for x in np.linspace(-1.0, 1.0, points))
+        models.append((Element("input"), *[Element("play", 0.3, 0.0, 0.02, (u, u))] * MANY))
+    return [ElementModel(each, period=0.01, direction=direction, card=CARD) for each in models]
+
+
+def direct_models() -> list[DirectInverse]:
+    """Return direct inverses of one kind of term each, and schedules, and one of all of it."""
+    sizes = [
+        (1, 0, 0, 0, 0),
+        (6, 0, 0, 0, 0),
+        (1, 8, 0, 0, 0),
+        (1, 0, 8, 0, 0),
+        (1, 0, 0, 8, 0),
+    ]
+    return [
+        direct_model(*size) for size in [*sizes, (6, 8, 0, 0, 1), (6, 8, 0, 0, 2), (4, 10, 5, 5, 2), (4, 6, 3, 2, 1)]
+    ]
+
+
+def direct_model(coefficients: int, stops: int, paths: int, creeps: int, schedules: int) -> DirectInverse:
+    """Return a direct inverse of these sizes."""
+    sets = max(1, 2 * schedules)
+    chosen = (Schedule("load", -8.0, 8.0, "Nm"), Schedule("mean_pressure", 2e5, 4e5, "Pa"))[:schedules]
+    card = ModelCard(SignalCard("torque", "Nm", -60.0, 60.0), SignalCard("angle", "rad", -0.5, 0.5))
+    return DirectInverse(
+        radii=np.geomspace(0.01, 0.5, stops) if stops else [], stop_weights=np.full((sets, stops), 1.0),
+        path_lengths=np.geomspace(0.03, 1.0, paths) if paths else [], path_weights=np.full((sets, paths), 1.0),
+        time_constants=np.geomspace(0.05, 30.0, creeps) if creeps else [], creep_weights=np.full((sets, creeps), 1.0),
+        polynomial=np.full((sets, coefficients), 1.0), viscous=np.full(sets, 0.1), schedules=chosen, card=card,
+    )  # fmt: skip
+
+
+def element_signals(samples: int) -> tuple[Array, Array, Array]:
+    """Return a slow signal, one that jumps anywhere, and one that jumps beyond the range; of half ranges."""
+    rng = np.random.default_rng(1)
+    jumps = rng.uniform(-0.9, 0.9, samples)
+    return 0.9 * np.sin(2.0 * np.pi * np.arange(samples) / 100.0), jumps, 1.5 * jumps

@@ -74,10 +74,10 @@ def joint_job(subject: Subject, periods: int) -> bytes:
     return word(rows.size) + rows.tobytes()
 
 
-def unit_job(x: Array, real: str) -> bytes:
-    """Return samples of an exported block, always on, as job.bin."""
-    rows = np.empty(x.size, [("x", TYPE[real]), ("on", "<u4")])
-    rows["x"], rows["on"] = x, 1
+def unit_job(inputs: Array, real: str) -> bytes:
+    """Return samples (T, m) of an exported block, always on, as job.bin."""
+    rows = np.empty(len(inputs), [("x", TYPE[real], inputs.shape[1:]), ("on", "<u4")])
+    rows["x"], rows["on"] = inputs, 1
     return word(rows.size) + rows.tobytes()
 
 

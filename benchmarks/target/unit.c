@@ -1,6 +1,6 @@
 /* Runs an exported block over samples: job.bin in, answer.bin out.
  *
- *   job:    number of samples, then for each: x as IEEE words, 1 on or 0 off
+ *   job:    number of samples, then for each: INPUTS inputs as IEEE words, 1 on or 0 off
  *   answer: for each sample: output as IEEE words
  *
  * steps() is the only caller of unit_step. */
@@ -9,8 +9,18 @@
 
 static unit_state unit;
 
+#if INPUTS == 1
+#define GIVEN(x) x[0]
+#elif INPUTS == 2
+#define GIVEN(x) x[0], x[1]
+#elif INPUTS == 3
+#define GIVEN(x) x[0], x[1], x[2]
+#else
+#define GIVEN(x) x[0], x[1], x[2], x[3]
+#endif
+
 typedef struct sample {
-    dehyst_real x;
+    dehyst_real x[INPUTS];
     uint32_t on;
 } __attribute__((packed)) sample;
 
@@ -20,7 +30,7 @@ __attribute__((noinline)) static void steps(uint32_t samples)
     for (uint32_t k = 0; k < samples; ++k) {
         sample in;
         io_read(&in, sizeof in);
-        const dehyst_real y = unit_step(&unit, in.x, (int)in.on);
+        const dehyst_real y = unit_step(&unit, GIVEN(in.x), (int)in.on);
         io_write(&y, sizeof y);
     }
 }

@@ -25,7 +25,7 @@ def page() -> str:
     found: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
     compilers = "; ".join(dict.fromkeys(f"{entry['compiler']}" for entry in found.values()))
     head = f"Instructions of a step of the inverse of 14 operators, -O2 ({compilers}; `{COMMAND}`):"
-    return "\n".join([head, "", *_steps(found), "", *_sizes(found), "", *_elements(found)])
+    return "\n".join([head, "", *_steps(found), "", *_sizes(found), "", *_elements(found), "", *_families(found)])
 
 
 def _rows(found: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
@@ -73,4 +73,30 @@ def _elements(found: dict[str, Any]) -> list[str]:
         cells = [there["typical"], there["most"], back["typical"], back["most"], back["first"]]
         cells += [own["-O2"]["flash"], own["-Os"]["flash"], own["-O2"]["ram"]]
         lines.append(f"| {name} | " + " | ".join(f"{cell:.0f}" for cell in cells) + " |")
+    return lines
+
+
+def _families(found: dict[str, Any]) -> list[str]:
+    """A step of a small sum of every row of elements, and of a direct inverse."""
+    machines = (("cortex-m4f", "float"), ("cortex-m7", "double"))
+    names = [f"{found[machine]['title'].split(',')[0]} {real}" for machine, real in machines]
+    lines = [
+        "A step of a sum of every row of elements, as small as tests have it, of its inverse, and of a direct inverse: "
+        "instructions in a slow signal, and the most of any step, that after a reset included:",
+        "",
+        f"| | elements | {' | '.join(f'{name}, forward | at most | inverse | at most' for name in names)} |",
+        "|---|---:|" + "---:|" * 8,
+    ]
+    for name, both in found[machines[0][0]][machines[0][1]]["rows"].items():
+        rows = [found[machine][real]["rows"][name].get(what, {}) for machine, real in machines for what in both]
+        cells = [f"{value:.0f}" for row in rows for value in (row["typical"], max(row["most"], row["first"]))]
+        parts = sum(count for part, count in both["forward"]["counts"].items() if "map" not in part)
+        lines.append(f"| `{name}` | {parts} | {' | '.join(cells)} |")
+    of = [
+        [row for row in found[machine][real]["units"] if row["kind"] == "direct_block"][-1]
+        for machine, real in machines
+    ]
+    cells = [f" | | {row['typical']:.0f} | {row['most']:.0f} |" for row in of]
+    terms = sum(of[0]["counts"].get(part, 0) for part in ("stops", "paths", "creeps"))
+    lines.append(f"| direct inverse, one schedule | {terms} |{''.join(cells)}")
     return lines

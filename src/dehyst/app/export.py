@@ -119,6 +119,11 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
+    if request.tunable and request.what == "joint-controller":
+        raise ParameterError(
+            "--tunable belongs to --what inverse or forward. The numbers of a joint controller depend on each other; "
+            "change its file, and export again."
+        )
     if request.follow_offset is not None and (request.what == "joint-controller" or request.log is not None):
         other = "--what joint-controller" if request.log is None else "--log"
         why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
@@ -166,7 +171,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     subject = subject_of(
         model, request.what, name=name, period=request.period, real=real, range=request.range, ramp=ramp,
         excerpt=excerpt.values if excerpt else None, excerpt_source=excerpt.source if excerpt else "",
-        follow_offset=request.follow_offset, retain=request.retain,
+        follow_offset=request.follow_offset, retain=request.retain, tunable=request.tunable,
     )  # fmt: skip
     if excerpt is None:
         return subject, []

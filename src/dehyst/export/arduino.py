@@ -40,7 +40,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the library, its two sketches, and a check that needs no board."""
     core = core_files.needed(subject.numbers.functions)
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
-    sources |= c.unit_files(subject, "src/")
+    sources |= {f"src/{file}": text for file, text in c.unit_files(subject).items()}
     values = c.template_values(subject) | template_values(subject)
     values["sources"] = sorted(file for file in sources if file.endswith(".c"))
     values["headers"] = sorted(file for file in sources if file.endswith(".h"))

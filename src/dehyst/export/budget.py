@@ -28,8 +28,9 @@ class Budget:
     image_bytes
         A saved state; 0 if the unit has no such function.
     instructions
-        Target -> instructions of a step in a slow signal, "typical", and of the slowest that was found, "most":
-        straight lines over n through counts for n up to 200, compiled with -O2 (benchmarks/target.py).
+        Target -> instructions of a step in a slow signal, "typical", and of the slowest that was found, "most", that
+        after a reset included: sums over operators, terms or elements that lie above everything that was counted,
+        compiled with -O2 (benchmarks/target.py).
     """
 
     parameter_bytes: int
@@ -60,7 +61,13 @@ class Budget:
 
 def budget(subject: Subject) -> Budget:
     """Return what the unit costs."""
-    return Budget(*subject.numbers.bytes(BYTES[subject.real]), _instructions(subject))
+    size = BYTES[subject.real]
+    constants, state, image = subject.numbers.bytes(size)
+    if subject.tunable and subject.block:  # two pages; the map behind, backwards
+        back = subject.block.back if subject.what == "inverse" else None
+        constants += size * (10 + 2 * len(back[0])) + 12 if back else size * 10
+        state += 2 * size
+    return Budget(constants, state, image, {} if subject.tunable else _instructions(subject))
 
 
 @cache
@@ -69,13 +76,15 @@ def _measured() -> dict[str, Any]:
 
 
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
-    """Straight lines a + b n through what was measured, for the kind and precision of the subject."""
-    kind = "direct" if subject.joint and subject.direct else subject.numbers.core
-    maps = sum(points > 0 for points in subject.numbers.map_points)
+    """Sums over what a step does, each part with the cost that was measured."""
+    kind, counts = subject.numbers.work
     found = {}
     for name, entry in _measured().get("targets", {}).items():
-        line = entry.get(kind, {}).get(subject.real)
-        if line:
-            more = maps * entry["map"][subject.real]
-            found[name] = {key: line[key][0] + line[key][1] * subject.operators + more for key in ("typical", "most")}
+        costs = entry.get(kind, {}).get(subject.real)
+        if costs:
+            found[name] = {key: _sum(costs[key], counts) for key in ("typical", "most")}
     return found
+
+
+def _sum(cost: Mapping[str, float], counts: Mapping[str, int]) -> float:
+    return sum(cost[part] * count for part, count in {"step": 1, **counts}.items() if count)

@@ -24,9 +24,10 @@ WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the files of an export folder, without those that every target has."""
     values = template_values(subject)
-    core = core_files.needed(subject.numbers.functions)
+    core = core_files.needed(subject.functions)
     sources: dict[str, str | bytes] = {f"src/{name}": text for name, text in core.items()}
-    sources |= unit_files(subject, "src/")
+    unit = unit_files(subject)
+    sources |= {f"src/{name}": text for name, text in unit.items()}
     rules = [{"stem": Path(name).stem, "source": name} for name in sorted(sources) if name.endswith(".c")]
     headers = " ".join(sorted(name for name in sources if name.endswith(".h")))
     build = {
@@ -39,21 +40,21 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     made = {**sources, **companions(subject)}
     return {
         **made,
-        **extra_files(subject, made, {**values, **build}),
+        **extra_files(subject, made, {**core, **unit}, {**values, **build}),
         "Makefile": render("c/Makefile.j2", **build),
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", release=RELEASE, **build),
         "README.md": with_warning(render("c/README.md.j2", single=False, **values), subject),
     }
 
 
-def unit_files(subject: Subject, folder: str = "") -> dict[str, str | bytes]:
+def unit_files(subject: Subject) -> dict[str, str]:
     """Return dehyst_config.h and ``<name>.h/.c``: what other targets that hold C sources need beside the core."""
     kind = "unit" if subject.block else "joint"
     values = template_values(subject)
     return {
-        f"{folder}{core_files.CONFIG}": core_files.config(subject.real),
-        f"{folder}{subject.name}.h": render(f"c/{kind}.h.j2", **values),
-        f"{folder}{subject.name}.c": render(f"c/{kind}.c.j2", **values),
+        core_files.CONFIG: core_files.config(subject.real),
+        f"{subject.name}.h": render(f"c/{kind}.h.j2", **values),
+        f"{subject.name}.c": render(f"c/{kind}.c.j2", **values),
     }
 
 
@@ -106,7 +107,8 @@ def template_values(subject: Subject) -> dict[str, Any]:
             "words": JOINT_WORDS[subject.real],
         }
     assert block is not None  # one of both
-    return {**common, "b": block, "n": block.parts, "d": None, "samples": round(1 / block.fade)}
+    values = {**common, "b": block, "n": block.parts, "d": None, "samples": round(1 / block.fade)}
+    return {**values, "back": block.back} if subject.tunable else values
 
 
 def provenance_lines(subject: Subject) -> list[str]:

@@ -37,7 +37,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     made = {f"{subject.name}.h": header(subject), **companions(subject, implementation=True)}
     return {
         **made,
-        **extra_files(subject, made, {**values, **build}),
+        **extra_files(subject, made, {**core_files.core_files(), **unit_files(subject)}, {**values, **build}),
         "Makefile": render("c/Makefile.j2", **build),
         "CMakeLists.txt": render("c/CMakeLists.txt.j2", release=RELEASE, **build),
         "README.md": with_warning(render("c/README.md.j2", single=True, **values), subject),
@@ -46,12 +46,12 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 
 def header(subject: Subject) -> str:
     """Return the whole unit as one header."""
-    core = core_files.needed(subject.numbers.functions)
+    core = core_files.needed(subject.functions)
     text = core["dehyst.h"]
     sources = {name: body for name, body in core.items() if name.endswith(".c")}
     functions = core_files.defined(sources.values())
     prefix = {function: f"{subject.name}_{function}" for function in functions}
-    unit = {name: str(body) for name, body in unit_files(subject).items()}
+    unit = unit_files(subject)
     bodies = [renamed(body, Path(name).stem, subject.name, prefix) for name, body in sorted(sources.items())]
     bodies.append(renamed(unit[f"{subject.name}.c"], "unit", subject.name, prefix, keep=f"{subject.name}_"))
     system = sorted({name for body in sources.values() for name in _SYSTEM.findall(body)} - {"<stdint.h>"})

@@ -1,4 +1,4 @@
-"""Files of a C export beside its sources, for build systems and assessors: one table, name -> template."""
+"""Files of a C export beside its sources, for build systems, assessors and calibration: one table, name -> template."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from dehyst.export import core_files
+from dehyst.export.calibration import calibration_values
 from dehyst.export.rendering import render
 from dehyst.export.requirements import required
 from dehyst.export.subject import Subject
@@ -23,19 +24,27 @@ FILES = {  # name in the folder -> template below templates/extra/
     "requirements.md": "requirements.md.j2",
     "misra.md": "misra.md.j2",
     "sbom.cdx.json": "sbom.json.j2",
+    "calibration/{name}.a2l": "calibration.a2l.j2",
+    "calibration/addresses.py": "addresses.py.j2",
 }
 
 
-def extra_files(subject: Subject, made: Mapping[str, str | bytes], values: Mapping[str, Any]) -> dict[str, str | bytes]:
-    """Return the files of the table, for an export whose own files are `made`; `values` are those of its templates."""
+def extra_files(
+    subject: Subject, made: Mapping[str, str | bytes], unit: Mapping[str, str], values: Mapping[str, Any]
+) -> dict[str, str | bytes]:
+    """Return the files of the table, for an export whose own files are `made`.
+
+    `unit` are the sources of the unit and dehyst.h as they are in target c, `values` those of its templates.
+    """
     code = {name: str(text) for name, text in sorted(made.items()) if not name.startswith(("check/", "example/"))}
     sources = [(name, hashlib.sha256(text.encode("utf-8")).hexdigest()) for name, text in code.items()]
     told = hashlib.sha256(repr((subject.checksum, sources)).encode("utf-8")).digest()
     filled = {
         **values,
+        **calibration_values(subject, unit),
         "check": str(made["check/check.c"]),
         "requirements": required(subject),
-        "deviations": deviations(core_files.needed(subject.numbers.functions)),
+        "deviations": deviations(core_files.needed(subject.functions)),
         "sources": sources,
         "serial": str(uuid.UUID(bytes=told[:16], version=5)),
     }

@@ -108,6 +108,11 @@ def refuse_unfit(subject: Subject, target: str) -> None:
             f"--retain has no meaning for target '{target}': only a PLC has memory that outlives a power cycle by "
             f"itself. Leave it out, or export with --target st."
         )
+    if subject.tunable and target not in ("c", "c-header"):
+        raise ParameterError(
+            f"target '{target}' has no --tunable: what is changed through a calibration file are variables of C. Leave "
+            f"--tunable out, or choose --target c or c-header."
+        )
 
 
 def contents(subject: Subject, target: str) -> dict[str, bytes]:

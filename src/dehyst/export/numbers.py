@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -13,6 +14,7 @@ from dehyst.families.element_machine import ElementBlockParameters
 from dehyst.families.elements import KINDS
 
 Map = tuple[Floats, Floats]
+REACH = 1e15  # of an output in front of the last map: from there on there is no limit
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,11 @@ class ModelNumbers:
     def parts(self) -> int:
         """Return n."""
         return len(self.threshold)
+
+    @property
+    def work(self) -> dict[str, int]:
+        """How often a step does what: the names of instructions.json."""
+        return {"operators": self.parts}
 
     @property
     def points(self) -> tuple[int, int]:
@@ -138,6 +145,13 @@ class DirectNumbers:
         return self.coefficients + self.parts + 1
 
     @property
+    def work(self) -> dict[str, int]:
+        """How often a step does what: the names of instructions.json."""
+        kinds = ("stops", self.radius), ("paths", self.length), ("creeps", self.gain)
+        counts = {"coefficients": self.coefficients, **{name: len(values) for name, values in kinds}}
+        return {**counts, "schedules": len(self.source), "more weights": (self.sets - 1) * self.terms}
+
+    @property
     def memory(self) -> int:
         """Reals that a state remembers, two of each."""
         return 2 * self.parts
@@ -180,6 +194,20 @@ class ElementNumbers:
         yield from (("breakpoints of an element", points[0]) for points in p.maps)
         yield from (("numbers of a map", side) for points in (p.before, p.after) for side in points)
         yield from (("ends of a schedule", pair) for pair in zip(p.schedule_low, p.schedule_high, strict=True))
+
+    @property
+    def work(self) -> dict[str, int]:
+        """How often a step, or a round of its solution, does what: the names of instructions.json."""
+        counts = dict(Counter(KINDS[kind] for kind in self.parameters.kind))
+        points = [len(u) for u, _ in self.parameters.maps if u]
+        halvings = sum(max(0, size - 2).bit_length() for size in points)
+        return {**counts, "maps of elements": len(points), "halvings of a map": halvings}
+
+    @property
+    def way(self) -> str:
+        """How a sample is answered: the sum is evaluated, and perhaps held at a limit, or solved."""
+        p = self.parameters
+        return "solved" if p.solves else "held" if p.numbers["reach_high"] < REACH else "evaluated"
 
     @property
     def elements(self) -> list[dict[str, Any]]:
@@ -281,6 +309,23 @@ class UnitNumbers:
     offset: OffsetUnit | None = None
 
     @property
+    def work(self) -> tuple[str, dict[str, int]]:
+        """Kind of unit, and how often a step does what: the names of instructions.json."""
+        way = f"_{self.model.way}" if isinstance(self.model, ElementNumbers) else ""
+        return self.core + way, {**self.model.work, "maps": sum(points > 0 for points in self.map_points)}
+
+    @property
+    def back(self) -> Map | None:
+        """The map behind its memory, backwards, with rising breakpoints; None if there is none."""
+        model = self.model
+        after = model.after if isinstance(model, ModelNumbers) else None
+        after = model.parameters.after if isinstance(model, ElementNumbers) else after
+        if not after or not after[0]:
+            return None
+        values, points = zip(*sorted(zip(after[1], after[0], strict=True)), strict=True)
+        return values, points
+
+    @property
     def functions(self) -> tuple[str, ...]:
         """Of the core, that the unit calls."""
         names = ("reset", "step", "save", "restore") if self.saved else ("reset", "step")
@@ -364,6 +409,12 @@ class JointNumbers:
     def direct(self) -> DirectNumbers | None:
         """The direct inverse, if it is one."""
         return self.table if isinstance(self.table, DirectNumbers) else None
+
+    @property
+    def work(self) -> tuple[str, dict[str, int]]:
+        """Kind of unit, and how often a period does what: the names of instructions.json."""
+        maps = sum(points > 0 for points in self.map_points)
+        return ("joint_direct" if self.direct else "joint"), {**self.table.work, "maps": maps}
 
     @property
     def parts(self) -> int:

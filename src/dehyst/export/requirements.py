@@ -67,6 +67,10 @@ REQUIREMENTS = (
         ("test_export_c.py", "test_export_traps.py", "test_export_pair.py"),
     ),
     Requirement(
+        "tunable numbers", "A page of them counts whole, from the sample that finds its number; none that cannot be.",
+        ("a page of", "a page that"), ("test_export_calibration.py",), (), "tunable",
+    ),
+    Requirement(
         "resources", "Nothing is allocated, no library is called, loops have bounds; the rest is in manifest.json.", (),
         ("test_export_c.py", "test_export_budget.py"), ("wp",),
     ),
@@ -90,4 +94,5 @@ def required(subject: Subject) -> list[Requirement]:
     """Return the requirements that this unit has."""
     kinds = {"all", subject.what, "joint" if subject.joint else "block"}
     kinds |= {"saved"} if subject.joint or (subject.block and subject.block.saved) else set()
+    kinds |= {"tunable"} if subject.tunable else set()
     return [one for one in REQUIREMENTS if one.of in kinds]

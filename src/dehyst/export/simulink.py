@@ -20,7 +20,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     name = subject.name
     core = core_files.needed(subject.numbers.functions)
     sources: dict[str, str | bytes] = {f"src/{file}": text for file, text in core.items()}
-    sources |= c.unit_files(subject, "src/")
+    sources |= {f"src/{file}": text for file, text in c.unit_files(subject).items()}
     values = c.template_values(subject) | template_values(subject)
     sources[f"src/{name}_simulink.h"] = render("simulink/adaptor.h.j2", **values)
     sources[f"src/{name}_simulink.c"] = render("simulink/adaptor.c.j2", **values)

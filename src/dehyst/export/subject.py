@@ -64,6 +64,8 @@ class Subject:
         Of a joint controller with a direct inverse, else None.
     start_output
         Of a block after a reset. [output]
+    tunable
+        Whether a block has numbers that may be changed while it runs.
     unit
         Of a block, as it runs here; None for a joint controller.
     extra
@@ -88,6 +90,7 @@ class Subject:
     parameters: JointControllerParameters | None = None
     adaptation: Adaptation | None = None
     start_output: float = 0.0
+    tunable: bool = False
     unit: Unit | None = None
     extra: Mapping[str, str] = field(default_factory=dict)
     retain: bool = False
@@ -106,6 +109,12 @@ class Subject:
     def direct(self) -> DirectNumbers | None:
         """Numbers of the direct inverse, if it is one or holds one."""
         return self.numbers.direct
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """Of the core, that the unit calls."""
+        tuning = ("dehyst_accept", "dehyst_within", "dehyst_map_value") if self.tunable else ()
+        return (*self.numbers.functions, *tuning)
 
     @property
     def operators(self) -> int:
@@ -169,6 +178,7 @@ def subject_of(
     excerpt_source: str = "",
     follow_offset: float | None = None,
     retain: bool = False,
+    tunable: bool = False,
 ) -> Subject:
     """Return a model or its inverse as something that targets can write.
 
@@ -196,6 +206,8 @@ def subject_of(
         Limit of an offset that follows the last cycle, as a share of the output's range; None: there is none.
     retain
         Keep the states over a power cycle: for a PLC, which has memory that does.
+    tunable
+        Whether scale, offset and limits of the output and the ramp may be changed while the unit runs.
 
     Raises
     ------
@@ -215,6 +227,11 @@ def subject_of(
     check_choice(what, WHATS[:2], "--what")
     check_choice(real, REALS, "--real")
     check_name(name)
+    if tunable and follow_offset is not None:
+        raise ParameterError(
+            "--tunable does not go with --follow-offset: an offset that follows the last cycle and one that is tuned "
+            "would work against each other. Leave one of them out."
+        )
     direction: Direction = "forward" if what == "forward" else "inverse"
     made = unit_of(model, direction, real, range, ramp, period, follow_offset)
     block, numbers = made.block, made.numbers
@@ -243,6 +260,7 @@ def subject_of(
             **({} if made.period is None else {"period": made.period}),
             **({} if follow_offset is None else {"follow_offset": float(follow_offset)}),
             **({"retain": True} if retain else {}),
+            **({"tunable": True} if tunable else {}),
         },
         test=answers(block, made.inputs, made.on, names),
         tolerances=(made.allowed,),
@@ -250,6 +268,7 @@ def subject_of(
         excerpt=log,
         excerpt_source=excerpt_source if log else "",
         start_output=block.last,
+        tunable=tunable,
         unit=made,
         retain=retain,
     )

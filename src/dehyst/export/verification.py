@@ -242,7 +242,7 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
         return subject_of(
             model, "inverse" if what == DIRECT else what, name=name, period=period, real=real, range=range, ramp=ramp,
             excerpt=excerpt, excerpt_source=source, follow_offset=followed,
-            retain=bool(settings.get("retain")),
+            retain=bool(settings.get("retain")), tunable=bool(settings.get("tunable")),
         )  # fmt: skip
     except (KeyError, TypeError, IndexError, ValueError, OverflowError) as fault:
         if isinstance(fault, DehystError):

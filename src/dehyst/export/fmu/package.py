@@ -103,7 +103,7 @@ def step_of(subject: Subject) -> float:
 
 def _core(subject: Subject) -> dict[str, str]:
     core = core_files.needed(subject.numbers.functions)
-    return core | {name: text if isinstance(text, str) else text.decode() for name, text in unit_files(subject).items()}
+    return core | unit_files(subject)
 
 
 def _part(subject: Subject) -> tuple[str, dict[str, object]]:
