@@ -30,6 +30,8 @@ from dehyst.export.st.pou import (
     siemens_scl,
     structured_text,
     text_of,
+    text_of_twincat,
+    twincat_source,
 )
 from dehyst.export.units import block_numbers
 from direct_export_samples import direct_model
@@ -41,6 +43,7 @@ FORMS = {
     "text": structured_text,
     "scl": siemens_scl,
     "xml": lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00")),
+    "twincat": lambda unit: text_of_twincat(twincat_source(unit)),
 }
 SEEDS = st.integers(0, 2**32 - 1)
 WORDS = {"input": "angle [deg]", "output": "pressure [bar]", "about": "about"}
@@ -166,7 +169,7 @@ def test_an_exported_folder_verifies(tmp_path, what, real):
     export(subject, "st", tmp_path / "out")
     checks = verify(tmp_path / "out")
     assert [check.status for check in checks] == ["passed"] * len(checks), checks
-    assert sum("own checker" in check.claim for check in checks) == 12
+    assert sum("own checker" in check.claim for check in checks) == 16
 
 
 @pytest.mark.slow
@@ -194,7 +197,7 @@ def test_a_text_that_was_changed_does_not_verify(tmp_path, old, new, word):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["Elbow.st", "Elbow.xml", "Elbow_Test.scl"])
+@pytest.mark.parametrize("name", ["Elbow.st", "Elbow.xml", "Elbow_Test.scl", "twincat/Elbow.TcPOU"])
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"<!DOCTYPE x>", b"<project/>", None])
 def test_a_damaged_file_fails_and_does_not_stop_the_others(tmp_path, name, content):
     subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
@@ -241,6 +244,23 @@ def test_every_name_of_c_becomes_one_that_plcs_take(name):
     assert found.upper() not in RESERVED
     assert found.lower() != "states"
     load(f"PROGRAM {found}_Example END_PROGRAM")
+
+
+def test_a_twincat_file_is_one_unit_with_declaration_and_body_apart_and_the_same_identity_again():
+    unit = Pou(
+        "FUNCTION_BLOCK",
+        "Both",
+        (Variable("VAR_INPUT", "X", "LREAL"),),
+        "IF A[B[0]]>0.0 THEN X := 1.0; END_IF;\n",
+        "c",
+    )
+    source = twincat_source(unit)
+    pou = ET.fromstring(source)[0]
+    assert source == twincat_source(unit) and pou.tag == "POU" and pou.get("Name") == "Both"
+    assert re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", pou.get("Id"))
+    declaration, body = pou.findtext("Declaration"), pou.findtext("Implementation/ST")
+    assert "FUNCTION_BLOCK Both\nVAR_INPUT" in declaration and "END_FUNCTION_BLOCK" not in declaration + body
+    assert body.startswith("IF A[B[0]] >0.0")  # its end of CDATA is none
 
 
 def test_plcopen_xml_has_the_structure_of_the_schema():

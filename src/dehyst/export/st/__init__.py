@@ -1,7 +1,7 @@
-"""Target ``st``: a function block for PLCs, as IEC 61131-3 text, Siemens SCL and PLCopen XML, with its test.
+"""Target ``st``: a function block for PLCs, as IEC 61131-3 text, Siemens SCL, PLCopen XML and files of TwinCAT.
 
-What is generated is data (`dehyst.export.st.pou.Pou`) until the last moment: so all three forms say the same; each
-is then read back and run by the own checker (`dehyst.export.iec`).
+What is generated is data (`dehyst.export.st.pou.Pou`) until the last moment: so all forms say the same; each is
+then read back and run by the own checker (`dehyst.export.iec`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dehyst.export.st.blocks import (
     signal_names,
 )
 from dehyst.export.st.joint import joint_block
-from dehyst.export.st.pou import Pou, plain, plcopen_xml, rendered, siemens_scl, structured_text
+from dehyst.export.st.pou import Pou, plain, plcopen_xml, rendered, siemens_scl, structured_text, twincat_source
 from dehyst.export.st.programs import NO_NUMBER, PlcSignal, Ports, example, joint_example, self_test, writable
 from dehyst.export.st.verification import check_forms
 from dehyst.export.subject import Subject
@@ -42,7 +42,7 @@ _DATE = "2000-01-01T00:00:00"  # the format wants one; equal exports are equal f
 
 
 def files(subject: Subject) -> dict[str, str | bytes]:
-    """Return the function block, its example and its test in all three forms, and README.md."""
+    """Return the function block, its example and its test in all forms, and README.md."""
     units = units_of(subject)
     name = units[0].name
     values = {
@@ -94,7 +94,7 @@ def _variables(subject: Subject) -> set[str]:
 
 
 def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
-    """Return the units in all three forms."""
+    """Return the units in all forms."""
     block, call, test = units
     return {
         f"{name}.st": structured_text(block) + "\n" + structured_text(call),
@@ -102,6 +102,7 @@ def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
         f"{name}.scl": siemens_scl(block) + "\n" + siemens_scl(call),
         f"{name}_Test.scl": siemens_scl(test),
         f"{name}.xml": plcopen_xml(name, units, __version__, _DATE),
+        **{f"twincat/{unit.name}.TcPOU": twincat_source(unit) for unit in units},
     }
 
 
@@ -166,7 +167,7 @@ def _words(subject: Subject) -> dict[str, str]:
 
 
 def verify(folder: Path, subject: Subject) -> list[Check]:
-    """Run all three forms in the own checker and compare them with the model's answers."""
+    """Run all forms in the own checker and compare them with the model's answers."""
     signals = {"test signal": subject.test}
     if subject.excerpt is not None:
         signals["excerpt of your log"] = subject.excerpt

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from xml.etree import ElementTree
@@ -322,6 +323,33 @@ def text_of(xml: bytes) -> str:
         return "\n".join(_unit_text(pou) for pou in pous)
     except (ElementTree.ParseError, KeyError, AttributeError, TypeError) as error:
         raise ModelFileError(f"the PLCopen XML file is damaged ({error}): export it again") from None
+
+
+def twincat_source(unit: Pou) -> bytes:
+    """Return a unit as a source file of TwinCAT 3 (``.TcPOU``): the IEC 61131-3 text, declaration and body apart."""
+    declaration = f"{comment(unit.comment)}\n{unit.kind} {unit.name}\n{_declarations(unit, quoted=False)}"
+    parts = [text.replace("]]>", "]] >") for text in (declaration, unit.body.rstrip() + "\n")]  # the end of CDATA
+    identity = uuid.uuid5(uuid.NAMESPACE_OID, "".join(parts))
+    return HEAD + (
+        f'\n<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.0">\n'
+        f'  <POU Name="{unit.name}" Id="{{{identity}}}" SpecialFunc="None">\n'
+        f"    <Declaration><![CDATA[{parts[0]}]]></Declaration>\n"
+        f"    <Implementation>\n      <ST><![CDATA[{parts[1]}]]></ST>\n    </Implementation>\n"
+        f"  </POU>\n</TcPlcObject>\n"
+    ).encode("ascii")
+
+
+def text_of_twincat(source: bytes) -> str:
+    """Return the unit of a file of TwinCAT as source text."""
+    if not source.startswith(HEAD) or b"<!DOCTYPE" in source or b"<!ENTITY" in source:
+        raise ModelFileError("the TwinCAT file does not begin as dehyst writes it, in UTF-8: export it again")
+    try:
+        pou = ElementTree.fromstring(source)[0]
+        declaration, body = pou.findtext("Declaration") or "", pou.findtext("Implementation/ST") or ""
+        kind = next(kind for kind in _KINDS if re.search(rf"(?m)^{kind} {re.escape(pou.attrib['Name'])}$", declaration))
+    except (ElementTree.ParseError, KeyError, IndexError, StopIteration) as error:
+        raise ModelFileError(f"the TwinCAT file is damaged ({error}): export it again") from None
+    return f"{declaration}\n{body}\nEND_{kind}\n"
 
 
 def _unit_text(pou: ElementTree.Element) -> str:

@@ -11,7 +11,7 @@ from dehyst.arrays import Array
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.iec import Instance, load
 from dehyst.export.signal import Signal, Whole
-from dehyst.export.st.pou import text_of
+from dehyst.export.st.pou import text_of, text_of_twincat
 from dehyst.export.st.programs import Ports
 from dehyst.export.targets import Check
 
@@ -22,6 +22,7 @@ def forms(name: str) -> dict[str, tuple[str, ...]]:
         "IEC 61131-3 text": (f"{name}.st", f"{name}_Test.st"),
         "Siemens SCL": (f"{name}.scl", f"{name}_Test.scl"),
         "PLCopen XML": (f"{name}.xml",),
+        "TwinCAT": (f"twincat/{name}.TcPOU", f"twincat/{name}_Test.TcPOU"),
     }
 
 
@@ -62,7 +63,7 @@ def check_forms(
 
 
 def source(path: Path) -> str:
-    """Return the text of a file; of PLCopen XML the text that its elements say.
+    """Return the text of a file; of XML the text that its elements say.
 
     Raises
     ------
@@ -70,7 +71,9 @@ def source(path: Path) -> str:
         If the file cannot be read.
     """
     try:
-        return text_of(path.read_bytes()) if path.suffix == ".xml" else path.read_text(encoding="ascii")
+        content = path.read_bytes()
+        read = {".xml": text_of, ".TcPOU": text_of_twincat}.get(path.suffix)
+        return read(content) if read else content.decode("ascii")
     except (OSError, UnicodeDecodeError) as fault:
         raise OutputError(f"'{path.name}' cannot be read ({fault}). Export again.", path=str(path)) from None
 
