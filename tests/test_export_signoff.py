@@ -35,6 +35,7 @@ UNITS = {
     "simulink": lambda: joint_subject(mapped_model(), JointControllerParameters(), name="axis"),
     "st": lambda: subject_of(mapped_model(), "forward", name="elbow", excerpt=WAVE),
     "arduino": lambda: subject_of(play_model(), name="elbow", real="float"),
+    "rust": lambda: subject_of(play_model(), name="elbow"),
     "direct": direct_unit,
 }
 EXAMPLES = {"simulink": 6}  # of a joint controller, whose test signal takes a second

@@ -9,7 +9,7 @@ import pytest
 
 from dehyst.control import JointControllerParameters
 from dehyst.export import export, joint_subject, subject_of, verify
-from dehyst.export.simulink import hexadecimal
+from dehyst.export.signal import to_hex
 from export_samples import large_model, make_check, mapped_model, needs_make
 
 SUBJECTS = {
@@ -97,7 +97,7 @@ def test_verify_runs_it_and_says_that_matlab_was_not_there(folders, monkeypatch)
 
 def test_the_signal_for_matlab_has_all_digits():
     subject = SUBJECTS["joint controller in double"]()
-    rows = [line.split() for line in hexadecimal(subject).splitlines()]
+    rows = [line.split() for line in to_hex(subject.test).splitlines()]
     words = np.array([[int(word, 16) for word in (*row[:10], *row[11:-1])] for row in rows], dtype=np.uint64)
     wanted = np.hstack([subject.test.inputs, subject.test.outputs])
     assert np.array_equal(words, wanted.view(np.uint64))

@@ -75,6 +75,7 @@ def members(place, change):
 
 
 def add(place, name, text):
+    (place / name).parent.mkdir(exist_ok=True)
     (place / name).write_text(text)
 
 
@@ -90,6 +91,7 @@ ATTACKS = {
         lambda f: add(f, "check/stdio.h", "__attribute__((constructor)) static void e(void) { _Exit(0); }"),
         "check/stdio.h",
     ),
+    "a compiler of one's own": ("rust", lambda f: add(f, ".cargo/config.toml", ""), ".cargo/config.toml"),
     "a header beside the one header": ("c-header", lambda f: add(f, "stdint.h", ""), "stdint.h"),
     "a wrong block and a check that returns early": ("c", early, "src/block.c"),
     "a block that goes wrong later": (

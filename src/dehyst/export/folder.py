@@ -26,7 +26,7 @@ SCHEMA = 1
 MANIFEST = "manifest.json"
 VERIFIED = "VERIFIED.txt"
 EXCERPT = "expected/excerpt.csv"
-BUILD = "build"  # what `make` leaves behind
+BUILDS = ("build", "target")  # what `make` and cargo leave behind
 MOST_BYTES = 64 * 1024 * 1024
 
 

@@ -81,6 +81,17 @@ def literal(value: float, real: str) -> str:
     return f"{digits}p{exponent}{'f' if real == 'float' else ''}"
 
 
+def decimal(value: float, real: str) -> str:
+    """Return the shortest decimal constant of a number, to the bit: for languages without hexadecimal ones.
+
+    Examples
+    --------
+    >>> decimal(3.0, "double"), decimal(0.1, "float"), decimal(1e-300, "double")
+    ('3.0', '0.1', '1e-300')
+    """
+    return str(np.float32(value)) if real == "float" else repr(float(value))
+
+
 def table(values: Sequence[float] | npt.NDArray[np.float64], real: str, columns: int = 4) -> str:
     """Return rows of C constants, for the braces of an array."""
     words = [literal(float(value), real) for value in values]

@@ -31,6 +31,8 @@ def _environment() -> jinja2.Environment:
         "pattern": precision.pattern,
         "table": precision.table,
         "padded": padded,
+        "doc": doc,
+        "decimal": precision.decimal,
     }
     return environment
 
@@ -63,6 +65,17 @@ def comment(text: object) -> str:
     # A character is kept apart from the one before if both together mean something; so no pass makes a new pair.
     line = re.sub(r"\*(?=/)|/(?=[*/])|\?(?=\?)", r"\g<0> ", line)
     return line[:300].rstrip("\\ ")
+
+
+def doc(text: object) -> str:
+    r"""Return text that is one line of a documentation comment of Rust, in which Markdown marks nothing.
+
+    Examples
+    --------
+    >>> doc("angle [deg]")
+    'angle \\[deg\\]'
+    """
+    return re.sub(r"[\\`*_\[\]<>]", r"\\\g<0>", comment(text))
 
 
 def string_literal(text: object) -> str:

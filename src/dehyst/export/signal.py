@@ -173,6 +173,16 @@ def to_csv(signal: Signal) -> str:
     return text.getvalue()
 
 
+def to_hex(signal: Signal) -> str:
+    """Return rows of inputs, switch, outputs and flags; numbers are patterns of doubles, so that no digit is lost."""
+    inputs, outputs = (np.ascontiguousarray(values).view(np.uint64) for values in (signal.inputs, signal.outputs))
+    rows = (
+        [*(f"{word:016x}" for word in x), str(on), *(f"{word:016x}" for word in y), str(flags)]
+        for x, on, y, flags in zip(inputs, signal.switch, outputs, signal.flags, strict=True)
+    )
+    return "".join(" ".join(row) + "\n" for row in rows)
+
+
 def from_csv(text: str, inputs: int, path: str = "table") -> Signal:
     """Read back what `to_csv` wrote, with that many input columns."""
     rows = list(csv.reader(io.StringIO(text)))

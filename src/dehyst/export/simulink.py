@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from dehyst.export import c, core_files
 from dehyst.export.budget import budget
 from dehyst.export.compilers import check_folder
 from dehyst.export.rendering import TEMPLATES, render
+from dehyst.export.signal import to_hex
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
 
@@ -35,7 +34,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         f"settings_{name}.m": render("simulink/settings.m.j2", **values),
         "check/check.c": companions["check/check.c"],
         "check/expected.h": companions["check/expected.h"],
-        "check/test_signal.hex": hexadecimal(subject),
+        "check/test_signal.hex": to_hex(subject.test),
         "check/stand_in/simstruc.h": (TEMPLATES / "simulink" / "simstruc.h").read_text(encoding="utf-8"),
         "check/stand_in/simulink.c": render("simulink/simulink.c.j2", **values),
         "Makefile": render("simulink/Makefile.j2", **values),
@@ -61,18 +60,6 @@ def template_values(subject: Subject) -> dict[str, Any]:
 def memory_words(subject: Subject) -> int:
     """Return the words that hold a unit's state on any processor, with one to say that it runs."""
     return 1 + (budget(subject).state_bytes + 64) // 4  # wider pointers, gaps between members
-
-
-def hexadecimal(subject: Subject) -> str:
-    """Return the test signal for MATLAB, a row a sample: numbers as patterns of doubles, so that no digit is lost."""
-    test = subject.test
-    numbers = np.hstack([test.inputs, test.outputs]).view(np.uint64)
-    split = test.inputs.shape[1]
-    rows = (
-        [*(f"{word:016x}" for word in row[:split]), str(on), *(f"{word:016x}" for word in row[split:]), str(flags)]
-        for row, on, flags in zip(numbers, test.switch, test.flags, strict=True)
-    )
-    return "".join(" ".join(row) + "\n" for row in rows)
 
 
 def verify(folder: Path, subject: Subject) -> list[Check]:

@@ -109,6 +109,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
             Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
+            Target("rust", "Rust crate without std around the C sources", "dehyst.export.rust"),
             Target("arduino", "Arduino library", "dehyst.export.arduino", BLOCKS, ("float",)),
         )
         if target.present

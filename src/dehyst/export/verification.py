@@ -21,7 +21,7 @@ from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
-    BUILD,
+    BUILDS,
     EXCERPT,
     MANIFEST,
     MOST_BYTES,
@@ -135,7 +135,10 @@ NOT_RUN = Check(
     "its code gives the model's answers", "skipped", "not compared and not run, because of the faults above"
 )
 WRONG = "do not use this export"
-NOTHING_RAN = "nothing was compiled; install gcc or clang, and make (on Debian: apt-get install gcc make)"
+NOTHING_RAN = (
+    "nothing was compiled; install gcc or clang, and make, for target rust cargo (on Debian: apt-get install gcc make "
+    "cargo)"
+)
 
 
 def _passed(checks: Iterable[Check]) -> Iterable[bool]:
@@ -190,23 +193,28 @@ def added_checks(folder: Path, manifest: Mapping[str, Any]) -> list[Check]:
     known = {*manifest["files"], MANIFEST, VERIFIED}
     own = {name.partition("/")[0].casefold() for name in manifest["files"]}  # one name where case does not count
     there = [name for name in files_below(folder) if name not in known]
-    added = [name for name in there if not name.startswith(f"{BUILD}/")]
+    made = {name.partition("/")[0] for name in there if "/" in name} & {*BUILDS}
+    added = [name for name in there if name.partition("/")[0] not in made]
     strange = [name for name in added if name.partition("/")[0].casefold() in own or _is_code(name)]
     claim = "no file was added to the sources"
     if strange:
         return [Check(claim, "failed", f"added: {_some(strange)}; take them out, they can change what is compiled")]
     notes = [f"notes beside it: {_some(added)}"] if added else []
-    notes += [f"{BUILD}/ was not looked at; delete it before you build"] if len(there) > len(added) else []
+    notes += [f"{name}/ was not looked at; delete it before you build" for name in sorted(made)]
     return [Check(claim, "passed", "; ".join(notes))]
 
 
-CODE = (".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".inc", ".s", ".mk", ".cmake", ".ino", ".m", ".st", ".scl", ".xml")
+CODE = (
+    ".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".inc", ".s", ".mk", ".cmake", ".ino", ".m", ".st", ".scl", ".xml",
+    ".rs", ".toml",
+)  # fmt: skip
+TOOLS = ("makefile", "gnumakefile", "cmakelists.txt", "rust-toolchain")
 
 
 def _is_code(name: str) -> bool:
-    """Whether a file at the top would be taken for one of the export, by a tool or by a person."""
+    """Whether a file would be taken for one of the export, by a tool or by a person."""
     low = name.lower()
-    return "/" not in name and (low.endswith((*CODE, ".fmu")) or low in ("makefile", "gnumakefile", "cmakelists.txt"))
+    return low.startswith(".cargo/") or ("/" not in name and (low.endswith((*CODE, ".fmu")) or low in TOOLS))
 
 
 def _some(names: Sequence[str]) -> str:
