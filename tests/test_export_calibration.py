@@ -19,7 +19,8 @@ from dehyst.families import example
 from dehyst.models import ModelCard, SignalCard
 from direct_export_samples import direct_model
 from export_samples import MODELS, mapped_model, play_model
-from test_export_c import WARNINGS, needs, run
+from test_export_c import WARNINGS, needs
+from test_export_c import run as told
 
 CARD = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
 FORMATS = {"FLOAT64_IEEE": "d", "FLOAT32_IEEE": "f", "ULONG": "I", "SLONG": "i"}
@@ -83,7 +84,7 @@ CASES = list(subjects())
 def linked(folder, compiler="cc", *flags):
     """The example, with debug information; another compiler's runtime is not needed."""
     sources = sorted(path.relative_to(folder).as_posix() for path in folder.glob("src/*.c"))
-    run(compiler, "-g", "-O2", "-Isrc", "-I.", *flags, "example/main.c", *sources, "-o", "program", cwd=folder)
+    told(compiler, "-g", "-O2", "-Isrc", "-I.", *flags, "example/main.c", *sources, "-o", "program", cwd=folder)
     return folder / "program"
 
 
@@ -91,7 +92,7 @@ def filled(folder, program, state="unit"):
     pytest.importorskip("elftools")
     made = folder / "filled.a2l"
     script = folder / "calibration" / "addresses.py"
-    run(sys.executable, str(script), str(program), "--state", state, "--out", str(made), cwd=folder)
+    told(sys.executable, str(script), str(program), "--state", state, "--out", str(made), cwd=folder)
     return made
 
 
@@ -123,11 +124,11 @@ def value(elf, address, form, count):
 def test_a_strict_parser_takes_the_file_and_finds_the_same_addresses(one, target, tmp_path):
     needs("cc")
     folder = export(one, target, tmp_path / "out").folder
-    run(a2ltool(), "--strict", "--check", "calibration/elbow.a2l", cwd=folder)
+    told(a2ltool(), "--strict", "--check", "calibration/elbow.a2l", cwd=folder)
     program = linked(folder, "cc", "-Wl,--no-gc-sections")
     made = filled(folder, program)
     own = ("--strict", "--check", "--elffile", str(program), "--update", "ADDRESSES", "--update-mode", "STRICT")
-    run(a2ltool(), str(made), *own, "-o", "theirs.a2l", cwd=folder)
+    told(a2ltool(), str(made), *own, "-o", "theirs.a2l", cwd=folder)
     ours, theirs = (
         re.findall(r"0x([0-9A-Fa-f]{4,})", text) for text in (made.read_text(), (folder / "theirs.a2l").read_text())
     )
@@ -200,7 +201,7 @@ def test_tunable_sources_are_clean_as_c_and_as_cpp(one, tmp_path):
         sources = [path.relative_to(folder).as_posix() for path in sorted(folder.rglob("*.c"))]
         for language, standard in (("c", "c99"), ("c++", "c++17")):
             options = ("-x", language, f"-std={standard}", "-O2", "-fsyntax-only", *WARNINGS, "-I.", "-Isrc", "-Icheck")
-            run("cc", *options, *sources, cwd=folder)
+            told("cc", *options, *sources, cwd=folder)
 
 
 class Running:
@@ -338,3 +339,11 @@ def test_without_the_option_an_export_has_no_line_of_it(tmp_path):
     folder = export(subject_of(mapped_model(), name="elbow"), "c", tmp_path / "out").folder
     for name in ("src/elbow.c", "src/elbow.h", "check/check.c", "calibration/elbow.a2l", "README.md"):
         assert "page" not in (folder / name).read_text(), name
+
+
+def test_the_command_refuses_tunable_numbers_of_a_controller_and_writes_those_of_a_unit(run, tmp_path):
+    model = play_model().save(tmp_path / "model.json")
+    ask = ("export", model, "--target", "c", "--tunable", "--name", "elbow", "--out", tmp_path / "out")
+    status, _, err = run(*ask, "--what", "joint-controller", "--controller", "controller.json")
+    assert status == 2 and "--tunable belongs to --what inverse or forward" in err
+    assert run(*ask)[0] == 0 and "elbow_page[2]" in (tmp_path / "out" / "src" / "elbow.h").read_text()
