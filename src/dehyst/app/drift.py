@@ -119,7 +119,7 @@ def _row(change: Change) -> tuple[str | Text, ...]:
     return (
         Text(f"{'*' if change.drifted else ' '} {NAMES[change.part]}", style="bold" if change.drifted else ""),
         f"{plain(change.estimate, '+.3g')}{unit}",
-        f"{plain(change.low, '+.3g')} to {plain(change.high, '+.3g')}",
+        f"{plain(change.low, '+.2g')} to {plain(change.high, '+.2g')}",
         plain(change.effect_percent, ".2g"),
         f"{plain(change.detectable, '.2g')}{unit}",
         f"{change.p_value:.1g}",
