@@ -154,6 +154,13 @@ def _versions(library):
     return [word[len(b"GLIBC_") :] for word in library.split(b"\0") if word.startswith(b"GLIBC_2")]
 
 
+@pytest.mark.parametrize("home", ["/dev/null/home", None])
+def test_without_a_home_folder_that_can_be_written_zig_works_too(home, monkeypatch):
+    monkeypatch.setattr(sources, "TARGETS", (sources.LINUX,))
+    monkeypatch.delenv("HOME") if home is None else monkeypatch.setenv("HOME", home)
+    assert set(package(UNITS["pi"]("double"), 2).binaries.files) == {"binaries/linux64/unit_1.so"}
+
+
 def test_what_zig_says_when_it_fails_is_in_the_message(monkeypatch):
     monkeypatch.setattr(sources, "ZIG", ("-fno-such-option",))
     with pytest.raises(sources.OutputError, match="cannot compile the FMU"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import re
 import shutil
@@ -224,6 +225,16 @@ def _command(target: Target) -> tuple[str, ...] | None:
     return (compiler, *target.options) if compiler else None
 
 
+def _cache() -> dict[str, str]:
+    """Where zig keeps what it makes once: below the home folder, or where that cannot be written the temporary one."""
+    home = os.environ.get("HOME")
+    return (
+        {}
+        if home and os.access(home, os.W_OK)
+        else {"ZIG_GLOBAL_CACHE_DIR": str(Path(tempfile.gettempdir()) / "zig-cache")}
+    )
+
+
 def _compiled(command: tuple[str, ...], target: Target, sources: Mapping[str, bytes], library: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         for path, content in sources.items():
@@ -237,7 +248,7 @@ def _compiled(command: tuple[str, ...], target: Target, sources: Mapping[str, by
             text=True,
             timeout=TIMEOUT_S,
             check=False,
-            env=plain_environment() | {"SOURCE_DATE_EPOCH": "0"},
+            env=_cache() | plain_environment() | {"SOURCE_DATE_EPOCH": "0"},
         )
         if done.returncode:
             name = target.folders[1]
