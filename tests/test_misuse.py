@@ -117,7 +117,7 @@ def test_a_column_that_is_no_name_is_refused_with_the_names_there_are(column, tm
 
 
 def test_a_family_that_is_nearly_spelt_is_named():
-    with pytest.raises(ParameterError, match="Did you mean 'bouc-wen'"):
+    with pytest.raises(ParameterError, match=r"Did you mean bouc-wen\?"):
         dehyst.identify(dehyst.Recording(U, Y), "bouc_wen")
 
 

@@ -8,9 +8,12 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from dehyst.control.block import BLOCK_FLAGS
+from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.errors import ParameterError
 from dehyst.export import c, core_files
 from dehyst.export.budget import budget
@@ -26,27 +29,29 @@ gen if impl in let loop macro match mod move mut override priv proc_macro pub re
 test trait true try type typeof unsafe unsized use virtual where while yield
 """
 WORDS = frozenset(_WORDS.split())  # of the language, or crates that come with it
-BLOCK_FLAGS = (
-    ("REJECTED", 1, "The last sample was no number."),
-    ("REJECTED_EVER", 2, "Some sample since the last reset was rejected."),
-    ("LIMITED", 4, "The last sample met the limit of the input or of the output."),
-    ("LIMITED_EVER", 8, "Some sample since the last reset did."),
+BLOCK_WORDS = (
+    ("REJECTED", "The last sample was no number."),
+    ("REJECTED_EVER", "Some sample since the last reset was rejected."),
+    ("LIMITED", "The last sample met the limit of the input or of the output."),
+    ("LIMITED_EVER", "Some sample since the last reset did."),
 )
-JOINT_FLAGS = (
-    ("POSITION", 1, "Switch: position control; otherwise the reference's pressure difference is applied."),
-    ("INTEGRATOR", 2, "Switch: integrator of the position loop."),
-    ("COMPENSATOR", 4, "Switch: hysteresis compensator, and the reference's `extra`."),
-    ("ADAPT", 8, "Switch: the scales of a direct inverse are learned."),
-    ("DISTURBANCE", 16, "Switch: the contact torque is fed back."),
-    ("ANGLE_FAULT", 1, "Flag: the angle is no number, jumps or is frozen; its prediction is used."),
-    ("PRESSURE_FAULT_1", 2, "Flag: the same of the first pressure."),
-    ("PRESSURE_FAULT_2", 4, "Flag: the same of the second pressure."),
-    ("FAILED", 8, "Flag: a fault lasted too long; valves are closed until a reset."),
-    ("PRESSURE_LIMIT", 16, "Flag: desired pressures were limited."),
-    ("VALVE_LIMIT", 32, "Flag: a valve was limited."),
-    ("REFERENCE_FAULT", 64, "Flag: the reference is no number; the last good one is held."),
-    ("FAULT_EVER", 128, "Flag: there was some fault since the reset."),
-    ("LEARNED", 256, "Flag: this period taught the adaptation something."),
+SWITCH_WORDS = (
+    ("POSITION", "Switch: position control; otherwise the reference's pressure difference is applied."),
+    ("INTEGRATOR", "Switch: integrator of the position loop."),
+    ("COMPENSATOR", "Switch: hysteresis compensator, and the reference's `extra`."),
+    ("ADAPT", "Switch: the scales of a direct inverse are learned."),
+    ("DISTURBANCE", "Switch: the contact torque is fed back."),
+)
+FLAG_WORDS = (
+    ("ANGLE_FAULT", "Flag: the angle is no number, jumps or is frozen; its prediction is used."),
+    ("PRESSURE_FAULT_1", "Flag: the same of the first pressure."),
+    ("PRESSURE_FAULT_2", "Flag: the same of the second pressure."),
+    ("FAILED", "Flag: a fault lasted too long; valves are closed until a reset."),
+    ("PRESSURE_LIMIT", "Flag: desired pressures were limited."),
+    ("VALVE_LIMIT", "Flag: a valve was limited."),
+    ("REFERENCE_FAULT", "Flag: the reference is no number; the last good one is held."),
+    ("FAULT_EVER", "Flag: there was some fault since the reset."),
+    ("LEARNED", "Flag: this period taught the adaptation something."),
 )
 
 
@@ -89,11 +94,18 @@ def template_values(subject: Subject) -> dict[str, Any]:
     return {
         "about": json.dumps(comment(subject.title).encode("ascii", "replace").decode()),
         "arguments": [f"{name}_" if name in WORDS else name for name in (block.inputs if block else ())],
-        "flags": BLOCK_FLAGS if block else JOINT_FLAGS,
+        "flags": _told(BLOCK_WORDS, BLOCK_FLAGS)
+        if block
+        else [*_told(SWITCH_WORDS, SWITCHES), *_told(FLAG_WORDS, FLAGS)],
         "functions": [f"{name}_float" if subject.real == "float" else name for name in functions],
         "image_words": cost.image_bytes // 4,
         "words": (cost.state_bytes + 64) // 8,  # wider pointers, gaps between members; layout.c compares
     }
+
+
+def _told(words: tuple[tuple[str, str], ...], bits: Mapping[str, int]) -> list[tuple[str, int, str]]:
+    """Name, bit and meaning of each constant of the crate."""
+    return [(name, bits[name.lower().replace("_", "-")], meaning) for name, meaning in words]
 
 
 def verify(folder: Path, subject: Subject) -> list[Check]:

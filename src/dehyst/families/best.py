@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from inspect import signature
@@ -21,6 +20,7 @@ from dehyst.families.registry import MODULES, ROWS
 from dehyst.families.registry import family as family_of
 from dehyst.families.rows import ENOUGH_TURNS, best_row, turns_of
 from dehyst.families.training import Training
+from dehyst.fields import did_you_mean
 from dehyst.findings import Finding
 from dehyst.identification import identify as identify_plays
 from dehyst.identification.cautions import Knows, plays_only
@@ -109,10 +109,9 @@ def identify(
         raise ParameterError(f"purpose = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.", purpose=purpose)
     known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))
     if not isinstance(family, str) or family not in known:
-        close = difflib.get_close_matches(str(family), known, 1)
-        hint = f"Did you mean '{close[0]}'? " if close else ""
+        hint = did_you_mean(family, known)
         raise ParameterError(
-            f"there is no family {family!r:.60}. {hint}There are: {', '.join(known)}.", family=repr(family)[:60]
+            f"there is no family {family!r:.60}.{hint} There are: {', '.join(known)}.", family=repr(family)[:60]
         )
     if family in MODULES or family in ROWS:
         if settings:
