@@ -46,6 +46,11 @@ class ModelNumbers:
         return len(self.threshold)
 
     @property
+    def way(self) -> str:
+        """How a sample is answered: there is one way."""
+        return ""
+
+    @property
     def work(self) -> dict[str, int]:
         """How often a step does what: the names of instructions.json."""
         return {"operators": self.parts}
@@ -145,6 +150,16 @@ class DirectNumbers:
         return self.coefficients + self.parts + 1
 
     @property
+    def after(self) -> Map | None:
+        """No map stands behind it."""
+        return None
+
+    @property
+    def way(self) -> str:
+        """How a sample is answered: there is one way."""
+        return ""
+
+    @property
     def work(self) -> dict[str, int]:
         """How often a step does what: the names of instructions.json."""
         kinds = ("stops", self.radius), ("paths", self.length), ("creeps", self.gain)
@@ -196,6 +211,11 @@ class ElementNumbers:
         yield from (("ends of a schedule", pair) for pair in zip(p.schedule_low, p.schedule_high, strict=True))
 
     @property
+    def after(self) -> Map | None:
+        """Map behind the sum."""
+        return self.parameters.after
+
+    @property
     def work(self) -> dict[str, int]:
         """How often a step, or a round of its solution, does what: the names of instructions.json."""
         counts = dict(Counter(KINDS[kind] for kind in self.parameters.kind))
@@ -207,7 +227,7 @@ class ElementNumbers:
     def way(self) -> str:
         """How a sample is answered: the sum is evaluated, and perhaps held at a limit, or solved."""
         p = self.parameters
-        return "solved" if p.solves else "held" if p.numbers["reach_high"] < REACH else "evaluated"
+        return "_solved" if p.solves else "_held" if p.numbers["reach_high"] < REACH else "_evaluated"
 
     @property
     def elements(self) -> list[dict[str, Any]]:
@@ -311,15 +331,12 @@ class UnitNumbers:
     @property
     def work(self) -> tuple[str, dict[str, int]]:
         """Kind of unit, and how often a step does what: the names of instructions.json."""
-        way = f"_{self.model.way}" if isinstance(self.model, ElementNumbers) else ""
-        return self.core + way, {**self.model.work, "maps": sum(points > 0 for points in self.map_points)}
+        return self.core + self.model.way, {**self.model.work, "maps": sum(points > 0 for points in self.map_points)}
 
     @property
     def back(self) -> Map | None:
         """The map behind its memory, backwards, with rising breakpoints; None if there is none."""
-        model = self.model
-        after = model.after if isinstance(model, ModelNumbers) else None
-        after = model.parameters.after if isinstance(model, ElementNumbers) else after
+        after = self.model.after
         if not after or not after[0]:
             return None
         values, points = zip(*sorted(zip(after[1], after[0], strict=True)), strict=True)
