@@ -38,16 +38,16 @@ static inline double rise(const chamber *c, const plant_air *air, double mdot, d
     return air->polytropic / c->volume * (air->gas_constant * air->temperature * mdot * h - p * c->slope * c->advance);
 }
 
-static inline void substep(chamber *c, const plant_joint *joint, int m, const double *spool, double u, double h)
+static inline void substep(chamber *c, const plant_unit *unit, const double *spool, double u, double h)
 {
-    const plant_air *air = &joint->air;
+    const plant_air *air = unit->air;
     const double p = c->pressure;
     const double mdot = flow(c, air, p);
     const double first = rise(c, air, mdot, p, h);
     move_spool(c, spool, u);
-    open_ways(c, &joint->valve[m]);
+    open_ways(c, unit->valve);
     c->kappa += c->advance;
-    c->volume = plant_muscle_volume(&joint->muscle[m], c->kappa, &c->slope);
+    c->volume = plant_muscle_volume(unit->muscle, c->kappa, &c->slope);
     const double ahead = p + first > 0.0 ? p + first : 0.0;
     const double mdot_ahead = flow(c, air, ahead);
     const double next = p + 0.5 * (first + rise(c, air, mdot_ahead, ahead, h));
@@ -55,18 +55,18 @@ static inline void substep(chamber *c, const plant_joint *joint, int m, const do
     c->mass += 0.5 * h * (mdot + mdot_ahead);
 }
 
-static chamber enter(const plant_joint *joint, const plant_muscle_state *state, int m, double kappa)
+static chamber enter(const plant_unit *unit, const plant_muscle_state *state, double kappa)
 {
-    const plant_valve *valve = &joint->valve[m];
+    const plant_valve *valve = unit->valve;
     chamber c;
     c.pressure = state->pressure;
     c.spool = state->spool;
     c.spool_speed = state->spool_speed;
     c.mass = state->mass;
     c.kappa = state->contraction;
-    c.advance = (kappa - state->contraction) / joint->substeps;
-    c.volume = plant_muscle_volume(&joint->muscle[m], c.kappa, &c.slope);
-    c.full = valve->conductance * joint->air.reference_density;
+    c.advance = (kappa - state->contraction) / unit->substeps;
+    c.volume = plant_muscle_volume(unit->muscle, c.kappa, &c.slope);
+    c.full = valve->conductance * unit->air->reference_density;
     c.ratio = valve->ratio;
     c.ratio_slope = 1.0 / (1.0 - valve->ratio);
     open_ways(&c, valve);
@@ -81,16 +81,24 @@ static void leave(const chamber *c, plant_muscle_state *state)
     state->mass = c->mass;
 }
 
-void plant_chambers_step(const plant_joint *joint, plant_joint_state *state, const double kappa[2],
+void plant_chamber_step(const plant_unit *unit, plant_muscle_state *state, double kappa, double command, double period)
+{
+    chamber c = enter(unit, state, kappa);
+    for (int32_t k = 0; k < unit->substeps; ++k)
+        substep(&c, unit, state->cache.spool, command, period / unit->substeps);
+    leave(&c, state);
+}
+
+void plant_chambers_step(const plant_unit unit[2], plant_muscle_state state[2], const double kappa[2],
                          const double command[2], double period)
 {
-    const double h = period / joint->substeps;
-    chamber first = enter(joint, &state->muscle[0], 0, kappa[0]);
-    chamber second = enter(joint, &state->muscle[1], 1, kappa[1]);
-    for (int32_t k = 0; k < joint->substeps; ++k) { /* side by side: neither waits for the other's roots */
-        substep(&first, joint, 0, state->muscle[0].cache.spool, command[0], h);
-        substep(&second, joint, 1, state->muscle[1].cache.spool, command[1], h);
+    const double h = period / unit->substeps;
+    chamber first = enter(&unit[0], &state[0], kappa[0]);
+    chamber second = enter(&unit[1], &state[1], kappa[1]);
+    for (int32_t k = 0; k < unit->substeps; ++k) { /* side by side: neither waits for the other's roots */
+        substep(&first, &unit[0], state[0].cache.spool, command[0], h);
+        substep(&second, &unit[1], state[1].cache.spool, command[1], h);
     }
-    leave(&first, &state->muscle[0]);
-    leave(&second, &state->muscle[1]);
+    leave(&first, &state[0]);
+    leave(&second, &state[1]);
 }

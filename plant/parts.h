@@ -33,8 +33,9 @@ void plant_sensors_reset(const plant_joint *joint, plant_joint_state *state, dou
 /* Exact step of the spool over time h. */
 void plant_spool_prepare(const plant_valve *valve, plant_cache *cache, double h);
 
-/* Both chambers over a period with the contractions moving linearly to kappa[2]. */
-void plant_chambers_step(const plant_joint *joint, plant_joint_state *state, const double kappa[2],
+/* A chamber over a period with the contraction moving linearly to kappa; and both of a joint, to the same bits. */
+void plant_chamber_step(const plant_unit *unit, plant_muscle_state *state, double kappa, double command, double period);
+void plant_chambers_step(const plant_unit unit[2], plant_muscle_state state[2], const double kappa[2],
                          const double command[2], double period);
 
 /* Share of full opening of the way to the supply; the way to ambient opens with -s. Monotone in s. */

@@ -114,6 +114,14 @@ typedef struct plant_joint {
     int32_t substeps;   /* of valves and chambers in a step */
 } plant_joint;
 
+/* One muscle with its valve and the air around it: what a joint has two of. */
+typedef struct plant_unit {
+    const plant_air *air;
+    const plant_muscle *muscle;
+    const plant_valve *valve;
+    int32_t substeps;
+} plant_unit;
+
 /* What follows from parameters and period; made anew when the period changes. */
 typedef struct plant_cache {
     double period;                    /* that it belongs to, [s] */
@@ -170,6 +178,18 @@ double plant_hysteresis_step(const plant_hysteresis *hysteresis, plant_muscle_st
 /* Everett function of the Preisach mechanism, 0..2: change of its normalised output (-1..1) from reversal `from`
  * to `to`, both in units of the largest strain. */
 double plant_everett(double from, double to);
+
+/* A muscle at rest at contraction kappa and gauge pressure p; nothing remembered. */
+void plant_muscle_reset(const plant_unit *unit, plant_muscle_state *state, double kappa, double p);
+
+/* Advance by `period` with the contraction moving linearly to kappa, at its end with speed v [m/s], and the valve
+ * commanded to `command` in -1..1. Returns the pull at the end of the step, [N]; a joint is two of these. */
+double plant_muscle_step(const plant_unit *unit, plant_muscle_state *state, double kappa, double v, double command,
+                         double period);
+
+/* The same with an ideal pressure source: gauge pressure p at the end of the step. */
+double plant_muscle_impose(const plant_unit *unit, plant_muscle_state *state, double kappa, double v, double p,
+                           double period);
 
 /* At rest at angle q with both muscles at gauge pressure p[2]; nothing remembered; noise from `seed`. */
 void plant_joint_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed);
