@@ -38,6 +38,8 @@ def subjects():
         made.append(joint_subject(MODELS["mapped"](), controller, name=f"joint_{real}", **given))
         made.append(joint_subject(directs["direct"], controller, QUICK, name=f"learning_{real}", **given))
     made.append(subject_of(element_model(), name="retained", retain=True))
+    made.append(joint_subject(MODELS["mapped"](), controller, name="retained_joint", retain=True))
+    made.append(joint_subject(directs["direct"], controller, QUICK, name="retained_learning", retain=True))
     rng = np.random.default_rng(7)
     made += [subject_of(random_elements(rng), name=f"random_{k}") for k in range(6)]
     return {target.block_name(subject): subject for subject in made}

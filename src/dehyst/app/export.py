@@ -128,11 +128,6 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         other = "--what joint-controller" if request.log is None else "--log"
         why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
         raise ParameterError(f"--follow-offset does not go with {other}, which {why}. Leave one of them out.")
-    if request.retain and request.what == "joint-controller":
-        raise ParameterError(
-            "--retain belongs to --what inverse or forward: a joint controller starts at its present readings after a "
-            "power cycle, because integrator, observer and faults of before are not those of now. Leave --retain out."
-        )
     if request.log is None and _part(request) != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
@@ -157,7 +152,8 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     ramp = RAMP if request.ramp is None else request.ramp
     if request.what == "joint-controller":
         path = cast(Path, request.controller)
-        subject = joint_subject(model, load_controller(path), load_adaptation(path), name=name, real=real)
+        controller, adaptation = load_controller(path), load_adaptation(path)
+        subject = joint_subject(model, controller, adaptation, name=name, real=real, retain=request.retain)
         return subject, unit_findings(model)
     excerpt = None
     if request.log is not None and model.unit_needs:

@@ -264,7 +264,7 @@ class ExportRequest:
         "measured as one more input.",
         metavar="LIMIT",
     )
-    retain: bool = option("Of --target st: keep the states over a power cycle, as VAR RETAIN.", False)
+    retain: bool = option("Of --target st: keep the memory over a power cycle, as VAR RETAIN.", False)
     tunable: bool = option("c, c-header: scale, offset, limits and ramp can be changed while it runs.", False)
     name: str | None = option("C identifier; made of the model's file name without it.")
     prune: bool = option("Drop operators of weight zero, which is exact.", False)

@@ -41,6 +41,7 @@ def joint_subject(
     *,
     name: str,
     real: str = "double",
+    retain: bool = False,
 ) -> Subject:
     """Return a joint controller whose compensator is the inverse of a model, or a direct inverse.
 
@@ -57,6 +58,8 @@ def joint_subject(
         C identifier.
     real
         "double" or "float".
+    retain
+        Keep memory of the actuator and what was learned over a power cycle: for a PLC.
 
     Raises
     ------
@@ -94,12 +97,20 @@ def joint_subject(
         input=source,
         output=result,
         model=model,
-        settings={"what": "joint-controller", "name": name, "real": real, "range": None, "ramp": 0},
+        settings={
+            "what": "joint-controller",
+            "name": name,
+            "real": real,
+            "range": None,
+            "ramp": 0,
+            **({"retain": True} if retain else {}),
+        },
         test=test,
         tolerances=tuple(tolerances(parameters, test)),
         period=parameters.period,
         parameters=parameters,
         adaptation=learning,
+        retain=retain,
         extra={"controller.json": controller_text(parameters, learning)},
     )
 

@@ -71,7 +71,7 @@ class Subject:
     extra
         Files that go along for this subject: path -> text.
     retain
-        Whether a PLC keeps the states of a block over a power cycle.
+        Whether a PLC keeps the memory of the unit over a power cycle.
     """
 
     what: str

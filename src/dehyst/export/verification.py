@@ -237,8 +237,9 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
         if what == "joint-controller":
             text = _text(content, "controller.json")
             return joint_subject(
-                model, *controller_and_adaptation(text, str(folder / "controller.json")), name=name, real=real
-            )
+                model, *controller_and_adaptation(text, str(folder / "controller.json")), name=name, real=real,
+                retain=bool(settings.get("retain")),
+            )  # fmt: skip
         bounds, ramp = settings.get("range"), int(settings["ramp"])
         range = None if bounds is None else (float(bounds[0]), float(bounds[1]))
         period = None if settings.get("period") is None else float(settings["period"])

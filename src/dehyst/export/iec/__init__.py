@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -96,7 +97,7 @@ class Library:
         after = self.new(instance.unit.name)
         for variable in instance.unit.variables:
             if variable.kept:
-                setattr(after.variables, f"v_{variable.name.lower()}", instance.value(variable.name))
+                setattr(after.variables, f"v_{variable.name.lower()}", deepcopy(instance.value(variable.name)))
         return after
 
     def _variables(self, name: str) -> SimpleNamespace:

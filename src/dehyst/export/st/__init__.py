@@ -47,7 +47,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     name = units[0].name
     values = {
         "name": name, "real": REAL[subject.real], "words": _words(subject), "samples": _samples(subject),
-        "joint": subject.joint is not None, "retain": subject.retain,
+        "joint": subject.joint is not None, "power_cycle": _after_power_cycle(subject),
     }  # fmt: skip
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units), "README.md": with_warning(readme, subject)}
@@ -75,7 +75,7 @@ def function_block_of(subject: Subject, name: str) -> Pou:
     assert subject.parameters is not None
     return joint_block(
         name, real, subject.parameters, subject.joint.compensator, words["about"],
-        subject.joint.direct, subject.joint.adaptation,
+        subject.joint.direct, subject.joint.adaptation, subject.retain,
     )  # fmt: skip
 
 
@@ -148,11 +148,42 @@ def _cell(text: str) -> str:
     return " ".join(plain(text).replace("|", "/").split())
 
 
+_AFTER_POWER_CYCLE = {
+    "block": (
+        "the block has forgotten the past: the first call begins with the start states, as Restart does. Its answer "
+        "can be wrong by up to the width of the loop until the actuator was homed or has made a stroke over its "
+        "range: home it, set Restart for one call, then Enable. Exported with --retain, its states outlive a power "
+        "cycle."
+    ),
+    "block that is retained": (
+        "what the block remembers is in VAR RETAIN: the first call goes on where the last one before was. That is "
+        "right if the actuator was held meanwhile. If it was moved, relieved or emptied, home it and set Restart for "
+        "one call before Enable; if the model creeps or has a dead time, do so too, because the block does not know "
+        "how long the power was off. Tables are not kept, and need no such memory."
+    ),
+    "joint": (
+        "the first call starts at the present readings, as Restart does, whatever was before; memory of the actuator, "
+        "and what was learned of it, are gone. Exported with --retain, they outlive a power cycle."
+    ),
+    "joint that is retained": (
+        "the first call starts observer, integrator and faults at the present readings, as Restart does; memory of "
+        "the actuator, and what was learned of it, are in VAR RETAIN and go on. That is right if the joint was held "
+        "meanwhile, or moved one way. If it was moved to and fro, or a muscle replaced, set Restart for one call: it "
+        "forgets both. Declare the instance without RETAIN: else observer and integrator of before would go on too."
+    ),
+}
+
+
+def _after_power_cycle(subject: Subject) -> str:
+    return _AFTER_POWER_CYCLE[("joint" if subject.joint else "block") + (" that is retained" if subject.retain else "")]
+
+
 def _words(subject: Subject) -> dict[str, str]:
     origin = [f"{key}: {value}" for key, value in sorted(subject.provenance.items()) if value not in (None, "", [], {})]
     about = [
         f"{subject.title}",
         f"Written by dehyst {__version__}; model checksum {subject.checksum}",
+        f"After a power cycle: {_after_power_cycle(subject)}",
         *(line[:200] for line in origin[:20]),
         "SPDX-License-Identifier: 0BSD",
     ]

@@ -99,15 +99,20 @@ def retained(unit: Pou, real: str) -> Pou:
 
     Outputs are kept in variables of their own, because STruC++ takes no VAR_OUTPUT RETAIN.
     """
-    kept = {"OutputValue": "KeptOutput", "RejectedEver": "KeptRejected", "LimitedEver": "KeptLimited"}
-    before = "".join(f"{output} := {name};\n" for output, name in kept.items())
-    after = "".join(f"{name} := {output};\n" for output, name in kept.items())
+    outputs = {"OutputValue": "KeptOutput", "RejectedEver": "KeptRejected", "LimitedEver": "KeptLimited"}
+    before = "".join(f"{output} := {name};\n" for output, name in outputs.items())
+    after = "".join(f"{name} := {output};\n" for output, name in outputs.items())
     states = (
         Variable("VAR", "KeptOutput", real, ("0.0",), comment="what the outputs were"),
         *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in ("KeptRejected", "KeptLimited")),
     )
     body = f"(* ---- after a power cycle, outputs of the last call *)\n{before}\n{unit.body.rstrip()}\n\n{after}"
-    return replace(unit, variables=(*unit.variables, *states), body=body, retain=True)
+    return replace(unit, variables=tuple(map(kept, (*unit.variables, *states))), body=body)
+
+
+def kept(variable: Variable) -> Variable:
+    """Return a variable such that it keeps its value over a power cycle, if it stands in VAR."""
+    return replace(variable, section="VAR RETAIN") if variable.section == "VAR" else variable
 
 
 def interface(real: str, words: dict[str, str], more: Sequence[str] = ()) -> tuple[Variable, ...]:

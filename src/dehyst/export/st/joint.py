@@ -13,6 +13,7 @@ from dehyst.export.st.blocks import (
     direct_states,
     direct_tables,
     direct_work,
+    kept,
     model_tables,
     model_variables,
     number,
@@ -36,6 +37,7 @@ def joint_block(
     about: str,
     direct: DirectNumbers | None = None,
     adaptation: Mapping[str, float] = MappingProxyType({}),
+    retain: bool = False,
 ) -> Pou:
     """Return the function block of a joint controller.
 
@@ -55,23 +57,34 @@ def joint_block(
         Tables of a direct inverse, reference angle in, torque out; None for none.
     adaptation
         How it learns, by the names of `dehyst.control.Adaptation`.
+    retain
+        Memory of the actuator and what was learned outlive a power cycle. Observer, integrator, faults and fading do
+        not: they belong to the pressures and the motion of before.
     """
     sizes = {} if model is None else shape(model)
-    body = rendered("joint.st.j2", compensated=model is not None, d=direct, **sizes)
+    body = rendered("joint.st.j2", compensated=model is not None, d=direct, retain=retain, **sizes)
+    past = () if direct is None else (*direct_states(real, direct, "Wanted"), *direct_states(real, direct, "Seen"))
     tables = () if model is None else (*model_tables(real, model), *model_variables(real, len(model.threshold)))
     variables = (
         *_interface(real, direct is not None),
+        Variable("VAR", "Remembered", "BOOL", ("FALSE",), comment="what is retained is of a call before"),
         *tables,
         *_parameters(real, parameters),
         *(() if direct is None else (*direct_tables(real, direct), *_learning(real, adaptation))),
-        *(() if direct is None else (*direct_states(real, direct, "Wanted"), *direct_states(real, direct, "Seen"))),
+        *past,
         *(() if direct is None else direct_work(real)),
         *_states(real),
         *_work(real, tables),
         *_constants(real),
         *common_constants(real),
     )
+    if retain:
+        memory = {"Remembered", "States", "CompensatorOutput", *LEARNED, *(v.name for v in past)}
+        variables = tuple(kept(v) if v.name in memory else v for v in variables)
     return block_of(name, variables, body, about)
+
+
+LEARNED = names("LearnedScale AppliedScale LearnedOffset AppliedOffset UsualError LearnedError ErrorBefore")
 
 
 DIRECT_SWITCHES = (

@@ -16,7 +16,7 @@ from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export.iec.parser import ELEMENTARY, LARGEST, REALS, SMALLEST
 
 OPTIMIZED = "{ S7_Optimized_Access := 'TRUE' }"  # of SCL: variables are laid out by the compiler
-SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "TABLE", "VAR CONSTANT")  # TABLE: of SCL, constants that stand in VAR
+SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR RETAIN", "VAR", "VAR CONSTANT")
 SCALES = {"ScaleUp": 2.0**112, "ScaleDown": 2.0**-112}
 
 
@@ -50,17 +50,13 @@ class Variable:
 
 @dataclass(frozen=True)
 class Pou:
-    """A program organisation unit: FUNCTION_BLOCK or PROGRAM, its variables, the statements, a comment on top.
-
-    With `retain` what stands in VAR outlives a power cycle.
-    """
+    """A program organisation unit: FUNCTION_BLOCK or PROGRAM, its variables, the statements, a comment on top."""
 
     kind: str
     name: str
     variables: tuple[Variable, ...]
     body: str
     comment: str
-    retain: bool = False
 
     def section(self, name: str) -> list[Variable]:
         """Return the variables of one section, in order."""
@@ -79,9 +75,8 @@ def siemens_scl(unit: Pou) -> str:
     Differences: names of blocks in quotes, # before those of variables, ``VERSION``, ``BEGIN``, no arrays among
     constants, no PROGRAM (a function block instead, to be called from an organisation block).
     """
-    tables = "TABLE" if unit.retain else "VAR"
     variables = tuple(
-        replace(v, section=tables) if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
+        replace(v, section="VAR") if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
     )
     unit = replace(unit, kind="FUNCTION_BLOCK", variables=variables)
     head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\n{OPTIMIZED}\nVERSION : 0.1\n'
@@ -123,8 +118,7 @@ def _declarations(unit: Pou, *, quoted: bool) -> str:
     for section in SECTIONS:
         variables = unit.section(section)
         if variables:
-            head = {"VAR": "VAR RETAIN" if unit.retain else "VAR", "TABLE": "VAR"}.get(section, section)
-            found += [head, *(_declaration(variable, quoted=quoted) for variable in variables), "END_VAR"]
+            found += [section, *(_declaration(variable, quoted=quoted) for variable in variables), "END_VAR"]
     return "\n".join(found) + "\n"
 
 
@@ -243,11 +237,12 @@ def names(text: str) -> list[str]:
 SPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 HEAD = b'<?xml version="1.0" encoding="utf-8"?>'
-_LISTS = (
-    ("VAR_INPUT", "inputVars", False),
-    ("VAR_OUTPUT", "outputVars", False),
-    ("VAR", "localVars", False),
-    ("VAR CONSTANT", "localVars", True),
+_LISTS: tuple[tuple[str, str, dict[str, str]], ...] = (
+    ("VAR_INPUT", "inputVars", {}),
+    ("VAR_OUTPUT", "outputVars", {}),
+    ("VAR RETAIN", "localVars", {"retain": "true"}),
+    ("VAR", "localVars", {}),
+    ("VAR CONSTANT", "localVars", {"constant": "true"}),
 )
 _KINDS = {"FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 
@@ -276,10 +271,9 @@ def plcopen_xml(project: str, units: tuple[Pou, ...], version: str, date: str) -
 def _add_unit(pous: ElementTree.Element, unit: Pou) -> None:
     pou = ElementTree.SubElement(pous, "pou", {"name": unit.name, "pouType": _KINDS[unit.kind]})
     interface = ElementTree.SubElement(pou, "interface")
-    for section, tag, constant in _LISTS:
+    for section, tag, given in _LISTS:
         variables = unit.section(section)
         if variables:
-            given = {"constant": "true"} if constant else {"retain": "true"} if unit.retain and section == "VAR" else {}
             found = ElementTree.SubElement(interface, tag, given)
             for variable in variables:
                 _add_variable(found, variable)
@@ -357,8 +351,7 @@ def _unit_text(pou: ElementTree.Element) -> str:
     lines = [f"{kind} {pou.attrib['name']}"]
     for found in pou.find(f"{{{SPACE}}}interface"):  # type: ignore[union-attr]
         tag = found.tag.removeprefix(f"{{{SPACE}}}")
-        section = next(s for s, name, constant in _LISTS if name == tag and constant == ("constant" in found.attrib))
-        section += " RETAIN" if "retain" in found.attrib else ""
+        section = next(s for s, name, given in _LISTS if name == tag and given == found.attrib)
         lines += [section, *(_variable_text(variable) for variable in found), "END_VAR"]
     body = pou.find(f"{{{SPACE}}}body/{{{SPACE}}}ST/{{{XHTML}}}xhtml")
     return "\n".join([*lines, str(body.text), f"END_{kind}"])  # type: ignore[union-attr]
