@@ -6,33 +6,14 @@ import shutil
 import subprocess
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.export import compilers, export, joint_subject, rust, subject_of, verify
-from dehyst.models import SignalCard
-from direct_export_samples import direct_model
-from element_samples import element_model, scheduled_model
-from export_samples import CARD, mapped_model, play_model
+from dehyst.export import compilers, export, rust, subject_of, verify
+from element_samples import scheduled_model
+from export_samples import play_model
+from wrapped_samples import UNITS, other_precision
 
-HOSTILE = replace(
-    CARD, input=SignalCard("*/ \u202e\\", "]`{0}", -1.0, 2.0), output=SignalCard('"\n[x', "<b>", -3.0, 5.0)
-)
-LOG = np.linspace(-3.0, 5.0, 50)
-UNITS = {
-    "plays": lambda real: subject_of(
-        play_model(HOSTILE), name="plays", real=real, excerpt=LOG, excerpt_source="\u202e\nlog"
-    ),
-    "modified": lambda real: subject_of(mapped_model(), "forward", name="modified", real=real),
-    "followed": lambda real: subject_of(play_model(), name="followed", real=real, follow_offset=0.2),
-    "sums": lambda real: subject_of(element_model(), name="sums", real=real),
-    "scheduled": lambda real: subject_of(scheduled_model(), "forward", name="scheduled", real=real),
-    "inverted": lambda real: subject_of(direct_model(schedules=3), name="inverted", real=real, period=0.004),
-    "axis": lambda real: joint_subject(play_model(), JointControllerParameters(), name="axis", real=real),
-    "taught": lambda real: joint_subject(direct_model(), JointControllerParameters(), name="taught", real=real),
-}
 WITH_CARGO = pytest.mark.skipif(
     shutil.which("cargo") is None or not compilers.found(), reason="needs apt-get install cargo gcc"
 )
@@ -56,11 +37,7 @@ def cargo(folder, *words):
 def test_units_of_every_kind_have_the_models_answers_and_link_into_one_program(real, tmp_path):
     for name in UNITS:
         exported(name, tmp_path, real)
-    export(
-        subject_of(play_model(), name="other", real={"double": "float", "float": "double"}[real]),
-        "rust",
-        tmp_path / "other",
-    )
+    export(other_precision(real), "rust", tmp_path / "other")
     names = [*UNITS, "other"]
     (tmp_path / "all" / "src").mkdir(parents=True)
     needs = "".join(f'{name} = {{ path = "../{name}" }}\n' for name in names)

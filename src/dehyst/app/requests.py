@@ -241,7 +241,7 @@ class ExportRequest:
     """Write a model, its inverse or a joint controller as code for a target, with the proof beside it."""
 
     model: Path = argument(MODEL)
-    target: str = option("c, c-header, fmu2, fmu3, st, simulink, rust or arduino.", MISSING)
+    target: str = option("c, c-header, fmu2, fmu3, st, simulink, rust, ada or arduino.", MISSING)
     out: Path = option("Folder to write.", MISSING, metavar="DIR")
     real: str | None = option("double or float; without it double, for arduino float.")
     what: str = option("inverse, forward or joint-controller.", "inverse")

@@ -7,8 +7,9 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from dehyst.export.targets import Check
 
@@ -55,18 +56,14 @@ def _one(folder: Path, make: str, compiler: str, version: str, level: str) -> Ch
     with tempfile.TemporaryDirectory(prefix="dehyst-") as build:
         own = ["check", f"CC={compiler}", f"CFLAGS={level}", f"BUILD={build}"]
         command = [make, "-s", "-C", str(folder), "-f", "Makefile", *own]
-        try:
-            run = subprocess.run(
-                command, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False,
-                env=plain_environment(),
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return Check(claim, "failed", f"not finished after {PATIENCE} s")
-    lines = [line.strip() for line in run.stdout.splitlines() if line.strip()]
-    fault = first_failure(lines, run.stderr.splitlines())
+        done = run(command, folder)
+    if done is None:
+        return Check(claim, "failed", f"not finished after {PATIENCE} s")
+    lines = [line.strip() for line in done.stdout.splitlines() if line.strip()]
+    fault = first_failure(lines, done.stderr.splitlines())
     fault = fault or next((line for line in lines if "not bit-equal" in line), "")
-    if run.returncode or fault:
-        return Check(claim, "failed", fault or f"exit status {run.returncode}")
+    if done.returncode or fault:
+        return Check(claim, "failed", fault or f"exit status {done.returncode}")
     passed, due = sum(line.endswith(" ok") for line in lines), claims_due(folder)
     ends = sum("all checks passed" in line for line in lines)
     if (passed, ends) != due or due[0] == 0:
@@ -85,6 +82,19 @@ KEPT = (
 def plain_environment() -> dict[str, str]:
     """Return an environment in which make and compilers do what they are told, and say so in English."""
     return {key: os.environ[key] for key in KEPT if key in os.environ} | {"LC_ALL": "C"}
+
+
+def run(
+    command: Sequence[str], folder: Path, own: Mapping[str, str] = MappingProxyType({})
+) -> subprocess.CompletedProcess[str] | None:
+    """Return what a command does in a folder, in the plain environment and `own`; None if it does not end."""
+    try:
+        return subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False,
+            env={**plain_environment(), **own},
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return None
 
 
 def first_failure(lines: Sequence[str], errors: Sequence[str]) -> str:

@@ -87,9 +87,10 @@ def decimal(value: float, real: str) -> str:
     Examples
     --------
     >>> decimal(3.0, "double"), decimal(0.1, "float"), decimal(1e-300, "double")
-    ('3.0', '0.1', '1e-300')
+    ('3.0', '0.1', '1.0e-300')
     """
-    return str(np.float32(value)) if real == "float" else repr(float(value))
+    word = str(np.float32(value)) if real == "float" else repr(float(value))
+    return word if "." in word else word.replace("e", ".0e")
 
 
 def table(values: Sequence[float] | npt.NDArray[np.float64], real: str, columns: int = 4) -> str:

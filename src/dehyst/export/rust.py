@@ -6,18 +6,11 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from dehyst.control.block import BLOCK_FLAGS
-from dehyst.control.joint import FLAGS, SWITCHES
-from dehyst.errors import ParameterError
-from dehyst.export import c, core_files
-from dehyst.export.budget import budget
-from dehyst.export.compilers import PATIENCE, found, plain_environment, version_of
+from dehyst.export import c, wrapped
+from dehyst.export.compilers import PATIENCE, found, run, version_of
 from dehyst.export.rendering import comment, render
 from dehyst.export.signal import to_hex
 from dehyst.export.subject import Subject
@@ -29,52 +22,22 @@ gen if impl in let loop macro match mod move mut override priv proc_macro pub re
 test trait true try type typeof unsafe unsized use virtual where while yield
 """
 WORDS = frozenset(_WORDS.split())  # of the language, or crates that come with it
-BLOCK_WORDS = (
-    ("REJECTED", "The last sample was no number."),
-    ("REJECTED_EVER", "Some sample since the last reset was rejected."),
-    ("LIMITED", "The last sample met the limit of the input or of the output."),
-    ("LIMITED_EVER", "Some sample since the last reset did."),
-)
-SWITCH_WORDS = (
-    ("POSITION", "Switch: position control; otherwise the reference's pressure difference is applied."),
-    ("INTEGRATOR", "Switch: integrator of the position loop."),
-    ("COMPENSATOR", "Switch: hysteresis compensator, and the reference's `extra`."),
-    ("ADAPT", "Switch: the scales of a direct inverse are learned."),
-    ("DISTURBANCE", "Switch: the contact torque is fed back."),
-)
-FLAG_WORDS = (
-    ("ANGLE_FAULT", "Flag: the angle is no number, jumps or is frozen; its prediction is used."),
-    ("PRESSURE_FAULT_1", "Flag: the same of the first pressure."),
-    ("PRESSURE_FAULT_2", "Flag: the same of the second pressure."),
-    ("FAILED", "Flag: a fault lasted too long; valves are closed until a reset."),
-    ("PRESSURE_LIMIT", "Flag: desired pressures were limited."),
-    ("VALVE_LIMIT", "Flag: a valve was limited."),
-    ("REFERENCE_FAULT", "Flag: the reference is no number; the last good one is held."),
-    ("FAULT_EVER", "Flag: there was some fault since the reset."),
-    ("LEARNED", "Flag: this period taught the adaptation something."),
-)
 
 
 def files(subject: Subject) -> dict[str, str | bytes]:
     """Return the crate: C sources, build.rs, library, tests and example."""
     name = subject.name
-    if name in WORDS:
-        raise ParameterError(
-            f"--name {name!r} cannot be the name of a crate: it is a word of Rust or a crate that comes with it. "
-            f"Choose another: --name {name}_unit.",
-            name=name,
-        )
-    core = core_files.needed(subject.functions)
-    sources = {f"csrc/{file}": text for file, text in {**core, **c.unit_files(subject)}.items()}
-    values = c.template_values(subject) | template_values(subject)
+    wrapped.refuse_word(name, WORDS, "the name of a crate: it is a word of Rust or a crate that comes with it")
+    about = json.dumps(comment(subject.title).encode("ascii", "replace").decode())
+    values = wrapped.template_values(subject, lambda word: f"{word}_" if word in WORDS else word)
+    values |= {"about": about, "language": "Rust", "binding": "src/lib.rs"}
 
     def made(file: str) -> str:
         return render(f"rust/{file}.j2", **values)
 
     excerpt = {} if subject.excerpt is None else {"tests/excerpt.hex": to_hex(subject.excerpt)}
     return {
-        **sources,
-        f"csrc/{name}_layout.c": made("layout.c"),
+        **wrapped.sources(subject, values),
         "Cargo.toml": made("Cargo.toml"),
         "build.rs": made("build.rs"),
         "src/lib.rs": made("lib.rs"),
@@ -84,28 +47,6 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "examples/loop.rs": made("loop.rs"),
         "README.md": c.with_warning(made("README.md"), subject),
     }
-
-
-def template_values(subject: Subject) -> dict[str, Any]:
-    """Return what templates of this target are filled with, beside the values of C templates."""
-    block, cost = subject.block, budget(subject)
-    core = core_files.needed(subject.functions)
-    functions = core_files.defined(text for file, text in core.items() if file.endswith(".c"))
-    return {
-        "about": json.dumps(comment(subject.title).encode("ascii", "replace").decode()),
-        "arguments": [f"{name}_" if name in WORDS else name for name in (block.inputs if block else ())],
-        "flags": _told(BLOCK_WORDS, BLOCK_FLAGS)
-        if block
-        else [*_told(SWITCH_WORDS, SWITCHES), *_told(FLAG_WORDS, FLAGS)],
-        "functions": [f"{name}_float" if subject.real == "float" else name for name in functions],
-        "image_words": cost.image_bytes // 4,
-        "words": (cost.state_bytes + 64) // 8,  # wider pointers, gaps between members; layout.c compares
-    }
-
-
-def _told(words: tuple[tuple[str, str], ...], bits: Mapping[str, int]) -> list[tuple[str, int, str]]:
-    """Name, bit and meaning of each constant of the crate."""
-    return [(name, bits[name.lower().replace("_", "-")], meaning) for name, meaning in words]
 
 
 def verify(folder: Path, subject: Subject) -> list[Check]:
@@ -118,13 +59,9 @@ def verify(folder: Path, subject: Subject) -> list[Check]:
     with tempfile.TemporaryDirectory(prefix="dehyst-") as place:
         own = {key: os.environ[key] for key in ("RUSTUP_HOME", "RUSTUP_TOOLCHAIN") if key in os.environ}
         own |= {"CARGO_HOME": f"{place}/home", "CARGO_TARGET_DIR": f"{place}/target", "CC": next(iter(found()))}
-        try:
-            done = subprocess.run(
-                [cargo, "test", "--offline"], cwd=folder, capture_output=True, text=True, errors="replace",
-                timeout=PATIENCE, check=False, env=plain_environment() | own,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return [Check(claim, "failed", f"not finished after {PATIENCE} s")]
+        done = run([cargo, "test", "--offline"], folder, own)
+    if done is None:
+        return [Check(claim, "failed", f"not finished after {PATIENCE} s")]
     said = [line.strip() for line in (done.stdout + done.stderr).splitlines()]
     if done.returncode:
         faults = [line for word in ("do not use", ": error", "error") for line in said if word in line]

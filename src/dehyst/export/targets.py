@@ -110,6 +110,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
             Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
             Target("rust", "Rust crate without std around the C sources", "dehyst.export.rust"),
+            Target("ada", "Ada package with contracts around the C sources", "dehyst.export.ada"),
             Target("arduino", "Arduino library", "dehyst.export.arduino", BLOCKS, ("float",)),
         )
         if target.present

@@ -136,8 +136,8 @@ NOT_RUN = Check(
 )
 WRONG = "do not use this export"
 NOTHING_RAN = (
-    "nothing was compiled; install gcc or clang, and make, for target rust cargo (on Debian: apt-get install gcc make "
-    "cargo)"
+    "nothing was compiled; install gcc or clang, and make, for target rust cargo, for ada GNAT (on Debian: apt-get "
+    "install gcc make cargo gnat gprbuild)"
 )
 
 
@@ -206,7 +206,7 @@ def added_checks(folder: Path, manifest: Mapping[str, Any]) -> list[Check]:
 
 CODE = (
     ".c", ".h", ".cc", ".cpp", ".cxx", ".hpp", ".inc", ".s", ".mk", ".cmake", ".ino", ".m", ".st", ".scl", ".xml",
-    ".rs", ".toml",
+    ".rs", ".toml", ".ads", ".adb", ".gpr",
 )  # fmt: skip
 TOOLS = ("makefile", "gnumakefile", "cmakelists.txt", "rust-toolchain")
 
