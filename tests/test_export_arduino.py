@@ -44,17 +44,28 @@ def test_library_and_sketches_give_the_models_answers(folders, name, tmp_path):
 
 @pytest.mark.slow
 @needs_make
-def test_a_board_that_computes_something_else_is_noticed_by_the_sketch(folders, tmp_path):
+@pytest.mark.parametrize(
+    ("factor", "says", "beside", "least", "most"),
+    [
+        ("1.0f", "all checks passed", "microseconds a step", 0.0, 10.0),
+        ("1.0005f", "usable, not bit-equal, because", "microseconds a step", 10.0, 100.0),
+        ("1.01f", "FAILED, do not use this build", "time of a step: not judged", 100.0, 1e6),
+    ],
+)
+def test_the_sketch_tells_a_board_that_rounds_otherwise_from_one_that_is_wrong(
+    folders, factor, says, beside, least, most, tmp_path
+):
     copy = tmp_path / "copy"
     shutil.copytree(folders("inverse"), copy)
     source = copy / "src" / "pi.c"
     text = source.read_text()
     assert "z[i] = x - threshold[i];" in text
-    source.write_text(text.replace("z[i] = x - threshold[i];", "z[i] = x - threshold[i] * 1.01f;"))
+    source.write_text(text.replace("z[i] = x - threshold[i];", f"z[i] = x - threshold[i] * {factor};"))
     (copy / "Makefile").write_text((copy / "Makefile").read_text().replace("\t$(abspath $(BUILD))/check\n", ""))
     done = make_check(copy, tmp_path / "build")
-    assert done.returncode != 0
-    assert "FAILED, do not use this build" in done.stdout
+    assert (done.returncode != 0) == says.startswith("FAILED"), done.stdout
+    assert says in done.stdout and beside in done.stdout
+    assert least <= float(re.search(r"largest difference (\S+) millionths of range", done.stdout)[1]) <= most
 
 
 @pytest.mark.parametrize("name", SUBJECTS)

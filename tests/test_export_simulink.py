@@ -59,7 +59,7 @@ def test_the_s_function_gives_the_models_answers(folders, name, tmp_path):
             "samples",
         ),
         ("ssSetDWorkUsedAsDState(S, STATE, SS_DWORK_USED_AS_DSTATE);", "", "operating point"),
-        ("ssGetDWork(S, NEXT);\n    uint32_t *flags", "ssGetDWork(S, STATE);\n    uint32_t *flags", "three times"),
+        ("enum { STATE = 0, NEXT = 1 };", "enum { STATE = 0, NEXT = 0 };", "three times"),
     ],
     ids=["no update", "state not kept", "state moved by outputs"],
 )
@@ -73,6 +73,25 @@ def test_an_s_function_that_is_wrong_is_noticed(folders, tmp_path, old, new, cla
     done = make_check(copy, tmp_path / "build")
     assert done.returncode != 0
     assert re.search(rf"(?m){claim}.*FAILED", done.stdout)
+
+
+@pytest.mark.slow
+@needs_make
+@pytest.mark.parametrize("name", ["inverse in double", "joint controller in double"])
+def test_an_s_function_tells_other_last_digits_from_a_wrong_unit_and_judges_nothing_behind_one(folders, name, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(folders(name), copy)
+    (copy / "Makefile").write_text((copy / "Makefile").read_text().replace("\t$(abspath $(BUILD))/check\n", ""))
+    source = copy / "src" / "pi.c"
+    text = source.read_text()
+    assert "pi->offset + " in text
+    ends = []
+    for size, says in (("1e-13", "usable, not bit-equal, because "), ("1e-3", "FAILED: do not use")):
+        source.write_text(text.replace("pi->offset + ", f"pi->offset + {size} + "))
+        done = make_check(copy, tmp_path / size)
+        ends.append((done.returncode == 0, says in done.stdout.splitlines()[-1], "not judged" in done.stdout))
+        assert float(re.search(r"(\S+) of range", done.stdout)[1].strip("(")) > 0.0
+    assert ends == [(True, True, False), (False, True, True)]
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])

@@ -51,7 +51,7 @@ def template_values(subject: Subject) -> dict[str, Any]:
         "memory": memory_words(subject),
         "type": "SS_DOUBLE" if subject.real == "double" else "SS_SINGLE",
         "matlab_type": "double" if subject.real == "double" else "single",
-        "tolerance": repr(subject.tolerances[0]) if block else "",
+        "implementation": False,
         "inputs": inputs,
         "columns": inputs + outputs + 2,
     }
