@@ -7,7 +7,14 @@ from importlib.util import find_spec
 import numpy as np
 
 COLUMNS = ("time_s", "pressure_bar", "angle_deg")
-NEEDS = {".parquet": "polars", ".feather": "polars", ".mcap": "rosbags", ".mf4": "asammdf"}
+NEEDS = {
+    ".xlsx": "python_calamine",
+    ".tdms": "nptdms",
+    ".parquet": "polars",
+    ".feather": "polars",
+    ".mcap": "rosbags",
+    ".mf4": "asammdf",
+}
 
 
 def text_of(columns, delimiter=",", decimal="."):
@@ -81,6 +88,24 @@ def _mdf(stream, columns):
         out.save(stream)
 
 
+def _xlsx(stream, columns):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["calibrated in May"])
+    sheet = book.create_sheet("log")
+    for row in (columns, *zip(*(values.tolist() for values in columns.values()), strict=True)):
+        sheet.append(list(row))
+    book.save(stream)
+
+
+def _tdms(stream, columns):
+    import nptdms
+
+    with nptdms.TdmsWriter(stream) as out:
+        out.write_segment([nptdms.ChannelObject("rig", name, values) for name, values in columns.items()])
+
+
 STRUCT = {"s": {"time": np.arange(5.0), "data": np.arange(5.0)}, "run": ["a", "bc"]}
 WRITERS = {
     "plain.csv": lambda columns: text_of(columns).encode(),
@@ -112,9 +137,11 @@ WRITERS = {
     "step.mat": _saved(lambda stream, columns: _mat(stream, _step(columns))),
     "plain.h5": _saved(_hdf5),
     "log.mf4": _saved(_mdf),
+    "book.xlsx": _saved(_xlsx),
+    "log.tdms": _saved(_tdms),
 }
 FORMS = [form for form in WRITERS if find_spec(NEEDS.get(f".{form.rpartition('.')[2]}", "numpy"))]
-STREAMED = [form for form in FORMS if not form.endswith((".mat", ".h5", ".mf4", "utf16.txt"))]
+STREAMED = [form for form in FORMS if not form.endswith((".mat", ".h5", ".mf4", ".xlsx", ".tdms", "utf16.txt"))]
 
 
 def save(folder, form, columns):

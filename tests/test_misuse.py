@@ -29,7 +29,7 @@ WRONG = {
     "lists": (([0.0, 1.0], [1.0, 2.0]), "dehyst.Recording(input=u, output=y"),
     "a table": (
         (Frame(),),
-        "dehyst.Recording(input=table['pressure_bar'], output=table['angle_deg'], time=table['time_s'])",
+        "dehyst.Recording.from_frame(table, input='pressure_bar', output='angle_deg', time='time_s')",
     ),
     "a path": (("log.csv",), "dehyst.read_log('log.csv', input='...', output='...')"),
     "nothing": ((None,), "dehyst.read_log"),

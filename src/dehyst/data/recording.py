@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.errors import ParameterError, RecordingError
+from dehyst.errors import MissingExtraError, ParameterError, RecordingError
 from dehyst.findings import Finding
 
 P = ParamSpec("P")
@@ -194,6 +194,54 @@ class Recording:
         edges = (0, *self.breaks, len(self))
         return tuple(slice(a, b) for a, b in itertools.pairwise(edges))
 
+    @classmethod
+    def from_frame(cls, frame: Any, input: str, output: str, *, time: str | None = None, **more: Any) -> Recording:
+        """Return the recording of a data frame: columns are found, cleaned and reported as those of a file.
+
+        Parameters
+        ----------
+        frame
+            Of pandas, polars, Arrow or whatever narwhals knows; an index of times counts as a column.
+        input, output, time, **more
+            As for `dehyst.read_log`.
+
+        Raises
+        ------
+        MissingExtraError
+            If narwhals is not installed; else as `dehyst.read_log`.
+
+        Examples
+        --------
+        >>> import pandas
+        >>> table = pandas.DataFrame({"p [bar]": [0.0, 1.0, 2.0, 1.0], "angle": [0.0, 1.0, 3.0, 2.0]})
+        >>> Recording.from_frame(table, input="p", output="angle").input_label
+        'p [bar]'
+        """
+        import dehyst  # not its readers, which stand on this module: the public name finds them when it is called
+
+        return dehyst.read_log(frame, input, output, time=time, **more)
+
+    def to_frame(self, backend: str = "pandas") -> Any:
+        """Return the samples as a frame of "pandas", "polars" or "pyarrow": time_s, input and output with units.
+
+        Examples
+        --------
+        >>> Recording([0.0, 1, 2, 1], [0.0, 1, 3, 2], input_unit="bar").to_frame().columns.tolist()
+        ['input [bar]', 'output']
+        """
+        columns = {} if self.time is None else {"time_s": self.time}
+        columns |= {self.input_label: self.input, self.output_label: self.output}
+        try:
+            import narwhals
+
+            return narwhals.from_dict(columns, backend=backend).to_native()  # type: ignore[arg-type]
+        except (ImportError, ValueError, TypeError) as fault:
+            raise MissingExtraError(
+                f"no frame of {backend!r:.40} can be made ({fault!s:.120}). Type to_frame('pandas'), 'polars' or "
+                f"'pyarrow' once it is installed, and: pip install 'dehyst[frames]'",
+                extra="frames",
+            ) from None
+
     def with_findings(self, *more: Finding) -> Recording:
         """Return the same recording with further findings."""
         return replace(self, findings=(*self.findings, *more))
@@ -249,8 +297,8 @@ def _made_of(given: Any) -> tuple[str, str]:
     if len(names) >= 2:
         shown = f"a table with the columns {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
         x, y = names[-2:]
-        time = f", time=table[{names[0]!r}]" if len(names) > 2 else ""
-        return shown, f"dehyst.Recording(input=table[{x!r}], output=table[{y!r}]{time})"
+        time = f", time={names[0]!r}" if len(names) > 2 else ""
+        return shown, f"dehyst.Recording.from_frame(table, input={x!r}, output={y!r}{time})"
     shape = getattr(given, "shape", None)
     if isinstance(shape, tuple) and len(shape) == 2:
         return f"an array of shape {shape}", "dehyst.Recording(input=data[:, 0], output=data[:, 1])"

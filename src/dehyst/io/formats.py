@@ -16,6 +16,7 @@ from dehyst.errors import LogError
 from dehyst.io.collect import Collector, Source
 from dehyst.io.delimited import TextChunks, read_delimited
 from dehyst.io.foreign import guard, optional
+from dehyst.io.frames import is_frame, table_of_frame
 from dehyst.io.table import Table
 from dehyst.io.text import SIZE_LIMIT
 
@@ -63,12 +64,21 @@ def _is_hdf5(head: bytes, ending: str) -> bool:
     return head.startswith(HDF5) or head[512:520] == HDF5  # MATLAB writes 512 bytes of its own before
 
 
+def _is_sheet(head: bytes, ending: str) -> bool:
+    packed = head.startswith(b"PK\x03\x04")
+    inside = b"[Content_Types].xml" in head[:200] or b"mimetypeapplication/vnd.oasis" in head[:200]
+    return (packed and (inside or ending in SHEETS)) or head.startswith(b"\xd0\xcf\x11\xe0")
+
+
 def _is_mat(head: bytes, ending: str) -> bool:
     return head.startswith(b"MATLAB 5.0") or (ending == ".mat" and b"\0" in head[:20])
 
 
 ROSBAGS = ("rosbags.highlevel", "rosbags.typesys")
+SHEETS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 FORMATS = (
+    Format("a spreadsheet", SHEETS, _is_sheet, "spreadsheet", ("python_calamine",), "excel"),
+    Format("TDMS", (".tdms",), (b"TDSm",), "tdms", ("nptdms",), "tdms"),
     Format("a ROS bag", (".bag",), (b"#ROSBAG V2.0",), "ros", ROSBAGS, "ros", streamed=True),
     Format("a ROS bag", (".db3",), (b"SQLite format 3\0",), "ros", ROSBAGS, "ros", streamed=True),
     Format("an MCAP file", (".mcap",), (b"\x89MCAP0\r\n",), "ros", ROSBAGS, "ros", streamed=True),
@@ -104,8 +114,10 @@ def format_of(head: bytes, path: Path) -> Format | None:
     return None
 
 
-def read_table(path: PathLike) -> Table:
-    """Read a log of any known format, chosen by the file's ending and first bytes."""
+def read_table(path: PathLike | Any) -> Table:
+    """Read a log of any known format, chosen by the file's ending and first bytes; or a data frame."""
+    if is_frame(path):
+        return table_of_frame(path)
     source = path_of(path)
     with readable(source):
         if source.is_dir():

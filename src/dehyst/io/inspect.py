@@ -22,6 +22,7 @@ from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_const
 from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, run_column, select_run
 from dehyst.io.formats import PathLike, read_table
+from dehyst.io.frames import is_frame
 from dehyst.io.select import WHOLE, context, read_pair
 from dehyst.io.table import Table, measured
 from dehyst.shell import typed
@@ -277,6 +278,8 @@ def _command(
 ) -> str:
     if x is None or y is None:
         return ""
+    if is_frame(path):
+        return f"dehyst.identify(dehyst.Recording.from_frame(df, input={x!r}, output={y!r}))"
     parts = ["dehyst", "identify", str(Path(path)), "--input", x, "--output", y]
     if run is not None:
         parts += ["--run", run]

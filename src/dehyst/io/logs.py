@@ -103,7 +103,7 @@ def read_log(
     ----------
     path
         .csv .txt .tsv .dat (also .gz), .mat, .npz, .npy; with extras .bag .db3 .mcap, a rosbag2 folder, .mf4 .mdf,
-        .parquet .feather.
+        .parquet .feather .xlsx .ods .tdms, or a data frame of pandas, polars or Arrow.
     input, output
         Columns: the exact name, the name in any case, the name without its unit, or ``#3`` for the third column.
     time
