@@ -202,7 +202,9 @@ class Recording:
         ----------
         frame
             Of pandas, polars, Arrow or whatever narwhals knows; an index of times counts as a column.
-        input, output, time, **more
+        input, output, time
+            As for `dehyst.read_log`.
+        **more
             As for `dehyst.read_log`.
 
         Raises
