@@ -26,7 +26,7 @@ WORDS = {"input": "", "output": "", "about": ""}
 FORMS = (
     structured_text,
     siemens_scl,
-    lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00")),
+    lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00", "0")),
 )
 
 

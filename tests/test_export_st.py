@@ -43,7 +43,7 @@ from st_samples import subjects
 FORMS = {
     "text": structured_text,
     "scl": siemens_scl,
-    "xml": lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00")),
+    "xml": lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00", "0")),
     "twincat": lambda unit: text_of_twincat(twincat_source(unit)),
 }
 SEEDS = st.integers(0, 2**32 - 1)
@@ -225,10 +225,31 @@ def test_labels_of_users_cannot_leave_their_comment():
     assert "*)" not in plain("**))*)")[:-1]
 
 
+def test_instances_in_scl_read_one_data_block_of_tables_and_hold_none_themselves():
+    subject = subject_of(play_model(), "inverse", name="unit")
+    block = target.function_block_of(subject, "Unit1")
+    library = load(siemens_scl(block))
+    tables = {v.name for v in block.variables if v.section == "VAR CONSTANT" and v.size}
+    assert {v.name for v in library.units["unit1_tables"].variables} == tables != set()
+    assert not tables & {v.name for v in library.units["unit1"].variables}
+    text = siemens_scl(block)
+    assert text.count("ThresholdTable[0] := ") == 1 and '"Unit1_Tables".ThresholdTable[' in text
+    for wrong in (
+        text.replace("ThresholdTable[1] := ", "ThresholdTable[0] := ", 1),
+        text.replace('"Unit1_Tables".ThresholdTable[0]', '"Other_Tables".ThresholdTable[0]', 1),
+        text.replace('"Unit1_Tables".ThresholdTable[0]', '"Unit1_Tables".OtherTable[0]', 1),
+        re.sub(r"(?m)^    ThresholdTable\[3\].*\n", "", text),
+    ):
+        assert wrong != text
+        with pytest.raises(DehystError, match=r"in order|no data block|has no OtherTable|initial values"):
+            load(wrong)
+
+
 def test_the_three_forms_declare_the_same():
     unit = function_block("Unit1", "LREAL", UNIT[1], WORDS)
     first, *others = [
-        {v.name: (v.type, v.initial) for v in load(form(unit)).units["unit1"].variables} for form in FORMS.values()
+        {v.name: (v.type, v.initial) for one in load(form(unit)).units.values() for v in one.variables}
+        for form in FORMS.values()
     ]
     strip = [{name: (t, [x.text for x in i]) for name, (t, i) in d.items()} for d in (first, *others)]
     assert strip[0] == strip[1] == strip[2]
@@ -266,7 +287,7 @@ def test_a_twincat_file_is_one_unit_with_declaration_and_body_apart_and_the_same
 
 def test_plcopen_xml_has_the_structure_of_the_schema():
     unit = function_block("Unit1", "LREAL", UNIT[1], WORDS)
-    root = ET.fromstring(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00"))
+    root = ET.fromstring(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00", "0"))
     assert root.tag == f"{{{SPACE}}}project"
     children = [child.tag.partition("}")[2] for child in root]
     assert children == ["fileHeader", "contentHeader", "types", "instances"]
@@ -277,9 +298,23 @@ def test_plcopen_xml_has_the_structure_of_the_schema():
     assert lists == [("inputVars", {}), ("outputVars", {}), ("localVars", {}), ("localVars", {"constant": "true"})]
 
 
-def exported_xml():
-    subject = subject_of(random_model(np.random.default_rng(7)), "inverse", name="elbow", range=(-1, 1))
+def exported_xml(seed=7, **given):
+    subject = subject_of(random_model(np.random.default_rng(seed)), "inverse", name="elbow", range=(-1, 1), **given)
     return target.files(subject)["Elbow.xml"]
+
+
+def test_two_exported_libraries_are_told_apart_by_product_version_and_checksums():
+    first, again, other, ramp = (exported_xml(), exported_xml(), exported_xml(8), exported_xml(ramp=7))
+    assert first == again
+    found = []
+    for xml in (first, other, ramp):
+        file, content = list(ET.fromstring(xml))[:2]
+        model = file.get("contentDescription").partition("model checksum ")[2]
+        assert (file.get("productName"), file.get("productVersion")) == ("dehyst", dehyst.__version__)
+        assert len(model) == 64 and content.get("version").startswith(f"{dehyst.__version__}.{model[:12]}.")
+        found.append((model, content.get("version")))
+    assert found[0][0] == found[2][0] != found[1][0]
+    assert len({version for _, version in found}) == 3
 
 
 def test_plcopen_xml_is_valid_against_the_schema_tc6_v2_01():

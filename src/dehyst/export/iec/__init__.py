@@ -74,10 +74,13 @@ def load(text: str) -> Library:
         "budget": budget,
     }  # fmt: skip
     for name, unit in units.items():
+        if unit.kind == "DATA_BLOCK":
+            names[f"data_{name}"] = _variables(units, name)  # one for all instances
+            continue
         space = dict(names)
         exec(compile(unit.source, f"<{unit.name}>", "exec"), space)
         names[f"run_{name}"] = space["run"]
-    return Library(units, {name: names[f"run_{name}"] for name in units}, budget)
+    return Library(units, {name: names[f"run_{name}"] for name in units if f"run_{name}" in names}, budget)
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class Library:
 
     def new(self, name: str) -> Instance:
         """Make an instance with the declared initial values."""
-        return Instance(self.units[name.lower()], self._variables(name), self.code[name.lower()], self.budget)
+        return Instance(self.units[name.lower()], _variables(self.units, name), self.code[name.lower()], self.budget)
 
     def cycled(self, instance: Instance) -> Instance:
         """Return what is left of an instance after a power cycle: what is RETAIN, all else at its initial values."""
@@ -100,18 +103,21 @@ class Library:
                 setattr(after.variables, f"v_{variable.name.lower()}", deepcopy(instance.value(variable.name)))
         return after
 
-    def _variables(self, name: str) -> SimpleNamespace:
-        return SimpleNamespace(**{f"v_{v.name.lower()}": self._initial(v) for v in self.units[name.lower()].variables})
 
-    def _initial(self, variable: Variable) -> Any:
-        type_ = variable.type
-        if type_.name not in ELEMENTARY:
-            return self._variables(type_.name)
-        zero: Value = False if type_.name == "BOOL" else 0.0 if type_.name in REALS else 0
-        values = [value_of(literal, type_.name) for literal in variable.initial]
-        if type_.bounds is None:
-            return values[0] if values else zero
-        return values or [zero] * (type_.bounds[1] - type_.bounds[0] + 1)
+def _variables(units: Mapping[str, Unit], name: str) -> SimpleNamespace:
+    """Return the variables of a unit with their initial values."""
+    return SimpleNamespace(**{f"v_{v.name.lower()}": _initial(units, v) for v in units[name.lower()].variables})
+
+
+def _initial(units: Mapping[str, Unit], variable: Variable) -> Any:
+    type_ = variable.type
+    if type_.name not in ELEMENTARY:
+        return _variables(units, type_.name)
+    zero: Value = False if type_.name == "BOOL" else 0.0 if type_.name in REALS else 0
+    values = [value_of(literal, type_.name) for literal in variable.initial]
+    if type_.bounds is None:
+        return values[0] if values else zero
+    return values or [zero] * (type_.bounds[1] - type_.bounds[0] + 1)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import ctypes
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from dehyst.errors import DehystError
@@ -76,7 +76,10 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unit:
-    """A FUNCTION_BLOCK or a PROGRAM: its variables, and the Python of ``def run(s)``, one call on those of s."""
+    """A FUNCTION_BLOCK or a PROGRAM: its variables, and the Python of ``def run(s)``, one call on those of s.
+
+    Or a DATA_BLOCK of SCL, which has variables alone.
+    """
 
     kind: str
     name: str
@@ -95,7 +98,11 @@ def parse(text: str) -> list[Unit]:
     units: dict[str, Unit] = {}
     tokens, at = _tokens(text), 0
     while tokens[at].kind != "end":
-        parser = _Parser(tokens, at, {name: unit for name, unit in units.items() if unit.kind == "FUNCTION_BLOCK"})
+        blocks, data = (
+            {name: unit for name, unit in units.items() if unit.kind == kind}
+            for kind in ("FUNCTION_BLOCK", "DATA_BLOCK")
+        )
+        parser = _Parser(tokens, at, blocks, data)
         unit = parser.unit()
         if unit.name.lower() in units:
             raise TextError(f"{unit.name} is defined twice", tokens[at].line)
@@ -188,6 +195,7 @@ class _Parser:
     tokens: list[Token]
     at: int
     blocks: Mapping[str, Unit]
+    data: Mapping[str, Unit]
     variables: dict[str, Variable] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     lines: list[str] = field(default_factory=list)
@@ -255,7 +263,7 @@ class _Parser:
     def unit(self) -> Unit:
         begin = self.take()
         kind = begin.text.upper()
-        if kind not in ("FUNCTION_BLOCK", "PROGRAM"):
+        if kind not in ("FUNCTION_BLOCK", "PROGRAM", "DATA_BLOCK"):
             raise TextError(f"FUNCTION_BLOCK or PROGRAM expected, {begin.text!r} found", begin.line)
         self.scl = self.here().mark == '"'
         self.unit_name = self.name('"').text
@@ -263,6 +271,8 @@ class _Parser:
             self.at += self.here().kind == "pragma"
             self.expect("VERSION", ":")
             self.take()
+        if kind == "DATA_BLOCK":
+            return self.data_block()
         while self.sees(*_SECTIONS):
             self.section()
         if self.scl:
@@ -286,7 +296,31 @@ class _Parser:
         if section == "VAR" and self.accept("CONSTANT"):
             section = "CONSTANT"
         kept = section == "VAR" and self.accept("RETAIN")
-        while not self.accept("END_VAR"):
+        self.declarations("END_VAR", section, kept)
+
+    def data_block(self) -> Unit:
+        """Read the tables of a data block of SCL: declared first, then each element given its value."""
+        self.expect("NON_RETAIN", "STRUCT")
+        self.declarations("END_STRUCT", "VAR")
+        self.expect(";", "BEGIN")
+        values: dict[str, list[Token]] = {name: [] for name in self.variables}
+        while not self.accept("END_DATA_BLOCK"):
+            token = self.take()
+            found = values[self.find(token).name.lower()]
+            self.expect("[")
+            if self.integer() != len(found):
+                raise TextError(f"{token.text}: its elements must be given in order", token.line)
+            self.expect("]", ":=")
+            found.append(self.literal())
+            self.expect(";")
+        given = [replace(v, section="CONSTANT", initial=tuple(values[name])) for name, v in self.variables.items()]
+        self.variables = {}
+        for variable in given:
+            self.declare(variable)
+        return Unit("DATA_BLOCK", self.unit_name, tuple(given), "")
+
+    def declarations(self, end: str, section: str, kept: bool = False) -> None:
+        while not self.accept(end):
             name = self.name()
             self.expect(":")
             type_ = self.type()
@@ -461,9 +495,21 @@ class _Parser:
 
     def variable(self) -> tuple[_Operand, Variable, bool]:
         """Return a variable, its element or an output of a block; its declaration; whether it is such an output."""
-        token = self.name("#")
-        variable = self.find(token)
-        code, type_ = f"v_{token.text.lower()}", variable.type
+        place = ""
+        if self.scl and self.here().mark == '"':  # of a data block
+            block = self.name('"')
+            if block.text.lower() not in self.data:
+                raise TextError(f"{block.text} is no data block", block.line)
+            self.expect(".")
+            token, place = self.take(), f"data_{block.text.lower()}."
+            tables = {v.name.lower(): v for v in self.data[block.text.lower()].variables}
+            if token.text.lower() not in tables:
+                raise TextError(f"{block.text} has no {token.text}", token.line)
+            variable = tables[token.text.lower()]
+        else:
+            token = self.name("#")
+            variable = self.find(token)
+        code, type_ = f"{place}v_{token.text.lower()}", variable.type
         if self.accept("."):
             if type_.name in ELEMENTARY:
                 raise TextError(f"{token.text} has no parts", token.line)

@@ -50,7 +50,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
         "joint": subject.joint is not None, "power_cycle": _after_power_cycle(subject),
     }  # fmt: skip
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
-    return {**sources(name, units), "README.md": with_warning(readme, subject)}
+    return {**sources(name, units, subject.checksum), "README.md": with_warning(readme, subject)}
 
 
 def units_of(subject: Subject) -> tuple[Pou, Pou, Pou]:
@@ -93,15 +93,15 @@ def _variables(subject: Subject) -> set[str]:
     return {variable.name.lower() for variable in function_block_of(subject, "").variables}
 
 
-def sources(name: str, units: tuple[Pou, Pou, Pou]) -> dict[str, str | bytes]:
-    """Return the units in all forms."""
+def sources(name: str, units: tuple[Pou, Pou, Pou], model: str) -> dict[str, str | bytes]:
+    """Return the units in all forms; `model` is the checksum of the model."""
     block, call, test = units
     return {
         f"{name}.st": structured_text(block) + "\n" + structured_text(call),
         f"{name}_Test.st": structured_text(test),
         f"{name}.scl": siemens_scl(block) + "\n" + siemens_scl(call),
-        f"{name}_Test.scl": siemens_scl(test),
-        f"{name}.xml": plcopen_xml(name, units, __version__, _DATE),
+        f"{name}_Test.scl": siemens_scl(test, shared=False),
+        f"{name}.xml": plcopen_xml(name, units, __version__, _DATE, model),
         **{f"twincat/{unit.name}.TcPOU": twincat_source(unit) for unit in units},
     }
 

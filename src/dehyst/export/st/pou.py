@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import textwrap
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from xml.etree import ElementTree
 
@@ -17,6 +18,7 @@ from dehyst.export.iec.parser import ELEMENTARY, LARGEST, REALS, SMALLEST
 
 OPTIMIZED = "{ S7_Optimized_Access := 'TRUE' }"  # of SCL: variables are laid out by the compiler
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR RETAIN", "VAR", "VAR CONSTANT")
+SHOWN = 12  # digits of a checksum
 SCALES = {"ScaleUp": 2.0**112, "ScaleDown": 2.0**-112}
 
 
@@ -69,26 +71,40 @@ def structured_text(unit: Pou) -> str:
     return head + _declarations(unit, quoted=False) + f"\n{unit.body.rstrip()}\n\nEND_{unit.kind}\n"
 
 
-def siemens_scl(unit: Pou) -> str:
+def siemens_scl(unit: Pou, *, shared: bool = True) -> str:
     """Return the source as an external SCL source of TIA Portal wants it.
 
     Differences: names of blocks in quotes, # before those of variables, ``VERSION``, ``BEGIN``, no arrays among
-    constants, no PROGRAM (a function block instead, to be called from an organisation block).
+    constants, no PROGRAM (a function block instead, to be called from an organisation block). `shared` tables stand
+    in a data block that all instances read; those that are not stand in VAR, a copy an instance.
     """
-    variables = tuple(
-        replace(v, section="VAR") if v.section == "VAR CONSTANT" and v.size else v for v in unit.variables
-    )
-    unit = replace(unit, kind="FUNCTION_BLOCK", variables=variables)
+    tables = [v for v in unit.variables if v.section == "VAR CONSTANT" and v.size]
+    others = [v for v in unit.variables if v not in tables]
+    written, data = {v.name: f"#{v.name}" for v in unit.variables}, ""
+    if shared and tables:
+        written |= {v.name: f'"{unit.name}_Tables".{v.name}' for v in tables}
+        data = _data_block(f"{unit.name}_Tables", tables) + "\n"
+    else:
+        others = [replace(v, section="VAR") if v in tables else v for v in unit.variables]
+    unit = replace(unit, kind="FUNCTION_BLOCK", variables=tuple(others))
     head = f'{comment(unit.comment)}\n{unit.kind} "{unit.name}"\n{OPTIMIZED}\nVERSION : 0.1\n'
-    body = _marked(unit.body.rstrip(), {variable.name for variable in variables})
-    return head + _declarations(unit, quoted=True) + f"\nBEGIN\n\n{body}\n\nEND_{unit.kind}\n"
+    body = _marked(unit.body.rstrip(), written)
+    return data + head + _declarations(unit, quoted=True) + f"\nBEGIN\n\n{body}\n\nEND_{unit.kind}\n"
 
 
-def _marked(body: str, names: set[str]) -> str:
-    """Put # before variables of the unit: not before members, and not in comments."""
+def _data_block(name: str, tables: list[Variable]) -> str:
+    """Return tables as a global data block; its values follow BEGIN, one by one, which every version of TIA takes."""
+    declared = [_declaration(replace(v, initial=()), quoted=True) for v in tables]
+    values = [f"    {v.name}[{k}] := {value};" for v in tables for k, value in enumerate(v.initial)]
+    head = f'DATA_BLOCK "{name}"\n{OPTIMIZED}\nVERSION : 0.1\nNON_RETAIN\nSTRUCT'
+    return "\n".join([head, *declared, "END_STRUCT;", "", "BEGIN", *values, "END_DATA_BLOCK", ""])
+
+
+def _marked(body: str, names: Mapping[str, str]) -> str:
+    """Write variables of the unit as SCL does: not members, and not in comments."""
 
     def marked(match: re.Match[str]) -> str:
-        return f"#{match[0]}" if match[0] in names else match[0]
+        return names.get(match[0], match[0])
 
     parts = re.split(r"(?s)(\(\*.*?\*\))", body)
     return "".join(part if part.startswith("(*") else re.sub(r"(?<![\w.])[A-Za-z_]\w*", marked, part) for part in parts)
@@ -247,14 +263,21 @@ _LISTS: tuple[tuple[str, str, dict[str, str]], ...] = (
 _KINDS = {"FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 
 
-def plcopen_xml(project: str, units: tuple[Pou, ...], version: str, date: str) -> bytes:
-    """Return a project with these units as PLCopen XML."""
+def plcopen_xml(project: str, units: tuple[Pou, ...], version: str, date: str, model: str) -> bytes:
+    """Return a project with these units as PLCopen XML.
+
+    Its headers tell two libraries apart: product and version that wrote it; as version of the content also the first
+    digits of the `model`'s checksum, and of one of the units, which limits, ramp and controller change too.
+    """
     root = ElementTree.Element("project", {"xmlns": SPACE})
-    about = {"companyName": "dehyst", "productName": "dehyst", "productVersion": version, "creationDateTime": date}
+    about = {
+        "companyName": "dehyst", "productName": "dehyst", "productVersion": version, "creationDateTime": date,
+        "contentDescription": f"{project}, model checksum {model}",
+    }  # fmt: skip
     ElementTree.SubElement(root, "fileHeader", about)
-    coordinates = ElementTree.SubElement(
-        ElementTree.SubElement(root, "contentHeader", {"name": project}), "coordinateInfo"
-    )
+    units_checksum = hashlib.sha256("".join(map(structured_text, units)).encode()).hexdigest()
+    content = {"name": project, "version": ".".join((version, model[:SHOWN], units_checksum[:SHOWN]))}
+    coordinates = ElementTree.SubElement(ElementTree.SubElement(root, "contentHeader", content), "coordinateInfo")
     for language in ("fbd", "ld", "sfc"):
         ElementTree.SubElement(ElementTree.SubElement(coordinates, language), "scaling", {"x": "1", "y": "1"})
     types = ElementTree.SubElement(root, "types")
