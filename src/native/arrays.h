@@ -84,6 +84,7 @@ void bind_joint(nb::module_ &m);
 void bind_direct(nb::module_ &m);
 void bind_direct_block(nb::module_ &m);
 void bind_plant(nb::module_ &m);
+void bind_mujoco_plugin(nb::module_ &m);
 void bind_robot(nb::module_ &m);
 void bind_gram(nb::module_ &m);
 

@@ -13,6 +13,7 @@ NB_MODULE(_native, m)
     bind_direct(m);
     bind_direct_block(m);
     bind_plant(m);
+    bind_mujoco_plugin(m);
     bind_robot(m);
     bind_gram(m);
     bind_solver(m);
