@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from dehyst.monitoring import drift as drift
     from dehyst.monitoring.evaluate import Evaluation as Evaluation
     from dehyst.monitoring.evaluate import evaluate as evaluate
+    from dehyst.report import as_html as as_html
+    from dehyst.report import plot as plot
     from dehyst.report import write_comparison_report as write_comparison_report
     from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
@@ -116,7 +118,7 @@ _ROOMS = {
     ),
     "dehyst.monitoring": "Drift drift",
     "dehyst.monitoring.evaluate": "Evaluation evaluate",
-    "dehyst.report": "write_comparison_report write_drift_report write_report",
+    "dehyst.report": "as_html plot write_comparison_report write_drift_report write_report",
     "dehyst.robot.arm": "Arm Mechanism Reference Robot load_robot",
     "dehyst.robot.experiments.calibration": "calibrate",
     "dehyst.robot.experiments.equipment": "Equipment equip",
@@ -158,4 +160,4 @@ sys.meta_path.append(_OldPaths)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return list(__all__)

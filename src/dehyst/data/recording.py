@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.data.plotted import Plotted
 from dehyst.errors import MissingExtraError, ParameterError, RecordingError
 from dehyst.findings import Finding
 
@@ -53,7 +54,7 @@ def _signal(values: npt.ArrayLike, role: str, name: str) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(Plotted):
     """One log of an actuator: input and output sampled together.
 
     Values stay in the units of the log; a rate-independent model has no other units than its data.

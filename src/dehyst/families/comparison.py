@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, rank
+from dehyst.data.plotted import Plotted
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
@@ -37,7 +38,7 @@ NOT_FOUND = "no choice of its parameters that was found comes close to these loo
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Plotted):
     """Families on a log, the smallest held-out error first; those that cannot fit it last, with the reason.
 
     Attributes

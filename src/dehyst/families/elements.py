@@ -148,7 +148,7 @@ def pairs_of(given: Any, name: str, rising: bool = False) -> Pairs:
     return tuple(u.tolist()), tuple(v.tolist())
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ElementModel(LoopModel):
     """A sum of elements; the module says the formulas.
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
+from dehyst.data.plotted import Plotted
 from dehyst.data.recording import Recording
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding, Grade, grade_of
@@ -326,7 +327,7 @@ Refitting = Callable[[int | None, float | None, str | None, npt.ArrayLike | None
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Plotted):
     """An identified model with everything needed to judge it.
 
     Attributes

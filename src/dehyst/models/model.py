@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from abc import ABC, abstractmethod
@@ -322,6 +323,20 @@ class Model(ABC):
     def file_parameters(self) -> dict[str, Any]:
         """Return the parameters as plain JSON values, as they stand in a model file."""
 
+    def _content(self) -> str:
+        """What a model file holds of the model, without where it came from."""
+        signals = ((card.name, card.unit) for card in (self.card.input, self.card.output))
+        return json.dumps(
+            [self.file_kind, self.family, self.direction, *signals, self.file_parameters()], sort_keys=True
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both answer the same to the bit: same parameters, memory and signals, whatever log they are from."""
+        return self._content() == other._content() if isinstance(other, Model) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
     def pruned(self) -> Self:
         """Return the same model without terms of zero weight, which is exact; itself where there are none."""
         return self
@@ -403,7 +418,7 @@ class Model(ABC):
             raise ParameterError(f"a scheduling signal is not one number a sample, ({size},): {fault}.") from None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inverted(Model, Generic[M]):
     """The input that an output needs; made by ``model.inverse()``.
 
@@ -443,6 +458,9 @@ class Inverted(Model, Generic[M]):
     def inverse(self) -> M:
         """Return the model."""
         return self.of
+
+    def _content(self) -> str:
+        return f"inverse of {self.of._content()}"
 
     def with_card(self, card: ModelCard) -> Self:
         """Return the same with other signals."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from dehyst.arrays import Array
+from dehyst.data.plotted import Plotted
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
 from dehyst.identification.mending import ENDED
@@ -232,7 +233,7 @@ class Acceptance:
 
 
 @dataclass(frozen=True)
-class Drift:
+class Drift(Plotted):
     """Whether an actuator has changed since its model was identified.
 
     Attributes

@@ -81,6 +81,10 @@ class Robot(Tables):
         text = json.dumps(self.raw, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
+    def __repr__(self) -> str:
+        drives = ", ".join(f"{number} {joint.drive}" for number, joint in self.joints.items())
+        return f"<Robot {self.name!r}: joints {drives}; {self.hysteresis.mechanism}; {self.fingerprint}>"
+
     def __eq__(self, other: object) -> bool:
         return self.raw == other.raw if isinstance(other, Robot) else NotImplemented
 

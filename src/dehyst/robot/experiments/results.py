@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.control.reviewed import CONTROLLERS, PAPER
+from dehyst.data.plotted import Plotted
 from dehyst.fields import Key, entries
 from dehyst.identification import Fit
 from dehyst.models import DirectInverse, HysteresisModel
@@ -191,7 +192,7 @@ class JointIdentification:
 
 
 @dataclass(frozen=True, eq=False)
-class TrialRun:
+class TrialRun(Plotted):
     """One run of the arm along its path, homing left out.
 
     Attributes
@@ -249,6 +250,17 @@ class TrialRun:
     flags: npt.NDArray[np.int64]
     frames: Array = field(default_factory=lambda: np.zeros((0, 8, 3)))
     frame_time: Array = field(default_factory=lambda: np.zeros(0))
+
+    def _figure(self) -> Any:
+        """Tracking error of every joint over time."""
+        from dehyst.report.drawing import Line, chart  # only who draws loads matplotlib
+        from dehyst.report.parts import Figure, Panel
+        from dehyst.report.theme import CYCLE
+
+        error = np.degrees(self.error)
+        lines = [Line(self.time, error[:, k], CYCLE[k % len(CYCLE)], f"joint {k + 1}") for k in range(error.shape[1])]
+        panel = Panel("", chart("time [s]", "tracking error [deg]", lines, zero=True), "Tracking error over time.")
+        return Figure("trial", f"{self.trial}, compensator {self.compensator}", "", (panel,))
 
     @property
     def error(self) -> Array:
