@@ -166,3 +166,11 @@ for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_addr
 def test_what_is_no_arm_and_no_pose_is_refused(call):
     with pytest.raises(ParameterError):
         call()
+
+
+def test_a_version_of_mujoco_that_fuses_links_wrongly_is_refused(monkeypatch):
+    import mujoco
+
+    monkeypatch.setattr(mujoco, "__version__", "3.9.0")
+    with pytest.raises(MissingExtraError, match=r"pip install 'mujoco>=3\.14'"):
+        rb.mujoco()

@@ -28,12 +28,21 @@ ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
 
 
 AXES = {"roll": (1, 0, 0), "pitch": (0, 1, 0), "yaw": (0, 0, 1)}
+LEAST_MUJOCO = (3, 14)
 POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
 
 
 def mujoco() -> Any:
-    """Return the module mujoco."""
-    return _imported("mujoco", "simulating the arm")
+    """Return the module mujoco; versions that give fused links a wrong inertia are refused."""
+    module = _imported("mujoco", "simulating the arm")
+    if tuple(map(int, module.__version__.split(".")[:2])) < LEAST_MUJOCO:
+        raise MissingExtraError(
+            f"mujoco {module.__version__} is installed; versions before 3.14 give a wrong inertia to links that cannot "
+            f"move (0.24 in place of 2.48 kg m^2 at joint 1 with 3.9). Type: pip install 'mujoco>=3.14'",
+            extra="plant",
+            version=module.__version__,
+        )
+    return module
 
 
 def mink() -> Any:
@@ -58,7 +67,7 @@ def mj_step_address() -> int:
     found = ", ".join(file.name for file in libraries) or "none"
     raise MissingExtraError(
         f"mujoco {mujoco().__version__} is installed, but no library beside it has the function mj_step (libraries "
-        f"found: {found}); the closed loop calls it directly. Type: pip install --force-reinstall 'mujoco>=3.2'",
+        f"found: {found}); the closed loop calls it directly. Type: pip install --force-reinstall 'mujoco>=3.14'",
         extra="plant",
         libraries=found,
     )
@@ -252,7 +261,7 @@ def joint_inertia(model: MjModel, angles: Array | None = None) -> Array:
     for k in range(q.shape[0]):
         data.qpos[:] = q[k]
         lib.mj_forward(model, data)
-        _full_inertia(lib, model, data, full)
+        lib.mj_fullM(model, data, full)
         out[k] = np.diag(full)
     return out.reshape(np.shape(angles))
 
@@ -289,11 +298,3 @@ def _rows(model: MjModel, angles: Array) -> Array:
             shape=np.shape(angles),
         )
     return rows
-
-
-def _full_inertia(lib: Any, model: MjModel, data: MjData, full: Array) -> None:
-    """mj_fullM changed its arguments with MuJoCo 3.4: (m, dst, qM) before, (m, d, dst) since."""
-    try:
-        lib.mj_fullM(model, data, full)
-    except TypeError:
-        lib.mj_fullM(model, full, data.qM)
