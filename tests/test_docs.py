@@ -371,7 +371,7 @@ def test_the_example_of_firmware_shows_what_compensator_and_feedback_each_leave(
     shown = next(step.shown for step in blocks.steps(page) if step.code.startswith("make -s -C examples/firmware"))
     line, feedback, compensator, both = (float(number) for number in re.findall(r"([\d.]+) um rms", shown))
     assert both < compensator < feedback < line
-    assert compensator < 0.2 * line and both < 0.5 * feedback
+    assert compensator < 0.2 * line and both < 0.2 * feedback
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ Here a few models; `python benchmarks/target.py --bits` runs 100 of them over 1 
 benchmarks/target.py prints are counted by code that is tested here as well.
 """
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -115,3 +116,16 @@ def test_a_whole_joint_controller_has_the_bits_of_the_extension(name, tmp_path):
     assert same_bits(rows["y"], test.outputs)
     assert np.array_equal(rows["flags"], test.flags)
     assert len(set(test.flags.tolist())) > 5  # faults and limits are among them
+
+
+@pytest.mark.slow
+def test_the_example_of_firmware_checks_its_unit_on_a_cortex_m4f(tmp_path):
+    machine = machines.MACHINES["cortex-m4f"]
+    if machine.missing():
+        pytest.skip(f"no {machine.missing()}; on Debian: apt-get install gcc-arm-none-eabi qemu-system-arm")
+    command = ["make", "-C", machines.ROOT / "examples" / "firmware", "cortex-m", f"OUT={tmp_path}"]
+    done = subprocess.run(
+        [*command, f"DEHYST={sys.executable} -m dehyst"], capture_output=True, text=True, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "bits of the model" in done.stdout and "all checks passed" in done.stdout

@@ -16,6 +16,7 @@ static const char *const names[WAYS] = {"straight line", "line and PI", "compens
 typedef struct controller {
     stage_state unit; /* the exported compensator */
     double integral;  /* [V] */
+    double due;       /* reference of the sample before: what is measured now answers that one [um] */
 } controller;
 
 /* Gains of the feedback: crossover near 25 Hz, a quarter of what delay and amplifier allow. */
@@ -36,7 +37,8 @@ static double control(controller *c, int way, double reference, double measured)
     if (way == LINE || way == COMPENSATOR) {
         return forward;
     }
-    const double error = reference - measured;
+    const double error = c->due - measured;
+    c->due = reference;
     const double wanted = forward + proportional * error + c->integral;
     if ((wanted < 150.0 || error < 0.0) && (wanted > 0.0 || error > 0.0)) { /* no winding up at a limit */
         c->integral += integral * error;
@@ -60,7 +62,7 @@ static uint16_t code_of(double volt) /* rounded, within the DAC */
 /* Error of one way to control. [um rms] */
 static double run(int way)
 {
-    controller c = {0};
+    controller c = {.due = reference_at(0)};
     double sum = 0.0;
     stage_reset(&c.unit);
     plant_reset();
