@@ -1,6 +1,7 @@
 """Designed excitation: limits are kept, every stop is reached from both sides, creep and rate can be told apart."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -207,6 +208,15 @@ def test_the_time_that_a_refusal_names_is_enough():
         design_excitation(-1.0, 1.0, rate=0.3, acceleration=0.2, time_limit=100.0)
     needed = refused.value.facts["needed"]
     assert design_excitation(-1.0, 1.0, rate=0.3, acceleration=0.2, time_limit=needed).duration <= needed
+
+
+@pytest.mark.parametrize("rate", [180.0, 200.0, 230.0])
+def test_the_period_that_a_refusal_names_is_short_enough(rate):
+    asked = {"low": -20.0, "high": 130.0, "rate": rate, "time_limit": 130.0}
+    with pytest.raises(ParameterError, match="would not be smooth") as refused:
+        design_excitation(**asked, period=0.03)
+    named = float(re.search(r"Pass a period of (\S+) s at most", str(refused.value))[1])
+    assert design_excitation(**asked, period=named).period == named
 
 
 def test_a_slow_acceleration_lowers_the_rate_that_the_decade_is_counted_from():

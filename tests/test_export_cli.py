@@ -186,6 +186,13 @@ def test_a_pruned_export_has_fewer_operators_and_the_same_answers(run, place):
     assert full != ""
 
 
+def test_a_period_may_be_named_for_plays_which_do_not_depend_on_it(run, place):
+    warned(run, play_model())
+    without = (place / "w" / "src" / "m.c").read_bytes()
+    warned(run, play_model(), "--period", "0.001")
+    assert (place / "w" / "src" / "m.c").read_bytes() == without
+
+
 # ---- What a new user met.
 
 

@@ -286,6 +286,9 @@ def test_a_saturated_output_is_found_and_a_play_is_not(tmp_path):
     rec = read(tmp_path, y=np.minimum(Y, 12.0))
     assert "saturated-output" in codes(rec)
     assert "12 deg" in rec.findings[0].message
+    x = X * np.where(np.arange(X.size) < X.size // 4, 1.0, 0.5)  # a converter that is full in the largest loop only
+    rec = read(tmp_path, x=x, y=np.minimum(5.0 * x, 0.85 * 5.0 * x.max()))
+    assert "saturated-output" in codes(rec), rec.findings
     play = [0.0]
     for value in X:
         play.append(max(value - 0.8, min(value + 0.8, play[-1])))

@@ -135,18 +135,19 @@ def planned(
     low, high, unit = span
     shortest = min(min(section.stroke_s) for section in sections)
     if period * STROKE_SAMPLES > shortest:
+        most = 0.95 * shortest / STROKE_SAMPLES  # short enough when rounded to two digits
         raise ParameterError(
             f"a period of {period:g} s takes {shortest / period:.1f} samples of the shortest stroke, {shortest:.3g} s: "
-            f"it would not be smooth. Pass a period of {shortest / STROKE_SAMPLES:.2g} s at most, or a lower rate or "
-            f"acceleration.",
+            f"it would not be smooth. Pass a period of {most:.2g} s at most, or a lower rate or acceleration.",
             period=period,
             shortest=shortest,
         )
     duration = sum(section.duration for section in sections)
     if duration > MOST_SAMPLES * period:
+        least = 1.05 * duration / MOST_SAMPLES  # long enough when rounded to two digits
         raise ParameterError(
             f"{duration:.4g} s at a period of {period:g} s are {duration / period:.3g} samples, more than a file "
-            f"should hold. Pass a period of {duration / MOST_SAMPLES:.2g} s or more, or a higher rate or acceleration.",
+            f"should hold. Pass a period of {least:.2g} s or more, or a higher rate or acceleration.",
             period=period,
         )
     middle, scale = 0.5 * (low + high), 0.5 * (high - low)

@@ -98,11 +98,6 @@ def unit_of(
     if model.no_export:
         raise ParameterError(f"the model cannot be exported: {model.no_export}")
     block = Block(model, direction, range, ramp, period=period)
-    if period is not None and not block.period:
-        raise ParameterError(
-            f"--period {period:g} belongs to a model that creeps or depends on the rate, and this one does not: "
-            f"no number of it depends on the time between two samples. Leave --period out."
-        )
     exact, numbers = NUMBERS[model.core](block, real)
     if real == "float":
         check_fade(numbers.fade, ramp)

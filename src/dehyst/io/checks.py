@@ -17,7 +17,7 @@ from dehyst.units import dimension, parse_unit, words
 Signals = Sequence[tuple[str, str, Array]]  # role, column, values
 
 HELD_SHARE = 0.6  # of the samples of a held signal repeat the one before
-STUCK_SHARE = 0.05  # of the samples of a saturated sensor sit at its extreme
+STUCK_SHARE = 0.005  # of the samples of a saturated sensor sit at its extreme
 COARSE_LEVELS = 24
 FIRST_VALUES = 4096  # of a signal: where these are many, there is no need to sort the others
 LOOP_SHARE = 0.15  # of the range: a smaller swing may be the noise of a pressure sensor, not a loop
@@ -168,9 +168,9 @@ def _stuck(table: Table, y_name: str, x: Array, y: Array) -> list[Finding]:
     return [
         Finding(
             "saturated-output",
-            f"output '{y_name}' of {table.name} sits exactly at {where} in {100 * share:.0f} % of "
-            f"the samples while the input still pushes on: the sensor is at the end of its range, or the actuator at a "
-            f"stop. What happens beyond cannot be learned or inverted. Reduce the input's range, or cut it away.",
+            f"output '{y_name}' of {table.name} sits exactly at {where} in {100 * share:.2g} % of the samples while "
+            f"the input still pushes on: sensor or converter is at the end of its range, or the actuator at a stop. "
+            f"What happens beyond cannot be learned or inverted. Reduce the input's range, or cut it away.",
         )
     ]
 
