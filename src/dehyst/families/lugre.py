@@ -39,6 +39,7 @@ friction falls with speed faster than the curve rises, and wherever damping lags
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -161,7 +162,7 @@ class LuGre(LoopModel):
         """Why there need not be one: bounds of each term's slope over one move, for every duration of it."""
         rho, curve = self.ratio, float(np.min(slopes(self.curve)))
         stiffness, damping, viscous = self.sigma
-        falling = 2.0 / np.e * rho * (rho - 1.0)  # most that z changes with L(v), over the move
+        falling = 2.0 / math.e * rho * (rho - 1.0)  # most that z changes with L(v), over the move
         if damping < 0.0 or viscous < 0.0:
             return "its output falls behind a faster input, so that an output may belong to a slow and to a fast move."
         if stiffness < 0.0:
@@ -173,7 +174,7 @@ class LuGre(LoopModel):
                 f"its friction changes with speed and direction by more than its curve rises (least slope "
                 f"{least:.3g} of the mean one cannot be excluded), so that one output may belong to several inputs."
             )
-        knee = 2.0 * np.exp(-2.0) if rho == 1.0 else rho - 1.0 + (1.0 + rho) / np.e + falling * (1.0 + 1.0 / np.e)
+        knee = 2.0 * np.exp(-2.0) if rho == 1.0 else rho - 1.0 + (1.0 + rho) / math.e + falling * (1.0 + 1.0 / math.e)
         if viscous < damping * knee:
             return (
                 f"the damping of its bristles, sigma_1 = {damping:.3g}, ends while they slip and is not made up for by "
