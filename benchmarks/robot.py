@@ -17,13 +17,12 @@ from typing import Any
 from startup import machine
 
 from dehyst import Equipment, PrandtlIshlinskii, load_robot, plan_path, run_trial
-from dehyst.robot.arm.rigid_body import ALL_JOINTS
 from dehyst.robot.experiments.calibration import nominal_characteristic
 from dehyst.robot.experiments.equipment import equip
 
 PACKAGES = ("dehyst", "numpy", "scipy", "mujoco", "mink")
 MECHANISMS = ("none", "dahl", "preisach", "maxwell-slip")
-WHAT = {"whole arm": ALL_JOINTS, "joint 1 alone": (1,)}
+WHAT = {"whole arm": tuple(load_robot().joints), "joint 1 alone": (1,)}
 LEAST = 20.0  # real-time factor of the whole arm on one core
 LONGEST = 20.0  # `dehyst reproduce --quick` on two cores [s]
 OPERATORS = 25  # with weight in a typical model

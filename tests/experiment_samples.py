@@ -11,13 +11,13 @@ from dehyst.app.reproduce import QUICK
 from dehyst.control import SWITCHES
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm, Reference
-from dehyst.robot.arm.rigid_body import ALL_JOINTS
 from dehyst.robot.experiments.calibration import calibrate, controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.trials import run_trial
 
+ALL_JOINTS = tuple(load_robot().joints)
 HOLDS = SWITCHES["position"] | SWITCHES["integrator"]
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 FASTER = {"homing.cycles": 3, "homing.period_s": 2.0, "path.cycles_fast": 1, "path.slow_factor": 1.5}

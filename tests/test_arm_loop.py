@@ -16,8 +16,8 @@ from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm, Reference
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
-from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model
-from experiment_samples import HOLDS, arm, controllers, same_bits, swing
+from dehyst.robot.arm.rigid_body import arm_model
+from experiment_samples import ALL_JOINTS, HOLDS, arm, controllers, same_bits, swing
 from plant_oracles import MaxwellSlip
 
 

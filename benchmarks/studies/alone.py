@@ -17,7 +17,7 @@ from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.experiments.calibration import calibrate, controller_parameters, home, home_and_learn, refuse_failed
 from dehyst.robot.experiments.identification import identify_joint
-from dehyst.robot.experiments.path import ArmPath
+from dehyst.robot.experiments.path import PlannedPath
 from dehyst.robot.experiments.results import Characteristic
 from dehyst.robot.experiments.trials import SLOW, trial_motion
 
@@ -55,7 +55,7 @@ class Alone:
     """
 
     robot: Robot
-    path: ArmPath
+    path: PlannedPath
     characteristic: Characteristic
     model: DirectInverse | None = None
     adaptation: Adaptation | None = None
@@ -202,7 +202,9 @@ def smooth_push(at: float, lasting: float = 15.0, size: float = 5.0, edge: float
     return lambda t: size * (rise(t - at) - rise(t - at - lasting))
 
 
-def identified_alone(robot: Robot, path: ArmPath, number: int = 1, seed: int = 0, compensator: str = "creep") -> Alone:
+def identified_alone(
+    robot: Robot, path: PlannedPath, number: int = 1, seed: int = 0, compensator: str = "creep"
+) -> Alone:
     """Calibrate a joint, identify a direct inverse on it, and return it ready to be run on that plant or another.
 
     Raises

@@ -28,7 +28,7 @@ from dehyst.robot.experiments.calibration import BAR, calibrate
 from dehyst.robot.experiments.equipment import Equipment, equip
 from dehyst.robot.experiments.identification import HYSTERESIS, INPUT, OUTPUT, TIME, identify_compensators
 from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import ArmPath, plan_path
+from dehyst.robot.experiments.path import PlannedPath, plan_path
 from dehyst.robot.experiments.recipes import recipe
 from dehyst.robot.experiments.results import Characteristic, JointIdentification
 from dehyst.robot.experiments.trials import run_trial
@@ -74,7 +74,7 @@ class Joint:
     """
 
     robot: Robot
-    path: ArmPath
+    path: PlannedPath
     number: int
     seed: int
     mechanisms: MechanismFactory | None

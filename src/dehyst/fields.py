@@ -11,6 +11,7 @@ type of the field            in the file
 ``tuple[T, ...]``            a list of T; of tables, if T is a dataclass
 a dataclass                  a table
 ``Mapping[str, T]``          tables by name, each a T; those of the choices if there are any. T = Any: unchecked
+``Mapping[int, T]``          tables by number, each a T: from 1 on without a gap, or those of the choices
 ===========================  =========================================================================================
 
 A field with a default, or that may be None, may be left out.
@@ -298,12 +299,16 @@ class _Reading:
         mapping, inner = self._mapping(value, path), _inner(kind)
         if inner is Any:
             return dict(mapping)
+        numbered = get_args(kind)[0] is int
+        counted = tuple(str(n) for n in range(1, min(max(len(mapping), key.least), key.most) + 1))
+        allowed = key.choices or (counted if numbered else ())
         for member in mapping:
-            if not isinstance(member, str) or (key.choices and member not in key.choices):
-                names = f"[{path}] has {', '.join(key.choices)}" if key.choices else "a name is a text"
+            if not isinstance(member, str) or (allowed and member not in allowed):
+                last = f", numbered without a gap up to {key.most} at most" if numbered and not key.choices else ""
+                names = f"[{path}] has {', '.join(allowed)}{last}" if allowed else "a name is a text"
                 at = f"{path}.{word_of(member)}"
                 raise ParameterError(f"{self.where}: there is no {at}; {names}.", key=at, source=self.where)
-        return {m: self.table(inner, mapping.get(m, {}), f"{path}.{m}") for m in key.choices or sorted(mapping)}
+        return {m: self.table(inner, mapping.get(m, {}), f"{path}.{m}") for m in allowed or sorted(mapping)}
 
     def _list(self, value: Any, kind: Any, key: Key, path: str) -> list[Any]:
         given, inner = value.tolist() if hasattr(value, "tolist") else value, _inner(kind)
@@ -379,6 +384,10 @@ def _schema(kind: Any, key: Key, partial: bool) -> Plain:
         return schema_of(kind, partial)
     if _form(kind) is Mapping:
         inner = {} if _inner(kind) is Any else schema_of(_inner(kind), partial)
+        if get_args(kind)[0] is int and not key.choices:
+            numbers = [str(n) for n in range(1, key.most + 1)]
+            return {"type": "object", "properties": dict.fromkeys(numbers, inner), "additionalProperties": False,
+                    "minProperties": 0 if partial else key.least}  # fmt: skip
         if not key.choices:
             return {"type": "object", "additionalProperties": inner}
         needed = [] if partial else list(key.choices)

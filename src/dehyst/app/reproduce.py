@@ -23,7 +23,7 @@ from dehyst.files import write_atomically
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, load_robot
 from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean_figures
 from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
-from dehyst.robot.experiments.results import COMPENSATED, Reproduction
+from dehyst.robot.experiments.results import Reproduction
 from dehyst.robot.report import write_reproduction_report
 from dehyst.shell import typed
 
@@ -77,25 +77,26 @@ def _robot(request: ReproduceRequest) -> Robot:
 def _experiment(request: ReproduceRequest) -> Request:
     default = ("preisach",) if request.quick else PLANTS
     plants = default if request.plant is None else PLANTS if request.plant == "all" else tuple(request.plant.split(","))
-    joints = COMPENSATED if request.joint == "all" else tuple(_number(word) for word in request.joint.split(","))
+    joints = () if request.joint == "all" else tuple(_number(word) for word in request.joint.split(","))
     first = request.seed or 0
     seeds = (first,) if request.quick or request.seed is not None else (0, 1, 2)
     names = tuple(dict.fromkeys(word for words in request.compensator for word in words.split(",")))
     controllers = tuple(dict.fromkeys(request.controller.split(",")))
-    return Request(plants, joints, names, seeds, studies=not request.quick, controllers=controllers)
+    return Request(plants, joints, names, seeds, studies=not request.quick, controllers=controllers,
+                   reference=request.reference)  # fmt: skip
 
 
 def _number(word: str) -> int:
     try:
         return int(word)
     except ValueError:
-        raise ParameterError(f"--joint '{word}' is not a joint. Type 1, 2, 4 or all; several as 1,2.") from None
+        raise ParameterError(f"--joint '{word}' is not a joint. Type a number or all; several as 1,2.") from None
 
 
 def _line(request: ReproduceRequest) -> str:
     """The command of the page; of a path from the root only its end: a page that is passed on tells no more."""
     words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
-    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "out"):
+    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "reference", "out"):
         value = getattr(request, option)
         value = ",".join(value) if isinstance(value, tuple) else value
         if isinstance(value, Path) and value.is_absolute():

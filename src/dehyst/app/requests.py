@@ -185,7 +185,7 @@ class ReproduceRequest:
 
     quick: bool = option("One plant, one seed, shorter trials, no studies: less than 20 s.", False)
     plant: str | None = option("all, maxwell-slip, preisach, dahl or none; several as preisach,none.")
-    joint: str = option("Joint that is compensated: 1, 2, 4 or all.", "all")
+    joint: str = option("Joint that is compensated, 1, 2 or 4 of the packaged arm, or all; several as 1,2.", "all")
     compensator: tuple[str, ...] = option(
         "paper, literal, scaled, direct, creep, scheduled, adaptive, ilc, maxwell-slip or best; several as paper,best.",
         ("paper",),
@@ -196,6 +196,7 @@ class ReproduceRequest:
     seed: int | None = option("Run this seed only; without it 0, 1 and 2, with --quick 0.")
     cycles: int | None = option("Cycles of the path in every trial; 10 fast and 1 slow without it.")
     robot: Path | None = option()
+    reference: Path | None = option("Log of angles to follow, time_s,joint1_deg,...; by default what the robot says.")
     out: Path = option("Folder for report and logs.", Path("reproduction"))
     figures: Path | None = option()
     json: Path | None = option("Write every figure to this JSON file too.")

@@ -27,7 +27,6 @@ from dehyst.robot.arm.joints import built_plant, noise_seed
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import (
-    ALL_JOINTS,
     arm_model,
     bias_torque,
     inverse_dynamics,
@@ -200,7 +199,7 @@ class Arm:
     robot
         Parameters, from `load_robot`.
     moving
-        Numbers of the joints that move, increasing.
+        Numbers of the joints that move, increasing; None: all.
     controllers
         Joint number -> what its controller knows; one for every moving pneumatic joint.
     compensators
@@ -239,7 +238,7 @@ class Arm:
         self,
         robot: Robot,
         *,
-        moving: tuple[int, ...] = ALL_JOINTS,
+        moving: tuple[int, ...] | None = None,
         controllers: Mapping[int, JointControllerParameters],
         compensators: Mapping[int, HysteresisModel | DirectInverse] | None = None,
         adaptations: Mapping[int, Adaptation] | None = None,
@@ -247,6 +246,7 @@ class Arm:
         seed: int = 0,
         laws: Mapping[int, Law] | None = None,
     ) -> None:
+        moving = tuple(robot.joints) if moving is None else moving
         _refuse_lawless(laws or {}, robot, moving)
         if not 0 <= seed < SEEDS:
             raise ParameterError(f"seed = {seed} is none. Pass a whole number from 0 to {SEEDS - 1}.", seed=seed)

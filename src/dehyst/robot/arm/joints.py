@@ -181,7 +181,7 @@ def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] =
 
 def noise_seed(seed: int, number: int) -> int:
     """Return the seed of a joint's sensor noise."""
-    return seed * 8 + number
+    return seed * 8 + number if number < 8 else (1 << 40) + seed * 8 + number  # no joint has the noise of another
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Inverse kinematics of the redundant arm: from a path of the tool to angles of seven joints, as splines of its length.
+"""Inverse kinematics of the redundant arm: from a path of the tool to angles of all joints, as splines of its length.
 
 The angles depend on the tool's position x alone, not on how it got there:
 
@@ -22,7 +22,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import arm_model, mink, mujoco, tool_positions
+from dehyst.robot.arm.rigid_body import arm_model, mink, mujoco, tool_positions, tool_site
 
 STRIDE = 0.05  # of the tool between two solutions: a linearised step goes no further [m]
 STEPS = 60
@@ -63,8 +63,10 @@ class InverseKinematics:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         model = arm_model(robot)
+        self._site = tool_site(model)
         self._configuration = mink().Configuration(model, np.zeros(model.nq))
-        cost = np.sqrt(robot.path.posture_weights) / [robot.joint(number).range for number in robot.joints]
+        weights = robot.path.posture_weights or np.ones(model.nq)
+        cost = np.sqrt(weights) / [robot.joint(number).range for number in robot.joints]
         self._posture = mink().PostureTask(model, cost=cost)
         self._posture.set_target(np.zeros(model.nq))
         self._tool = _tool_task()(model)
@@ -81,7 +83,7 @@ class InverseKinematics:
         Returns
         -------
         angles : ndarray
-            (N, 7). [rad]
+            (N, n). [rad]
 
         Raises
         ------
@@ -104,7 +106,7 @@ class InverseKinematics:
 
     @property
     def _here(self) -> Array:
-        return np.array(self._configuration.data.site_xpos[0])
+        return np.array(self._configuration.data.site_xpos[self._site])
 
     def _approach(self, target: Array) -> None:
         """Go near a far target in strides, none of which needs to be exact."""
@@ -156,7 +158,7 @@ class InverseKinematics:
                   if abs(q) > 0.999 * self._robot.joint(n).range]  # fmt: skip
         where = ", ".join(f"{v:.3f}" for v in target)
         why = f"joints {at_end} are at the ends of their ranges" if at_end else "the arm is too short or folded"
-        center = ", ".join(f"{v:g}" for v in self._robot.path.center)
+        center = ", ".join(f"{v:g}" for v in self._robot.path.center or ())
         raise ParameterError(
             f"point {index} of the path, ({where}) m, cannot be reached: the tool stays {1e3 * distance:.1f} mm away, "
             f"{why}. Make path.cube_m smaller than {self._robot.path.cube:g}, move path.center_m = [{center}], or "
@@ -181,10 +183,11 @@ def _tool_task() -> Any:
             self._jacobian = np.zeros((3, model.nv))
 
         def compute_error(self, configuration: Any) -> Array:
-            return np.asarray(configuration.data.site_xpos[0] - self.target)
+            return np.asarray(configuration.data.site_xpos[tool_site(configuration.model)] - self.target)
 
         def compute_jacobian(self, configuration: Any) -> Array:
-            mujoco().mj_jacSite(configuration.model, configuration.data, self._jacobian, None, 0)
+            model, site = configuration.model, tool_site(configuration.model)
+            mujoco().mj_jacSite(model, configuration.data, self._jacobian, None, site)
             return self._jacobian.copy()
 
     return ToolPoint
@@ -210,7 +213,7 @@ class JointPath:
     rests
         (L + 1,) where the legs begin and end. [m]
     legs
-        One spline a leg, from s to seven angles. [rad]
+        One spline a leg, from s to the n angles. [rad]
     deviation
         Largest distance of the tool from its path, in the middle between two knots, of all legs. [m]
     """
@@ -225,13 +228,13 @@ class JointPath:
         return sum(len(leg.c) for leg in self.legs)
 
     def angles(self, s: npt.ArrayLike, derivative: int = 0) -> Array:
-        """Return the angles (T, 7) at arc lengths (T,), or their first to fourth derivative by s. [rad/m^n]
+        """Return the angles (T, n) at arc lengths (T,), or their first to fourth derivative by s. [rad/m^n]
 
         At a rest the derivatives are those of the leg that begins there.
         """
         at = np.clip(np.atleast_1d(np.asarray(s, np.float64)), self.rests[0], self.rests[-1])
         leg = np.clip(np.searchsorted(self.rests, at, side="right") - 1, 0, len(self.legs) - 1)
-        out = np.empty((at.size, 7))
+        out = np.empty((at.size, self.legs[0].c.shape[1]))
         for index in np.unique(leg):
             here = leg == index
             out[here] = self.legs[index](at[here], nu=derivative)
@@ -250,7 +253,7 @@ class JointPath:
         Returns
         -------
         tuple of ndarray
-            (T, 7) each. [rad, rad/s, rad/s^2]
+            (T, n) each. [rad, rad/s, rad/s^2]
         """
         q, slope, bend = (self.angles(s, derivative) for derivative in range(3))
         v, a = np.asarray(speed)[:, None], np.asarray(acceleration)[:, None]

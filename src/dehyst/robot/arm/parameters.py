@@ -19,9 +19,14 @@ from dehyst.files import document_of, text_of
 from dehyst.robot.arm.tables import Joint, Muscle, Tables, Valve
 
 PACKAGED = Path(__file__).with_name("arm.toml")
-LACKS = ', or write extends = "default" as the first line: what is not in the file is taken from the packaged arm'
+LACKS = (
+    ', or write as the first line extends = "default": what is not in the file is taken from the packaged arm; or '
+    'extends = "parts": the same, but for its joints and what belongs to them'
+)
+OF_ITS_JOINTS = ("name", "joint", "compensator.joints", "path.center_m", "path.posture_weights")
 # Muscles are pretensioned by at most 5 % and contract by at most 25 %: catalogue of the DMSP.
 LEAST_CONTRACTION, MOST_CONTRACTION = -0.05, 0.30
+LEAST_OF_A_PATH = 3  # joints: fewer do not reach all points of a space
 COEFFICIENTS = {"tool": 6, "exponential": 6, "geometric": 8}
 T = TypeVar("T")
 
@@ -43,12 +48,15 @@ class Robot(Tables):
     """
 
     raw: Mapping[str, Any]
+    folder: Path = Path()
 
     def joint(self, number: int) -> Joint:
-        """Return the joint of this number, 1 to 7."""
+        """Return the joint of this number, from 1 on."""
         if number not in self.joints:
             raise ParameterError(
-                f"the arm has no joint {number!r}. Its joints are 1 to 7, with muscles {self.pneumatic}.", joint=number
+                f"the robot has no joint {number!r}. Its joints are {listed(self.joints)}, with muscles "
+                f"{listed(self.pneumatic) or 'none'}.",
+                joint=number,
             )
         return self.joints[number]
 
@@ -66,6 +74,16 @@ class Robot(Tables):
         return tuple(number for number, joint in self.joints.items() if joint.pneumatic)
 
     @property
+    def compensated(self) -> tuple[int, ...]:
+        """Numbers of the joints that get a compensator: ``compensator.joints``, or all that muscles drive."""
+        told = self.compensator.joints
+        return tuple(n for n in self.pneumatic if told is None or n in told)
+
+    def beside(self, file: str) -> Path:
+        """Return the place of a file that the robot's own names."""
+        return self.folder / file
+
+    @property
     def electric_pole(self) -> float:
         """Double pole of the electric joints' own servos. [1/s]"""
         return self.electric.pole
@@ -77,16 +95,19 @@ class Robot(Tables):
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of all values, 16 hexadecimal digits: two robots with the same one are the same robot."""
-        text = json.dumps(self.raw, sort_keys=True, ensure_ascii=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        """SHA-256 of all values and of a body's file, 16 hexadecimal digits: the same one is the same robot."""
+        text = json.dumps(self.raw, sort_keys=True, ensure_ascii=True).encode()
+        body = b"" if self.body is None else self.beside(self.body.file).read_bytes()
+        return hashlib.sha256(text + body).hexdigest()[:16]
 
     def __repr__(self) -> str:
         drives = ", ".join(f"{number} {joint.drive}" for number, joint in self.joints.items())
         return f"<Robot {self.name!r}: joints {drives}; {self.hysteresis.mechanism}; {self.fingerprint}>"
 
     def __eq__(self, other: object) -> bool:
-        return self.raw == other.raw if isinstance(other, Robot) else NotImplemented
+        if not isinstance(other, Robot):
+            return NotImplemented
+        return self.raw == other.raw and (self.body is None or self.folder == other.folder)
 
     def __hash__(self) -> int:
         return hash(self.fingerprint)
@@ -105,7 +126,7 @@ class Robot(Tables):
         ParameterError
             If a key does not exist, or a value cannot stand there.
         """
-        return _robot(self.values, changes, "robot")
+        return _robot(self.values, changes, "robot", self.folder)
 
 
 def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, object] | None = None) -> Robot:
@@ -115,7 +136,8 @@ def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, ob
     ----------
     path
         TOML file; None: the packaged arm. A file that begins with ``extends = "default"`` takes what it does not hold
-        from the packaged arm; any other file must be complete.
+        from the packaged arm; one with ``extends = "parts"`` takes its muscles, valves, air and settings, and has
+        joints of its own, 1 to 12. Any other file must be complete.
     changes
         As for `Robot.with_changes`, applied before the values are checked.
 
@@ -136,14 +158,26 @@ def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, ob
         return _robot(_read(PACKAGED), changes or {}, PACKAGED.name)
     values, name = _read(path), Path(path).name
     base = values.pop("extends", None)
-    if base not in (None, "default"):
+    if base not in (None, "default", "parts"):
         raise ParameterError(
-            f'{name}: extends = {shown(base)} is not known. Write extends = "default" for the packaged arm, or copy '
-            f"that file whole.",
+            f'{name}: extends = {shown(base)} is not known. Write extends = "default" for the packaged arm, "parts" '
+            f"for a robot with joints of its own, or copy that file whole.",
             key="extends",
             value=base,
         )
-    return _robot(_merged(_read(PACKAGED), values) if base else values, changes or {}, name)
+    packaged = _read(PACKAGED) if base else {}
+    for key in OF_ITS_JOINTS if base == "parts" else ():
+        table, _, inner = key.rpartition(".")
+        del (packaged[table] if table else packaged)[inner]
+    return _robot(_merged(packaged, values), changes or {}, name, Path(path).parent)
+
+
+def listed(numbers: Iterable[int]) -> str:
+    """Return numbers as they are read: "1", "1 to 7" or "1, 2, 4"."""
+    given = list(numbers)
+    if len(given) > 2 and given == list(range(given[0], given[-1] + 1)):
+        return f"{given[0]} to {given[-1]}"
+    return ", ".join(map(str, given))
 
 
 def _member(table: Mapping[str, T], name: str | None, kind: str) -> T:
@@ -157,7 +191,7 @@ def _member(table: Mapping[str, T], name: str | None, kind: str) -> T:
     return table[name]
 
 
-def _robot(values: dict[str, Any], changes: Mapping[str, object], source: str) -> Robot:
+def _robot(values: dict[str, Any], changes: Mapping[str, object], source: str, folder: Path = Path()) -> Robot:
     for key, value in changes.items():
         _refuse_idle(values, word_of(key), value, source)
         nested: Any = value
@@ -165,7 +199,7 @@ def _robot(values: dict[str, Any], changes: Mapping[str, object], source: str) -
             nested = {part: nested}
         values = _merged(values, nested)
     raw = checked(Tables, values, source, LACKS)
-    robot = Robot(**vars(record(Tables, raw)), raw=raw)
+    robot = Robot(**vars(record(Tables, raw)), raw=raw, folder=folder)
     refuse_contradictions(robot, source)
     return robot
 
@@ -255,6 +289,9 @@ def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 def refuse_contradictions(robot: Robot, source: str) -> None:
     """Check names that refer to other tables, and values against each other."""
+    for name, table in (("body", robot.body), ("reference", robot.reference)):
+        if table is not None and table.file is not None and not robot.beside(table.file).is_file():
+            raise _refused(f"is not there. It is looked for beside {source}.", f"{name}.file", table.file, source)
     for name, law in robot.maps.items():
         wanted = COEFFICIENTS[law.form]
         if len(law.coefficients) != wanted:
@@ -276,11 +313,30 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
     for number in robot.joints:
         _check_joint(robot, number, source)
     _check_pressures(robot, source)
+    _check_numbers_of_joints(robot, source)
     if 2 * robot.path.rounding >= 0.8 * robot.path.cube:
         raise _refused(
             f"rounds more than the rectangle's short side of 0.8 x {robot.path.cube:g} m holds; below "
             f"{0.4 * robot.path.cube:.4g} m.",
             "path.rounding_m", robot.path.rounding, source,
+        )  # fmt: skip
+
+
+def _check_numbers_of_joints(robot: Robot, source: str) -> None:
+    """What is told of single joints fits the joints that there are."""
+    count, path = len(robot.joints), robot.path
+    for number in robot.compensator.joints or ():
+        if number not in robot.joints:
+            raise _refused(f"names joint {number}; there are {listed(robot.joints)}.", "compensator.joints",
+                           robot.compensator.joints, source)  # fmt: skip
+    if path.posture_weights is not None and len(path.posture_weights) != count:
+        raise _refused(f"has not one weight for each of the {count} joints.", "path.posture_weights",
+                       path.posture_weights, source)  # fmt: skip
+    if path.center is not None and count < LEAST_OF_A_PATH:
+        raise _refused(
+            f"asks for a path of the tool in space, which {count} of {LEAST_OF_A_PATH} joints cannot follow. Remove "
+            f"it: the joints then move along a reference of their own.",
+            "path.center_m", path.center, source,
         )  # fmt: skip
 
 
@@ -293,6 +349,12 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
     joint = robot.joints[number]
     where = f"joint.{number}"
     _known(joint.drive, ["electric", *robot.muscles], f"{where}.drive", source)
+    chain = ("axis", "damping_Nm_s", "link_length_m", "link_radius_m", "link_mass_kg")
+    needed = chain if robot.body is None else ("body_joint",)
+    if lacking := [key for key in needed if key not in robot.raw["joint"][str(number)]]:
+        more = LACKS if robot.body is None else ", the name of the joint in the file of [body]"
+        keys = [f"{where}.{key}" for key in lacking]
+        raise ParameterError(f"{source} lacks {', '.join(keys)}. Add them{more}.", missing=keys, source=source)
     if not joint.pneumatic:
         return
     lacking = [key for key, value in (("valve", joint.valve), ("radius_m", joint.radius),

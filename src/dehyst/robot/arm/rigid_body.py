@@ -19,17 +19,14 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import MissingExtraError, ParameterError
-from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.body import POINT_INERTIA, body_model
+from dehyst.robot.arm.parameters import Robot, listed
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
 
-ALL_JOINTS = (1, 2, 3, 4, 5, 6, 7)
-
-
 AXES = {"roll": (1, 0, 0), "pitch": (0, 1, 0), "yaw": (0, 0, 1)}
 LEAST_MUJOCO = (3, 14)
-POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
 
 
 def mujoco() -> Any:
@@ -104,7 +101,7 @@ def arm_mjcf(
     fused
         Links that cannot move become one with what they hang on: the same physics in half the time.
     """
-    body = _tool(robot.joint(7).link_length, payload * scale)
+    body = _tool(robot.joints[max(robot.joints)].link_length, payload * scale)
     for number in sorted(robot.joints, reverse=True):
         body = _link(robot, number, number in moving, scale, locked.get(number, 0.0), body)
     return (
@@ -117,6 +114,9 @@ def arm_mjcf(
 
 def _link(robot: Robot, number: int, moves: bool, scale: float, angle: float, inner: str) -> str:
     joint = robot.joint(number)
+    assert joint.axis is not None
+    assert joint.link_mass is not None
+    mass = joint.link_mass * scale
     x, y, z = AXES[joint.axis]
     turn = joint.zero + (0.0 if moves else angle)
     half = turn / 2
@@ -131,11 +131,11 @@ def _link(robot: Robot, number: int, moves: bool, scale: float, angle: float, in
     return (
         f'<body name="link {number}" pos="{place}" quat="{quat}">{hinge}'
         f'<geom name="link {number}" type="capsule" fromto="0 0 0 {joint.link_length!r} 0 0" '
-        f'size="{joint.link_radius!r}" mass="{joint.link_mass * scale!r}" contype="0" conaffinity="0"/>{inner}</body>'
+        f'size="{joint.link_radius!r}" mass="{mass!r}" contype="0" conaffinity="0"/>{inner}</body>'
     )
 
 
-def _tool(length: float, payload: float) -> str:
+def _tool(length: float | None, payload: float) -> str:
     weight = (
         f'<body name="payload" pos="{length!r} 0 0"><inertial pos="0 0 0" mass="{payload!r}" '
         f'diaginertia="{POINT_INERTIA} {POINT_INERTIA} {POINT_INERTIA}"/></body>'
@@ -147,7 +147,7 @@ def _tool(length: float, payload: float) -> str:
 
 def arm_model(
     robot: Robot,
-    moving: Sequence[int] = ALL_JOINTS,
+    moving: Sequence[int] | None = None,
     payload: float | None = None,
     mass_error: float = 0.0,
     locked: Mapping[int, float] | None = None,
@@ -160,7 +160,7 @@ def arm_model(
     robot
         From `load_robot`.
     moving
-        Numbers of the joints that move, increasing; they are the model's degrees of freedom, in this order.
+        Numbers of the joints that move, increasing; they are the model's degrees of freedom, in this order. None: all.
     payload
         Point mass at the tool centre point [kg]; None: that of the file.
     mass_error
@@ -190,11 +190,12 @@ def arm_model(
     >>> model.nv, round(float(model.body_mass.sum()), 1)
     (3, 19.2)
     """
-    numbers = list(moving)
+    numbers = list(robot.joints if moving is None else moving)
     if not numbers or numbers != sorted(set(numbers)) or not set(numbers) <= set(robot.joints):
         raise ParameterError(
-            f"the moving joints {tuple(moving)} are not increasing numbers out of 1 to 7. Type e.g. moving=(1, 2, 4).",
-            moving=tuple(moving),
+            f"the moving joints {tuple(numbers)} are not increasing numbers out of {listed(robot.joints)}. Type e.g. "
+            f"moving={tuple(robot.joints)[:3]}.",
+            moving=tuple(numbers),
         )
     held = {} if locked is None else dict(locked)
     if not set(held) <= set(robot.joints) - set(numbers) or not all(map(math.isfinite, held.values())):
@@ -207,12 +208,15 @@ def arm_model(
     mass = robot.payload.mass if payload is None else payload
     if not (math.isfinite(mass) and 0.0 <= mass <= 1000.0):
         raise ParameterError(f"payload = {mass} kg is no mass. It must be 0 .. 1000 kg.", payload=mass)
-    return mujoco().MjModel.from_xml_string(arm_mjcf(robot, set(numbers), mass, 1.0 + mass_error, held, fused))
+    told = (robot, set(numbers), mass, 1.0 + mass_error, held, fused)
+    return mujoco().MjModel.from_xml_string(arm_mjcf(*told)) if robot.body is None else body_model(mujoco(), *told)
 
 
 def new_data(model: MjModel) -> MjData:
     """Return a state of the model: at rest in the zero pose."""
-    return mujoco().MjData(model)
+    data = mujoco().MjData(model)
+    data.qpos[:] = 0  # a body's file may have another pose at first
+    return data
 
 
 def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerations: Array) -> Array:
@@ -266,27 +270,32 @@ def joint_inertia(model: MjModel, angles: Array | None = None) -> Array:
     return out.reshape(np.shape(angles))
 
 
+def tool_site(model: MjModel) -> int:
+    """Return the number of the site that is the tool centre point."""
+    return int(model.site("tool").id)
+
+
 def tool_positions(model: MjModel, angles: Array) -> Array:
     """Tool centre point at angles (T, n): (T, 3) in the frame of the base. [m]"""
     lib, data = mujoco(), new_data(model)
     q = _rows(model, angles)
-    out = np.empty((q.shape[0], 3))
+    out, tool = np.empty((q.shape[0], 3)), tool_site(model)
     for k in range(q.shape[0]):
         data.qpos[:] = q[k]
         lib.mj_kinematics(model, data)
-        out[k] = data.site_xpos[0]
+        out[k] = data.site_xpos[tool]
     return out
 
 
 def joint_positions(model: MjModel, angles: Array) -> Array:
-    """Positions of joints 1 to 7 and of the tool centre point at angles (T, n): (T, 8, 3), for drawing. [m]"""
+    """Positions of the n moving joints and the tool centre point at angles (T, n): (T, n + 1, 3), for drawing. [m]"""
     lib, data = mujoco(), new_data(model)
     q = _rows(model, angles)
-    out = np.empty((q.shape[0], 8, 3))
+    out, tool = np.empty((q.shape[0], model.nv + 1, 3)), tool_site(model)
     for k in range(q.shape[0]):
         data.qpos[:] = q[k]
         lib.mj_kinematics(model, data)
-        out[k, :7], out[k, 7] = data.xpos[1:8], data.site_xpos[0]
+        out[k, :-1], out[k, -1] = data.xanchor, data.site_xpos[tool]
     return out
 
 

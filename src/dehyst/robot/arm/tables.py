@@ -107,24 +107,38 @@ class Base:
 
 
 @dataclass(frozen=True)
+class Body:
+    """Links of a model file, MJCF or URDF, in the place of a chain; it is looked for beside the robot's file.
+
+    ``tool`` is the site that is the tool centre point. None: the one called tool, or where there is none the centre of
+    mass of the last link.
+    """
+
+    file: Annotated[str, Key(most=400)]
+    tool: Annotated[str | None, Key(most=200)]
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero.
 
-    ``pole``, if given, replaces that of the [controller] table for this joint.
+    Of a [body], ``body_joint`` is the name there, its angle at ``zero`` is zero here, ``damping`` None is that of the
+    file, and axis and link are the file's. ``pole``, if given, replaces that of the [controller] table for this joint.
     """
 
     drive: Annotated[str, Key()]
-    axis: Annotated[str, Key(choices=("yaw", "pitch", "roll"))]
-    zero: Annotated[float, Key("deg", -180.0, 180.0)]
+    axis: Annotated[str | None, Key(choices=("yaw", "pitch", "roll"))]
     range: Annotated[float, Key("deg", 1.0, 175.0)]
-    damping: Annotated[float, Key("Nm_s", 0.0, 1000.0)]
-    link_length: Annotated[float, Key("m", 0.01, 5.0)]
-    link_radius: Annotated[float, Key("m", 0.002, 1.0)]
-    link_mass: Annotated[float, Key("kg", 0.01, 1000.0)]
+    damping: Annotated[float | None, Key("Nm_s", 0.0, 1000.0)]
+    link_length: Annotated[float | None, Key("m", 0.01, 5.0)]
+    link_radius: Annotated[float | None, Key("m", 0.002, 1.0)]
+    link_mass: Annotated[float | None, Key("kg", 0.01, 1000.0)]
+    body_joint: Annotated[str | None, Key(most=200)]
     valve: Annotated[str | None, Key()]
     radius: Annotated[float | None, Key("m", 0.002, 1.0)]
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
+    zero: Annotated[float, Key("deg", -180.0, 180.0)] = 0.0
 
     @property
     def lever(self) -> float:
@@ -187,8 +201,12 @@ class Controller:
 
 @dataclass(frozen=True)
 class Compensator:
-    """Identification of the compensator's model. ``shear`` k, [Pa/rad]."""
+    """Identification of the compensator's model. ``shear`` k, [Pa/rad].
 
+    ``joints`` are the numbers of those that get one; None: all that muscles drive.
+    """
+
+    joints: Annotated[tuple[int, ...] | None, Key("", 1, 12, 1, 12, distinct=True)]
     shear: Annotated[float, Key("bar_rad", 1e-3, 1000.0)]
     operators: Annotated[int, Key("", 1, 1000)]
     eps: Annotated[float, Key("", 0.0, 1.0)]
@@ -241,10 +259,11 @@ class Path:
     """The ISO 9283 path. ``center`` of the test cube in the frame of the base's foot: x forward, y left, z up.
 
     ``acceleration`` and ``jerk`` are limits along the path; ``posture_weights`` resolve the redundancy, see kinematics.
+    Without a ``center`` the joints move along a reference of their own; factor and cycles of the trials are the same.
     """
 
     cube: Annotated[float, Key("m", 0.005, 10.0)]
-    center: Annotated[Numbers, Key("m", -20.0, 20.0, 3, 3)]
+    center: Annotated[Numbers | None, Key("m", -20.0, 20.0, 3, 3)]
     fast_speed: Annotated[float, Key("m_s", 1e-3, 10.0)]
     slow_factor: Annotated[float, Key("", 1.0, 1000.0)]
     rest: Annotated[float, Key("s", 0.0, 1000.0)]
@@ -253,7 +272,22 @@ class Path:
     rounding: Annotated[float, Key("m", 1e-4, 5.0)]
     cycles_fast: Annotated[int, Key("", 1, 1000)]
     cycles_slow: Annotated[int, Key("", 1, 1000)]
-    posture_weights: Annotated[Numbers, Key("", 1e-3, 1e6, 7, 7)]
+    posture_weights: Annotated[Numbers | None, Key("", 1e-3, 1e6, 1, 12)]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Motion of the joints in the place of a path of the tool: moves to drawn targets, or those of a ``file``.
+
+    ``moves`` targets in ``range_share`` of the ranges; a move takes ``move``, longer where valves need it; a file is
+    looked for beside that of the robot.
+    """
+
+    file: Annotated[str | None, Key(most=400)] = None
+    moves: Annotated[int, Key("", 1, 1000)] = 8
+    move: Annotated[float, Key("s", 0.01, 1000.0)] = 2.5
+    range_share: Annotated[float, Key("", 0.01, 1.0)] = 0.6
+    seed: Annotated[int, Key("", 0, 2**32 - 1)] = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,6 +300,7 @@ class Tables:
     tolerance: Tolerance
     sensors: Sensors
     base: Base
+    body: Body | None
     electric: Electric
     payload: Payload
     simulation: Simulation
@@ -275,7 +310,8 @@ class Tables:
     calibration: Calibration
     identification: Identification
     path: Path
+    reference: Drawn | None
     maps: Annotated[Mapping[str, ForceMap], Key(name="map")]
     muscles: Annotated[Mapping[str, Muscle], Key(name="muscle")]
     valves: Annotated[Mapping[str, Valve], Key(name="valve")]
-    joints: Annotated[Mapping[int, Joint], Key(name="joint", choices=("1", "2", "3", "4", "5", "6", "7"))]
+    joints: Annotated[Mapping[int, Joint], Key(name="joint", most=12)]

@@ -19,7 +19,7 @@ from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model, joint_inertia
+from dehyst.robot.arm.rigid_body import arm_model, joint_inertia
 from dehyst.robot.experiments.results import Characteristic
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
@@ -69,7 +69,7 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
     """
     joint, control = robot.joint(number), robot.controller
     muscle, valve = robot.muscle(joint.drive), robot.valve(joint.valve)
-    inertia = joint_inertia(arm_model(robot, moving=ALL_JOINTS))[number - 1]
+    inertia = joint_inertia(arm_model(robot))[number - 1]
     kappa = np.polynomial.Polynomial([joint.middle, joint.lever / muscle.length])
     mirrored = np.polynomial.Polynomial([joint.middle, -joint.lever / muscle.length])
     volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume

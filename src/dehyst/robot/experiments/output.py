@@ -15,7 +15,7 @@ from dehyst.io import write_csv, write_mcap
 from dehyst.robot.experiments.calibration import BAR
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.results import JointIdentification, PlantResult, Reproduction, TrialRun
-from dehyst.robot.iso9283 import Timed, iso9283
+from dehyst.robot.iso9283 import Timed, Timing, iso9283, tracking_figures
 
 
 def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
@@ -27,7 +27,7 @@ def joint_figures(run: TrialRun, number: int) -> dict[str, float]:
 def plant_figures(
     identifications: Mapping[str, Mapping[int, JointIdentification]],
     runs: Iterable[TrialRun],
-    motions: Mapping[str, Timed],
+    motions: Mapping[str, Timing],
     joints: Iterable[int],
 ) -> dict[str, Any]:
     """Everything measured on one plant with one seed.
@@ -42,15 +42,18 @@ def plant_figures(
     return found
 
 
-def trial_figures(runs: Iterable[TrialRun], motions: Mapping[str, Timed], joints: Iterable[int]) -> dict[str, Any]:
+def trial_figures(runs: Iterable[TrialRun], motions: Mapping[str, Timing], joints: Iterable[int]) -> dict[str, Any]:
     """Errors of joints and tool in all runs; parameters as for `plant_figures`."""
     listed: dict[str, Any] = {str(number): {"trials": {}} for number in joints}
     tool: dict[str, Any] = {}
     for run in runs:
         for number, one in listed.items():
             one["trials"].setdefault(run.trial, {})[run.compensator] = joint_figures(run, int(number))
-        tool.setdefault(run.trial, {})[run.compensator] = iso9283(
-            motions[run.trial], run.time, run.tool, run.cycle, run.figure
+        motion = motions[run.trial]
+        tool.setdefault(run.trial, {})[run.compensator] = (
+            iso9283(motion, run.time, run.tool, run.cycle, run.figure)
+            if isinstance(motion, Timed)
+            else tracking_figures(run.tool_desired, run.tool)
         )
     return {"joints": listed, "tool": tool}
 

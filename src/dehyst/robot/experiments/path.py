@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +19,27 @@ from dehyst.robot.arm.kinematics import JointPath, joint_path
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, bias_torque, inverse_dynamics
 from dehyst.robot.experiments.calibration import SPACING, controller_parameters, nominal_characteristic, pressure_room
+from dehyst.robot.experiments.reference import JointReference, drawn_moves, read_moves
 from dehyst.robot.experiments.results import Characteristic
-from dehyst.robot.iso9283 import TestCube, Timed, slow_down_to, test_path, timed
+from dehyst.robot.iso9283 import TestCube, Timed, Timing, slow_down_to, test_path, timed
 from dehyst.units import convert
 
 KNOTS = 1500  # of the motion that is checked against the limits
+
+
+class PlannedPath(Protocol):
+    """What trials ask of a path: an `ArmPath`, or a `JointReference`."""
+
+    @property
+    def timing(self) -> Any:
+        """The fast motion, a `Timing`."""
+
+    @property
+    def start(self) -> Array:
+        """Angles where a cycle begins, (n,). [rad]"""
+
+    def motion(self, timing: Any, time: Array, /) -> tuple[Array, Array, Array]:
+        """Angles, velocities and accelerations (T, n) at times (T,) of a motion along this path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,31 +59,35 @@ class ArmPath:
 
     @property
     def start(self) -> Array:
-        """Angles where a cycle begins, (7,). [rad]"""
+        """Angles where a cycle begins, (n,). [rad]"""
         return np.asarray(self.joints.angles(0.0)[0])
 
     def motion(self, timing: Timed, time: Array) -> tuple[Array, Array, Array]:
-        """Angles, velocities and accelerations (T, 7) at times (T,) of a motion along this path."""
+        """Angles, velocities and accelerations (T, n) at times (T,) of a motion along this path."""
         along = timing.motion(time)
         return self.joints.motion(along.s, along.speed, along.acceleration)
 
 
-def plan_path(robot: Robot) -> ArmPath:
-    """Inverse kinematics of the test path, and the fastest timing that pressures and valves allow.
+def plan_path(robot: Robot, reference: str | Path | None = None) -> PlannedPath:
+    """Inverse kinematics of the test path, or moves of the joints, at most as fast as pressures and valves allow.
 
     Parameters
     ----------
     robot
-        Its [path] table: cube, speeds, rests.
+        Its [path] table: cube, speeds, rests. With a [reference], or without ``path.center_m``, the joints follow a
+        reference of their own.
+    reference
+        Log of angles that the joints shall follow instead, see `read_moves`.
 
     Returns
     -------
-    path : ArmPath
+    path : PlannedPath
+        An `ArmPath`, or a `JointReference`.
 
     Raises
     ------
     ParameterError
-        If the arm cannot reach the path; says where, and what to change.
+        If the arm cannot reach the path; says where, and what to change. If pressures cannot hold it anywhere.
 
     Examples
     --------
@@ -74,24 +96,37 @@ def plan_path(robot: Robot) -> ArmPath:
     >>> [figure.name for figure in path.timing.path.figures], round(path.timing.duration)
     (['line', 'large circle', 'small circle', 'rectangle'], 28)
     """
-    settings = robot.path
-    path = test_path(TestCube(settings.cube, settings.center), settings.rounding)
-    motion = timed(path, settings.fast_speed, settings.acceleration, settings.jerk, settings.rest)
-    planned = ArmPath(motion, joint_path(robot, path))
+    planned: Any = _planned(robot, reference)
     model = arm_model(robot)
     plans = {n: nominal_characteristic(robot, n) for n in robot.pneumatic}
     controllers = {n: controller_parameters(robot, n, plan) for n, plan in plans.items()}
 
-    def use(timing: Timed) -> float:
+    def use(timing: Timing) -> float:
         time = np.linspace(0.0, timing.duration, KNOTS)
         angle, velocity, acceleration = planned.motion(timing, time)
         torque = inverse_dynamics(model, angle, velocity, acceleration)
-        return max(
+        shares = (
             utilisation(robot, plans[n], controllers[n], angle[:, n - 1], torque[:, n - 1], time[1])
             for n in robot.pneumatic
         )
+        return max(shares, default=0.0)
 
-    return ArmPath(slow_down_to(motion, use), planned.joints)
+    found: PlannedPath = replace(planned, timing=slow_down_to(planned.timing, use))
+    return found
+
+
+def _planned(robot: Robot, reference: str | Path | None) -> ArmPath | JointReference:
+    """The path that is asked for, as fast as wanted."""
+    settings, moves = robot.path, robot.reference
+    if reference is None and moves is not None and moves.file is not None:
+        reference = robot.beside(moves.file)
+    if reference is not None:
+        return JointReference(read_moves(robot, reference))
+    if settings.center is None or moves is not None:
+        return JointReference(drawn_moves(robot))
+    path = test_path(TestCube(settings.cube, settings.center), settings.rounding)
+    motion = timed(path, settings.fast_speed, settings.acceleration, settings.jerk, settings.rest)
+    return ArmPath(motion, joint_path(robot, path))
 
 
 SHARE = 0.85  # of pressures and of valve flow that a path may use: the rest is for the controller

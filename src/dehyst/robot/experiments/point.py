@@ -19,15 +19,13 @@ from dehyst.fields import checked
 from dehyst.models import HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot, load_robot
-from dehyst.robot.arm.rigid_body import ALL_JOINTS
 from dehyst.robot.experiments.calibration import SPACING, calibrate, excite, home
 from dehyst.robot.experiments.equipment import Equipment, backbones_of, equip, refuse_learning, under_controller
 from dehyst.robot.experiments.identification import identify_compensators
 from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import ArmPath, plan_path
+from dehyst.robot.experiments.path import PlannedPath, plan_path
 from dehyst.robot.experiments.recipes import Recipe, recipe
 from dehyst.robot.experiments.results import (
-    COMPENSATED,
     RUN_SETTINGS,
     Characteristic,
     JointIdentification,
@@ -58,7 +56,8 @@ def evaluate_point(
     changes
         Dotted keys of the parameter file -> values.
     experiment
-        "joint": one joint alone, the others locked; "arm": the whole arm, with joints 1, 2 and 4 compensated.
+        "joint": one joint alone, the others locked; "arm": the whole arm, with the joints of
+        ``compensator.joints`` compensated.
     joint
         The joint whose errors are returned, and which moves in "joint".
     seed
@@ -87,7 +86,7 @@ def evaluate_point(
     run_on = _at_mean_pressure(robot, settings["run_mean_pressure_bar"])
     known = changes if settings["identified_on"] == "here" else _without_plant(changes)
     recipes = {name: _recipe(name, settings) for name in compensators}
-    moving = (joint,) if experiment == "joint" else ALL_JOINTS
+    moving = (joint,) if experiment == "joint" else tuple(robot.joints)
     prepared = _prepared(run_on, known, recipes, joint, experiment, seed)
     figures: dict[str, float] = {}
     for name, chosen in recipes.items():
@@ -129,7 +128,7 @@ def _prepared(
     """Calibrate and identify on the robot that is known, and equip the one that is run, for every compensator."""
     base = load_robot(changes=_without(known, _LATER))
     moving = (joint,) if experiment == "joint" else robot.pneumatic
-    compensated = (joint,) if experiment == "joint" else COMPENSATED
+    compensated = (joint,) if experiment == "joint" else robot.compensated
     calibrated = {n: _calibrated(base, n, seed) for n in moving}
     wanted = tuple(recipes.items())
     identified = {n: _identified(base, n, seed, wanted) for n in compensated}
@@ -158,7 +157,7 @@ def _identified(
 
 
 @lru_cache(maxsize=16)
-def _path(robot: Robot) -> ArmPath:
+def _path(robot: Robot) -> PlannedPath:
     return plan_path(robot)
 
 

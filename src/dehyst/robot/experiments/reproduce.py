@@ -31,10 +31,9 @@ from dehyst.robot.experiments.equipment import (
 )
 from dehyst.robot.experiments.identification import identify_compensators
 from dehyst.robot.experiments.output import log_folder, plant_figures, trial_figures, write_trial, write_units
-from dehyst.robot.experiments.path import ArmPath, plan_path
+from dehyst.robot.experiments.path import PlannedPath, plan_path
 from dehyst.robot.experiments.recipes import NAMES, Recipe, recipe
 from dehyst.robot.experiments.results import (
-    COMPENSATED,
     TRIALS,
     Characteristic,
     JointIdentification,
@@ -45,7 +44,7 @@ from dehyst.robot.experiments.results import (
 from dehyst.robot.experiments.studies import Case as StudyCase
 from dehyst.robot.experiments.studies import Table, study_jobs, study_tables
 from dehyst.robot.experiments.trials import learned_trial, trial_motion
-from dehyst.robot.iso9283 import Timed
+from dehyst.robot.iso9283 import Timing
 from dehyst.version import __version__
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
@@ -84,7 +83,7 @@ class Request:
     plants
         Hysteresis mechanisms of the simulated muscles, of `PLANTS` or of `foreign`.
     joints
-        Joints that are identified, compensated and listed, of 1, 2 and 4.
+        Joints that are identified, compensated and listed; empty: those of the robot that get a compensator.
     compensators
         Names, of `dehyst.robot.experiments.recipes.NAMES`: all are run beside "off", and the report is about the last
         one. Any one name with `own`.
@@ -104,6 +103,9 @@ class Request:
     controllers
         Of the trials, of `dehyst.control.reviewed.CONTROLLERS`: all are run, and the report is about the first one.
         Calibration and identification are the same for all.
+    reference
+        Log of angles that the joints shall follow, see `dehyst.robot.experiments.reference.read_moves`; None: what the
+        robot's file says.
 
     Examples
     --------
@@ -112,7 +114,7 @@ class Request:
     """
 
     plants: tuple[str, ...] = PLANTS
-    joints: tuple[int, ...] = COMPENSATED
+    joints: tuple[int, ...] = ()
     compensators: tuple[str, ...] = ("paper",)
     seeds: tuple[int, ...] = (0, 1, 2)
     trials: tuple[str, ...] = TRIALS
@@ -121,6 +123,7 @@ class Request:
     foreign: Mapping[str, MechanismFactory] = field(default_factory=dict)
     own: Callable[[JointIdentification], Compensator] | None = None
     controllers: tuple[str, ...] = (PAPER,)
+    reference: Path | None = None
 
 
 def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress | None = None) -> Reproduction:
@@ -163,10 +166,11 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
     >>> found["paper"]["rms_deg"] < 0.5 * found["off"]["rms_deg"]
     True
     """
+    request = replace(request, joints=request.joints or robot.compensated)
     _check(robot, request)
     show = progress or _Silent()
-    show.stage("inverse kinematics", 1)
-    path = plan_path(robot)
+    show.stage("path and its timing", 1)
+    path = plan_path(robot, request.reference)
     show.step()
     cases = {
         Case(plant, seed): robot.with_changes({"hysteresis.mechanism": _built_in(plant)})
@@ -302,7 +306,7 @@ def _trials(
     cases: Mapping[Case, Robot],
     kits: Kits,
     identified: Identified,
-    path: ArmPath,
+    path: PlannedPath,
     request: Request,
     folder: Path,
     controller: str,
@@ -340,7 +344,7 @@ def _without(request: Request) -> str:
 
 
 def _studies(
-    crew: _Crew, cases: Mapping[Case, Robot], kits: Kits, found: Identified, path: ArmPath, request: Request
+    crew: _Crew, cases: Mapping[Case, Robot], kits: Kits, found: Identified, path: PlannedPath, request: Request
 ) -> dict[str, Table]:
     """Of the last compensator on the first plant with hysteresis that is built in; the studies change its size.
 
@@ -360,7 +364,7 @@ def _plant_result(
     request: Request,
     found: Identified,
     under: Mapping[str, Mapping[Case, list[tuple[TrialRun, float]]]],
-    motions: Mapping[str, Timed],
+    motions: Mapping[str, Timing],
 ) -> PlantResult:
     cases = {seed: Case(plant, seed) for seed in request.seeds}
     first, runs = cases[request.seeds[0]], under[request.controllers[0]]
@@ -383,7 +387,7 @@ def _plant_result(
     )
 
 
-def _controllers(request: Request, runs: Mapping[str, list[TrialRun]], motions: Mapping[str, Timed]) -> dict[str, Any]:
+def _controllers(request: Request, runs: Mapping[str, list[TrialRun]], motions: Mapping[str, Timing]) -> dict[str, Any]:
     """Figures by controller, where another one than the paper's was asked for."""
     if request.controllers == (PAPER,):
         return {}
@@ -418,7 +422,7 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
 def _check(robot: Robot, request: Request) -> None:
     for what, values, known in (
         ("plant", request.plants, (*PLANTS, *request.foreign)),
-        ("joint", request.joints, COMPENSATED),
+        ("joint", request.joints, robot.compensator.joints or tuple(robot.joints)),
         ("trial", request.trials, TRIALS),
     ):
         unknown = [value for value in values if value not in known]
@@ -431,7 +435,7 @@ def _check(robot: Robot, request: Request) -> None:
     if electric:
         raise ParameterError(
             f"joint {electric[0]} of this robot is electric: no muscle, no hysteresis, nothing to compensate. Name "
-            f"joints with muscles, e.g. joints={tuple(n for n in COMPENSATED if n in robot.pneumatic)}, or change "
+            f"joints with muscles, e.g. joints={robot.compensated}, or change "
             f"joint.{electric[0]}.drive.",
             joint=electric[0],
         )

@@ -23,7 +23,6 @@ from dehyst.models import DirectInverse, HysteresisModel
 TRIALS = ("fast", "slow", "slow_no_integrator")
 # Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.
 ACCEPTABLE = 0.5
-COMPENSATED = (1, 2, 4)  # joints that the large muscles drive
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ class JointIdentification:
     Attributes
     ----------
     joint
-        Number of the joint, 1 to 7.
+        Number of the joint.
     characteristic
         The calibrated backbone.
     log
@@ -206,15 +205,15 @@ class TrialRun(Plotted):
     time
         (T,) from the start of the path. [s]
     desired, angle
-        (T, 7) angles of all joints. [rad]
+        (T, n) angles of all n joints. [rad]
     integrator
-        (T, 7) torque of the position loop's integrator; zero for electric joints. [Nm]
+        (T, n) torque of the position loop's integrator; zero for electric joints. [Nm]
     pressure_difference
-        (T, 7) dp, desired. [Pa]
+        (T, n) dp, desired. [Pa]
     compensation
-        (T, 7) the compensator's part of it. [Pa]
+        (T, n) the compensator's part of it. [Pa]
     pressure
-        (T, 7, 2) measured gauge pressures. [Pa]
+        (T, n, 2) measured gauge pressures. [Pa]
     tool_desired, tool
         (T, 3) of the tool centre point in the frame of the base: x forward, y left, z up. [m]
     figure
@@ -224,10 +223,10 @@ class TrialRun(Plotted):
     cycle
         (T,) number of the cycle, from 0.
     flags
-        (T, 7) flags of the joint controllers (see core/dehyst.h).
+        (T, n) flags of the joint controllers (see core/dehyst.h).
     frames
-        (K, 8, 3) for the picture: where the joints 1 to 7 and the tool centre point were at about 120 moments of the
-        first cycle, in the same frame as `tool`. Empty for a run without the arm. [m]
+        (K, n + 1, 3) for the picture: where the joints and the tool centre point were at about 120 moments of the first
+        cycle, in the same frame as `tool`. Empty for a run without the arm. [m]
     frame_time
         (K,) those moments, as in `time`. [s]
     """
@@ -264,7 +263,7 @@ class TrialRun(Plotted):
 
     @property
     def error(self) -> Array:
-        """q_d - q, (T, 7). [rad]"""
+        """q_d - q, (T, n). [rad]"""
         return self.desired - self.angle
 
 

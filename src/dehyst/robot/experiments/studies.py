@@ -18,7 +18,7 @@ from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.experiments.calibration import OBSERVER_RATIO, home
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import ArmPath
+from dehyst.robot.experiments.path import PlannedPath
 from dehyst.robot.experiments.trials import run_trial
 
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))
@@ -38,7 +38,7 @@ class Case:
     """A joint alone with everything that was identified on it."""
 
     robot: Robot
-    path: ArmPath
+    path: PlannedPath
     equipment: Equipment
     number: int = 1
 

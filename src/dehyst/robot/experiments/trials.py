@@ -16,13 +16,13 @@ from dehyst.errors import ParameterError
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.mechanisms import mechanisms_of
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import ALL_JOINTS, arm_model, joint_positions, tool_positions
+from dehyst.robot.arm.rigid_body import arm_model, joint_positions, tool_positions
 from dehyst.robot.experiments.calibration import refuse_failed
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import ArmPath
-from dehyst.robot.experiments.results import COMPENSATED, TRIALS, TrialRun
-from dehyst.robot.iso9283 import Timed
+from dehyst.robot.experiments.path import PlannedPath
+from dehyst.robot.experiments.results import TRIALS, TrialRun
+from dehyst.robot.iso9283 import Timed, Timing
 
 POSITION, INTEGRATOR, COMPENSATOR, ADAPT = (
     SWITCHES[name] for name in ("position", "integrator", "compensator", "adapt")
@@ -39,11 +39,11 @@ SLOW = ("slow", "slow_no_integrator")
 
 def run_trial(
     robot: Robot,
-    path: ArmPath,
+    path: PlannedPath,
     equipment: Equipment,
     trial: str,
     compensator: str,
-    moving: tuple[int, ...] = ALL_JOINTS,
+    moving: tuple[int, ...] | None = None,
 ) -> tuple[TrialRun, float]:
     """Home the arm, bring it to the path, and follow the path with the compensators on or off.
 
@@ -60,7 +60,7 @@ def run_trial(
     compensator
         "off", or the name under which the compensators of `equipment` are switched on.
     moving
-        Joints that move; the others are locked at zero and the tool goes elsewhere.
+        Joints that move, None: all; the others are locked at zero and the tool goes elsewhere.
 
     Returns
     -------
@@ -95,9 +95,10 @@ def run_trial(
     return follow_path(arm, path, equipment, trial, compensator)
 
 
-def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int, ...] = ALL_JOINTS) -> Arm:
+def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int, ...] | None = None) -> Arm:
     """Return the arm of a trial, equipped, at rest at zero; parameters and errors are those of `run_trial`."""
     _check(robot, equipment, trial)
+    moving = tuple(robot.joints) if moving is None else moving
     return Arm(
         robot,
         moving=moving,
@@ -110,12 +111,14 @@ def trial_arm(robot: Robot, equipment: Equipment, trial: str, moving: tuple[int,
     )
 
 
-def follow_path(arm: Arm, path: ArmPath, equipment: Equipment, trial: str, compensator: str) -> tuple[TrialRun, float]:
+def follow_path(
+    arm: Arm, path: PlannedPath, equipment: Equipment, trial: str, compensator: str
+) -> tuple[TrialRun, float]:
     """Run a trial on an arm from where it is; again on the same arm it is another pass, with other noise."""
     robot, moving = arm.robot, arm.moving
     motion = trial_motion(robot, path, trial)
     cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
-    switches = _switches(moving, trial, compensator, equipment.adaptations)
+    switches = _switches(robot, moving, trial, compensator, equipment.adaptations)
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
@@ -147,25 +150,26 @@ def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
             )
 
 
-def trial_motion(robot: Robot, path: ArmPath, trial: str) -> Timed:
+def trial_motion(robot: Robot, path: PlannedPath, trial: str) -> Timing:
     """The command motion of a trial: the path's own, or `slow_factor` times as long."""
-    return path.timing.slower(robot.path.slow_factor) if trial in SLOW else path.timing
+    timing: Timing = path.timing
+    return timing.slower(robot.path.slow_factor) if trial in SLOW else timing
 
 
 def _switches(
-    moving: tuple[int, ...], trial: str, compensator: str, adaptive: Collection[int] = ()
+    robot: Robot, moving: tuple[int, ...], trial: str, compensator: str, adaptive: Collection[int] = ()
 ) -> npt.NDArray[np.uint32]:
-    """What is on in each joint. The wrist keeps its integrator: the trial without it is about the large joints."""
+    """What is on in each joint; those that get no compensator keep their integrator in the trial without it."""
     switches = np.full(len(moving), POSITION | INTEGRATOR, np.uint32)
     if trial == "slow_no_integrator":
-        switches[[number in COMPENSATED for number in moving]] = POSITION
+        switches[[number in robot.compensated for number in moving]] = POSITION
     if compensator != "off":
         switches |= np.uint32(COMPENSATOR)
         switches[[number in adaptive for number in moving]] |= np.uint32(ADAPT)
     return switches
 
 
-def _knots(robot: Robot, motion: Timed, cycles: int) -> Array:
+def _knots(robot: Robot, motion: Timing, cycles: int) -> Array:
     """Times of the reference's knots: 4 ms apart on a fast cycle of 20 s, coarser as the motion is slower."""
     period = robot.simulation.period
     spacing = period * max(1, round(motion.duration / 5000 / period))
@@ -203,7 +207,7 @@ class _Part:
         return Reference.motion(self.spacing, self.motion, self.load, mean, switches, self.extra, self.hung)
 
 
-def _approach(arm: Arm, path: ArmPath, hung: Array) -> _Part:
+def _approach(arm: Arm, path: PlannedPath, hung: Array) -> _Part:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01
     start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
@@ -217,7 +221,7 @@ def _approach(arm: Arm, path: ArmPath, hung: Array) -> _Part:
     return _Part(spacing, motion, arm.feedforward(*motion), rise[:, None] * hung)
 
 
-def _path(arm: Arm, path: ArmPath, motion: Timed, cycles: int, hung: Array) -> _Part:
+def _path(arm: Arm, path: PlannedPath, motion: Timing, cycles: int, hung: Array) -> _Part:
     """The path, as often as asked for."""
     times = _knots(arm.robot, motion, cycles)
     once = times[times <= motion.duration]
@@ -231,7 +235,7 @@ def _path(arm: Arm, path: ArmPath, motion: Timed, cycles: int, hung: Array) -> _
 
 
 def _with_extra(
-    arm: Arm, parts: tuple[_Part, _Part], motion: Timed, equipment: Equipment, own: Mapping[int, Compensator]
+    arm: Arm, parts: tuple[_Part, _Part], motion: Timing, equipment: Equipment, own: Mapping[int, Compensator]
 ) -> tuple[_Part, _Part]:
     """Add what compensators of one's own say, which hear the whole desired motion, and what was learned on the path."""
     learned = {n: torque for n, torque in equipment.learned.items() if n in arm.moving}
@@ -257,17 +261,18 @@ def _with_extra(
     return replace(first, extra=extra[:cut]), replace(second, extra=extra[cut:])
 
 
-def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: str) -> TrialRun:
-    """Columns of seven joints from those that moved; locked ones stand at zero."""
+def _trial_run(arm: Arm, motion: Timing, log: ArmLog, trial: str, compensator: str) -> TrialRun:
+    """Columns of all joints from those that moved; locked ones stand at zero."""
     columns = [number - 1 for number in arm.moving]
 
-    def seven(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        full = np.zeros((values.shape[0], 7, *values.shape[2:]), values.dtype)
-        full[:, columns] = values
-        return full
+    def full(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        wide = np.zeros((values.shape[0], len(arm.robot.joints), *values.shape[2:]), values.dtype)
+        wide[:, columns] = values
+        return wide
 
-    angle = seven(log.angle)
+    angle, desired = full(log.angle), full(log.desired)
     model = arm_model(arm.robot)
+    wanted = motion.position(log.time) if isinstance(motion, Timed) else tool_positions(model, desired)
     in_cycle = np.flatnonzero(log.time <= motion.duration)
     poses = in_cycle[np.linspace(0, in_cycle.size - 1, min(POSES, in_cycle.size)).astype(int)]
     return TrialRun(
@@ -275,18 +280,18 @@ def _trial_run(arm: Arm, motion: Timed, log: ArmLog, trial: str, compensator: st
         compensator=compensator,
         seed=arm.seed,
         time=log.time,
-        desired=seven(log.desired),
+        desired=desired,
         angle=angle,
-        integrator=seven(log.integrator),
-        pressure_difference=seven(log.pressure_difference),
-        compensation=seven(log.compensation),
-        pressure=seven(log.pressure),
-        tool_desired=motion.position(log.time),
+        integrator=full(log.integrator),
+        pressure_difference=full(log.pressure_difference),
+        compensation=full(log.compensation),
+        pressure=full(log.pressure),
+        tool_desired=wanted,
         tool=tool_positions(model, angle),
         figure=motion.figure(log.time),
-        figures=tuple(figure.name for figure in motion.path.figures),
+        figures=motion.figure_names,
         cycle=motion.cycle(log.time),
-        flags=seven(log.flags),
+        flags=full(log.flags),
         frames=joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
     )
@@ -299,11 +304,11 @@ LEAST_STEP = 0.2  # of a step that failed before: smaller ones are not worth a p
 
 def learned_trial(
     robot: Robot,
-    path: ArmPath,
+    path: PlannedPath,
     equipment: Equipment,
     trial: str,
     compensator: str,
-    moving: tuple[int, ...] = ALL_JOINTS,
+    moving: tuple[int, ...] | None = None,
     *,
     passes: int = 0,
 ) -> tuple[TrialRun, float]:
@@ -324,7 +329,7 @@ def learned_trial(
     """
     arm = trial_arm(robot, equipment, trial, moving)
     best, speed = follow_path(arm, path, equipment, trial, compensator)
-    joints = tuple(n for n in equipment.compensators if n in moving)
+    joints = tuple(n for n in equipment.compensators if n in arm.moving)
     step, kept = 1.0, dict(equipment.learned)
     first = {n: _size(best, n) for n in joints}
     for _ in range(passes if joints else 0):

@@ -8,16 +8,18 @@ from dehyst.robot.iso9283.metrics import (
     path_repeatability,
     path_velocity,
     tracking_error,
+    tracking_figures,
 )
 from dehyst.robot.iso9283.paths import Figure, TestCube, TestPath, circle, line, rectangle, test_path
 from dehyst.robot.iso9283.sections import sections
-from dehyst.robot.iso9283.timing import Timed, slow_down_to, timed
+from dehyst.robot.iso9283.timing import Timed, Timing, slow_down_to, timed
 
 __all__ = [
     "Figure",
     "TestCube",
     "TestPath",
     "Timed",
+    "Timing",
     "circle",
     "cornering_deviation",
     "error_summary",
@@ -32,4 +34,5 @@ __all__ = [
     "test_path",
     "timed",
     "tracking_error",
+    "tracking_figures",
 ]

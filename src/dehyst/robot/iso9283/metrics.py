@@ -368,6 +368,17 @@ def _tracking(error: Array) -> dict[str, float]:
     return {f"tracking_{name}_mm": 1e3 * value for name, value in summary._asdict().items()}
 
 
+def tracking_figures(desired: Array, attained: Array) -> dict[str, float]:
+    """Rms, largest and 95 % distance of points (T, 3) [m] from those of the same moment, as `iso9283` names them.
+
+    Examples
+    --------
+    >>> tracking_figures(np.zeros((2, 3)), np.full((2, 3), 0.001))["tracking_max_mm"].__round__(3)
+    1.732
+    """
+    return _tracking(tracking_error(desired, attained))
+
+
 def _worst(values: list[float | None]) -> float | None:
     """Return the value farthest from zero, None if there is none."""
     return max((value for value in values if value is not None), key=abs, default=None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -94,6 +94,34 @@ def leg_limits(curve: Curve, speed: float, acceleration: float, jerk: float) -> 
     return sigma * v, sigma**2 * a, sigma**3 * j
 
 
+class Timing(Protocol):
+    """What a trial asks of a motion in repeating cycles: `Timed` along a path, or joints along a reference."""
+
+    @property
+    def factor(self) -> float:
+        """Times are this much longer than at first."""
+
+    @property
+    def duration(self) -> float:
+        """Duration of one cycle. [s]"""
+
+    @property
+    def figure_names(self) -> tuple[str, ...]:
+        """Names of the parts that are judged apart."""
+
+    def slower(self, factor: float) -> Self:
+        """Return the same motion, `factor` times as long as this one."""
+
+    def figure(self, t: npt.ArrayLike, /) -> Rows:
+        """Return the index of the part at times t (T,), -1 between two."""
+
+    def cycle(self, t: npt.ArrayLike, /) -> Rows:
+        """Return the number of the cycle at times t (T,), from 0."""
+
+
+AnyTiming = TypeVar("AnyTiming", bound=Timing)
+
+
 class Motion(NamedTuple):
     """Arc length and its derivatives by time, (T,) each."""
 
@@ -149,6 +177,11 @@ class Timed:
     def duration(self) -> float:
         """Duration of one cycle. [s]"""
         return self.factor * self.cycle_time
+
+    @property
+    def figure_names(self) -> tuple[str, ...]:
+        """Names of the path's figures."""
+        return tuple(figure.name for figure in self.path.figures)
 
     def slower(self, factor: float) -> Timed:
         """Return the same motion, `factor` times as long as this one."""
@@ -284,11 +317,11 @@ def _leg_phases(
 
 
 def slow_down_to(
-    motion: Timed,
-    utilisation: Callable[[Timed], float],
+    motion: AnyTiming,
+    utilisation: Callable[[AnyTiming], float],
     tolerance: float = 0.01,
     largest: float = 100.0,
-) -> Timed:
+) -> AnyTiming:
     """Slow a motion down just enough for its limits.
 
     Finds the smallest factor f >= 1 at which the utilisation is at most 1, to within `tolerance` of f: a bracket is
@@ -309,8 +342,8 @@ def slow_down_to(
 
     Returns
     -------
-    Timed
-        `motion` itself, or a slower one.
+    motion
+        The same, or a slower one.
 
     Raises
     ------
@@ -342,8 +375,8 @@ def slow_down_to(
         if high >= largest:
             raise ParameterError(
                 f"the path breaks the limits by a factor of {use_high:.3g} even at {largest:g} times the duration, so "
-                f"it is the load and the posture, not the speed. Move the test cube, make it smaller, or lower the "
-                f"payload.",
+                f"it is the load and the posture, not the speed. Move the test cube, make it or reference.range_share "
+                f"smaller, or lower the payload.",
                 utilisation=use_high,
             )
         low, use_low, high = high, use_high, min(2.0 * high, largest)

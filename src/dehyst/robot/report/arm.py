@@ -112,9 +112,11 @@ def _track(runs: Mapping[str, TrialRun], factor: float) -> Track:
 
 
 WIDTH = 560.0  # of a view, in its own pixels
-# Thickness of the links [m] between which frames: column and upper arm, elbow, forearm, wrist.
+# Of an arm of seven joints, and of any other one (the last frame is the tool's):
+# thickness of the links [m] between which frames: column and upper arm, elbow, forearm, wrist.
 LINKS = ((0, 4, 0.064), (3, 6, 0.048), (5, 8, 0.030))
 KNOBS = ((0, 0.021), (1, 0.021), (3, 0.021), (5, 0.014), (6, 0.011))  # joints that can be seen to turn [m]
+LINK, KNOB = 0.045, 0.018  # [m]
 POST, FOOT = 0.085, 0.13  # of the pedestal [m]
 LEVEL = 0.95  # a plane whose normal points up more than this has no upper side: forward is up
 TILE = 0.2  # of the floor [m]
@@ -126,7 +128,7 @@ class Track:
 
     desired: Array  # (T, 3) path of the tool [m]
     traces: Mapping[str, tuple[Array, Array]]  # side -> time (T,) and place of the tool, its error magnified (T, 3)
-    frames: Array  # (K, 8, 3) poses [m]
+    frames: Array  # (K, n + 1, 3) poses [m]
     frame_time: Array  # (K,) [s]
     seconds: float  # that the animation takes
 
@@ -197,7 +199,7 @@ def _fitted(right: Array, up: Array, points: Array, margin: float) -> View:
 
 def _drawing(track: Track, view: View, label: str, scenery: str, *, shadow: bool) -> str:
     # The still pose has the tool far to the right, so that the arm covers little of the path.
-    still = int(np.argmax(view(track.frames[:, 7])[:, 0]))
+    still = int(np.argmax(view(track.frames[:, -1])[:, 0]))
     wanted = f'<path class="wanted" d="{_outline(view(track.desired))}"/>'
     traces = {side: (t, view(places)) for side, (t, places) in track.traces.items()}
     outlines = {side: _outline(flat) for side, (_, flat) in traces.items()}
@@ -266,9 +268,11 @@ def _arm(track: Track, view: View, shadow: bool, still: int | None) -> str:
         below = frames.copy()
         below[..., 2] = _ground(track)
         parts.append(_polyline("shadow", view(below), 0.045 * view.scale, track))
-    for first, end, thickness in LINKS:
+    joints = frames.shape[1] - 1
+    links = LINKS if joints == 7 else ((0, joints + 1, LINK),)
+    for first, end, thickness in links:
         parts.append(_polyline("link", flat[:, first:end], thickness * view.scale, track))
-    for joint, radius in KNOBS:
+    for joint, radius in KNOBS if joints == 7 else [(k, KNOB) for k in range(joints)]:
         place = flat[:, joint]
         parts.append(
             f'<circle class="knob" r="{radius * view.scale:.1f}" cx="{place[0, 0]:.1f}" cy="{place[0, 1]:.1f}">'

@@ -111,7 +111,7 @@ def _meanings(keys: list[str]) -> str:
     said = [f"{symbol}: {MEASURES[symbol][1]}" for symbol in known]
     if any(key.startswith("tracking") for key in keys):
         said.append("distance: from where the tool should be at that moment, ways between the figures included")
-    return f"By ISO 9283. {'; '.join(said)}." if said else ""
+    return f"{'By ISO 9283. ' if known else ''}{'; '.join(said)}." if said else ""
 
 
 def _missing(plant: PlantResult) -> str:

@@ -95,6 +95,8 @@ def _rows(pair: Pair, up: str, value: Callable[[TrialRun], Array], reach: float 
 
 
 def _band_words(run: TrialRun) -> str:
+    if len(run.figures) == 1 and not (run.figure < 0).any():
+        return ""
     order = ", ".join(short(name, 30) for name in run.figures)
     if (run.figure < 0).any():
         return f"Grey bands: figures of the path, in the order {order}; between them the way to the next."

@@ -210,7 +210,7 @@ class SweepSpec:
     experiment
         "joint", one joint alone, or "arm", the whole arm on its path.
     joint
-        Number of the joint, 1 to 7, for "joint".
+        Number of the joint for "joint".
     trials, compensators
         What is run at each point.
     studies
@@ -262,7 +262,7 @@ class _File(_Parts):
 
     study: Annotated[tuple[_Study, ...], Key(most=100_000)]
     experiment: Annotated[str, Key(choices=("joint", "arm"))] = "joint"
-    joint: Annotated[int, Key("", 1, 7)] = 1
+    joint: Annotated[int, Key("", 1, 12)] = 1
     trials: Annotated[tuple[str, ...], Key(choices=TRIALS, distinct=True)] = TRIALS
     compensators: Annotated[tuple[str, ...], Key(distinct=True)] = ("off", "paper")
     random_seed: Annotated[int, Key("", 0, 2**63 - 1)] = 0
@@ -296,6 +296,12 @@ def parse_sweep(document: Mapping[str, Any], name: str = "sweep.toml", folder: P
     """
     file = read(_File, document, name)
     keys = Keys() if file.robot is None else Keys(load_robot(folder / file.robot))
+    if load_robot(changes=keys.foreign) != keys.robot:
+        raise ParameterError(
+            f"{name}: the robot '{file.robot}' has joints of its own, and a sweep changes those of the packaged arm. "
+            f'Name a file that begins with extends = "default" and has no [body].',
+            robot=file.robot,
+        )
     fixed, grid = _fixed(file, keys, name), _grid(file, keys, name)
     _refuse_twice(name, fixed, grid)
     spec = SweepSpec(

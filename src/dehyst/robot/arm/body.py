@@ -1,0 +1,155 @@
+"""Links from a model file, URDF or MJCF, read by MuJoCo's own reader.
+
+Of the file are taken: bodies with their masses, joints, bearings, springs and tendons, gravity. Joints that the robot's
+file does not name are locked where the file has them at first. Actuators, sensors, key frames, contacts, stops and
+equality constraints are left out: what moves the joints is dehyst's, and it simulates no constraints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.errors import ParameterError
+from dehyst.fields import did_you_mean
+from dehyst.robot.arm.parameters import Robot
+
+if TYPE_CHECKING:
+    from mujoco import MjModel
+
+POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
+
+
+def body_model(
+    lib: Any, robot: Robot, moving: set[int], payload: float, scale: float, locked: Mapping[int, float], fused: bool
+) -> MjModel:
+    """Compile a robot's body file; `lib` is the module mujoco, the rest as for `dehyst.robot.arm.rigid_body.arm_mjcf`.
+
+    Raises
+    ------
+    ParameterError
+        If MuJoCo cannot read the file, or it does not have what the robot's file names.
+    """
+    assert robot.body is not None
+    file = robot.body.file
+    angles = {
+        str(joint.body_joint): None if number in moving else locked.get(number, 0.0)
+        for number, joint in robot.joints.items()
+    }
+    try:
+        spec, whole = _read(lib, robot)
+        last = spec.joint(robot.joints[max(robot.joints)].body_joint).parent
+        _lock(lib, spec, whole, angles, file)  # first: numbers of bodies end with the first part that is added
+        _add_tool(robot, spec, last, whole.body(last.name).ipos, payload)
+        spec.compiler.fusestatic = fused
+        model = spec.compile()
+    except ValueError as fault:
+        if isinstance(fault, ParameterError):
+            raise
+        raise ParameterError(
+            f"MuJoCo cannot use the body file '{file}': {' '.join(str(fault).split())} Look at it with: python -m "
+            f"mujoco.viewer --mjcf={file}",
+            file=file,
+        ) from None
+    for joint in robot.joints.values():
+        if joint.damping is not None and angles[str(joint.body_joint)] is None:
+            model.dof_damping[model.joint(joint.body_joint).dofadr] = joint.damping
+    for values in (model.body_mass, model.body_inertia, model.dof_armature):
+        values *= scale
+    lib.mj_setConst(model, lib.MjData(model))
+    return model
+
+
+def _read(lib: Any, robot: Robot) -> tuple[Any, MjModel]:
+    """The file without what drives and holds it, its zeros those of the robot; and compiled, all joints free."""
+    assert robot.body is not None
+    spec = lib.MjSpec.from_file(str(robot.beside(robot.body.file)))
+    spec.option.timestep = robot.simulation.period
+    spec.option.integrator = lib.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.disableflags |= lib.mjtDisableBit.mjDSBL_CONTACT | lib.mjtDisableBit.mjDSBL_CONSTRAINT
+    spec.compiler.fusestatic = False
+    for each in (*spec.keys, *spec.sensors, *spec.actuators, *spec.equalities):
+        spec.delete(each)
+    unit = math.degrees(1.0) if spec.compiler.degree else 1.0
+    hinges = [joint.name for joint in spec.joints if joint.type == lib.mjtJoint.mjJNT_HINGE]
+    for number, told in robot.joints.items():
+        if told.body_joint not in hinges:
+            raise ParameterError(
+                f"joint.{number}.body_joint = {told.body_joint!r} is no hinge of '{robot.body.file}'."
+                f"{did_you_mean(told.body_joint, hinges)} It has {', '.join(hinges) or 'none'}.",
+                joint=number,
+            )
+        joint = spec.joint(told.body_joint)
+        for place in ("ref", "springref"):  # the angle of the file at which ours is zero
+            setattr(joint, place, getattr(joint, place) - unit * told.zero)
+        joint.range, joint.limited = [-unit * told.range, unit * told.range], lib.mjtLimited.mjLIMITED_TRUE
+    whole, named = spec.compile(), [told.body_joint for told in robot.joints.values()]
+    order = [whole.joint(name).id for name in named]
+    if order != sorted(set(order)):
+        raise ParameterError(
+            f"the joints of '{robot.body.file}' are numbered in another order than they have there. Number them from "
+            f"the base outwards: {', '.join(name for name in hinges if name in named)}.",
+            order=order,
+        )
+    for tendon, first in zip(spec.tendons, whole.tendon_adr, strict=True):
+        if whole.wrap_type[first] == lib.mjtWrap.mjWRAP_JOINT:  # couples joints, of which some may be locked
+            spec.delete(tendon)
+    return spec, whole
+
+
+def _lock(lib: Any, spec: Any, whole: MjModel, angles: Mapping[str, float | None], file: str) -> None:
+    """Take away the joints that do not move, and put their bodies where the joints' angles put them.
+
+    `angles`: name of a joint -> its angle, None if it moves; joints without a name there stay where the file has them.
+    """
+    data = lib.MjData(whole)
+    for name, angle in angles.items():
+        if angle is not None:
+            data.qpos[whole.jnt_qposadr[whole.joint(name).id]] = angle
+    lib.mj_kinematics(whole, data)
+    still = [joint for joint in spec.joints if angles.get(joint.name, 0.0) is not None]
+    for body in {joint.parent.id: joint.parent for joint in still}.values():
+        if any(joint not in still for joint in body.joints) or body.frame is not None:
+            raise ParameterError(
+                f"the body '{body.name}' of '{file}' has joints that move and joints that are locked, or lies in a "
+                f"<frame>: dehyst cannot lock them. Give each joint a body of its own, outside of frames.",
+                body=body.name,
+            )
+        parent, back = whole.body_parentid[body.id], np.empty(4)
+        place, turn = np.empty(3), np.empty(4)
+        lib.mju_negQuat(back, data.xquat[parent])
+        lib.mju_rotVecQuat(place, data.xpos[body.id] - data.xpos[parent], back)
+        lib.mju_mulQuat(turn, back, data.xquat[body.id])
+        body.pos, body.quat, body.alt.type = place, turn, lib.mjtOrientation.mjORIENTATION_QUAT
+    for joint in still:
+        spec.delete(joint)
+
+
+def _add_tool(robot: Robot, spec: Any, last: Any, center: Array, payload: float) -> None:
+    """Make the site "tool", at the centre of mass of the last body if there is none, and hang the payload on it."""
+    assert robot.body is not None
+    told = robot.body.tool
+    site = spec.site(told or "tool")
+    if site is None and told is not None:
+        names = [each.name for each in spec.sites]
+        raise ParameterError(
+            f"body.tool = {told!r} is no site of '{robot.body.file}'.{did_you_mean(told, names)} It has "
+            f"{', '.join(names) or 'none'}.",
+            tool=told,
+        )
+    if site is None:
+        site = last.add_site(pos=center)
+    site.name = "tool"
+    if payload:
+        site.parent.add_body(
+            name="payload",
+            pos=site.pos,
+            mass=payload,
+            ipos=[0, 0, 0],
+            inertia=[POINT_INERTIA] * 3,
+            explicitinertial=True,
+        )
