@@ -22,6 +22,7 @@ PAIR = ("--input", X, "--output", Y)
 QUICK = ("--family", "pi", "--n", "10")
 COMMANDS = {
     "example": ("example",),
+    "doctor": ("doctor",),
     "inspect": ("inspect", "log.csv"),
     "identify": ("identify", "log.csv", *PAIR, *QUICK),
     "compare": ("compare", "log.csv", *PAIR, "--families", "pi"),

@@ -20,6 +20,7 @@ COMMANDS: dict[str, type[Any]] = {  # module of `dehyst.app` and the function th
     "play:run_compensate": requests.CompensateRequest,
     "inspect:run_inspect": requests.InspectRequest,
     "inspect:run_example": requests.ExampleRequest,
+    "doctor:run_doctor": requests.DoctorRequest,
     "design:run_design": requests.DesignRequest,
     "reproduce:run_reproduce": requests.ReproduceRequest,
     "sweep:run_sweep_command": requests.SweepRequest,

@@ -161,6 +161,13 @@ class ExampleRequest:
 
 
 @dataclass(frozen=True, eq=False)
+class DoctorRequest:
+    """Show what is installed beside dehyst, what it is for, and what to type for what is missing."""
+
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class DesignRequest:
     """Design the motion to run on a rig before an identification: loops, rates and holds, within limits."""
 
