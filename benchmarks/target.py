@@ -100,17 +100,44 @@ def joint_counts(machine: Machine, subject: Subject) -> dict[str, float]:
     return {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
 
 
-def unit_counts(machine: Machine, subject: Subject, signals: Sequence[Array]) -> dict[str, float]:
-    """Return instructions of a step of an exported block: in the first signal, slow, the first step, and of the others
-    the slowest that was found."""
+def unit_steps(machine: Machine, subject: Subject, signals: Sequence[Array], *defines: str) -> list[list[int]]:
+    """Return the instructions of each step of an exported block in each signal."""
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
-        defines = (f"-DINPUTS={len(subject.numbers.inputs)}",)
+        defines = (f"-DINPUTS={len(subject.numbers.inputs)}", *defines)
         program = machines.build(
             machine, Path(place), subject.real, "-O2", "unit.c", Path(place) / "out" / "src", defines
         )
-        counts = [count.count(machine, program, jobs.unit_job(x, subject.real), Path(place), "unit_step")
-                  for x in signals]  # fmt: skip
+        return [list(count.count(machine, program, jobs.unit_job(x, subject.real), Path(place), "unit_step"))
+                for x in signals]  # fmt: skip
+
+
+def tunable_costs(machine: Machine, real: str, samples: int) -> dict[str, dict[str, float]]:
+    """Return by kind of block what tunable numbers add to a step: with the page of the export, and with other limits.
+
+    The difference of equal steps with and without them: without maps, whose cost is known.
+    """
+    found: dict[str, dict[str, float]] = {}
+    given: dict[str, Any] = {"name": "unit", "real": real}
+    for one, what in (
+        (model(PLAYS), "forward"), (model(PLAYS), "inverse"), (costs.element_model(min(costs.MIXED)), "forward"),
+        (costs.element_model(min(costs.MIXED)), "inverse"), (costs.direct_model(4, 6, 3, 2, 1), "inverse"),
+    ):  # fmt: skip
+        given["period"] = 0.001 if one.core == "direct" else None
+        plain, tuned = (subject_of(one, what, tunable=on, **given) for on in (False, True))
+        x = [0.8 * plain.test.inputs[600 : 600 + samples]]
+        base = np.array(unit_steps(machine, plain, x)[0])
+        usual, narrow = (np.array(unit_steps(machine, tuned, x, *more)[0]) - base for more in ((), ("-DTUNED",)))
+        row = found.setdefault(plain.numbers.core, {"typical": 0, "most": 0})
+        row["typical"] = max(row["typical"], int(np.ceil(np.mean(usual))))
+        row["most"] = max(row["most"], int(np.max(usual)), int(np.max(narrow)))
+    return found
+
+
+def unit_counts(machine: Machine, subject: Subject, signals: Sequence[Array]) -> dict[str, float]:
+    """Return instructions of a step of an exported block: in the first signal, slow, the first step, and of the others
+    the slowest that was found."""
+    counts = unit_steps(machine, subject, signals)
     most = max(n for one in counts for n in one[1:])
     return {"typical": float(np.mean(counts[0][1:])), "first": max(one[0] for one in counts), "most": most}
 
@@ -251,6 +278,7 @@ def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
                 "joint_bytes": {level: code_bytes(machine, joint, level) for level in ("-O2", "-Os")},
                 "elements": elements(machine, real, 6 if soft else 40),
                 "units": unit_rows(machine, real, 6 if soft else 40),
+                "tunable": tunable_costs(machine, real, 6 if soft else 40),
                 "rows": {} if soft else family_rows(machine, real, 40),
             }
         found[machine.name] = entry
@@ -279,6 +307,9 @@ def lines(found: dict[str, Any]) -> dict[str, Any]:
                         parts = costs_of[inner][real][key]
                         fixed |= {part: times * cost for part, cost in parts.items() if part not in ("step", "maps")}
                     costs_of.setdefault(kind, {}).setdefault(real, {})[key] = costs.cover(counted, fixed)
+                    for core, cost in entry[real]["tunable"].items():
+                        if kind.startswith(core):
+                            costs_of[kind][real][key]["tunable"] = cost[key]
         targets[name] = costs_of
     return {"points_of_a_map": MAP_POINTS, "largest_n": max(SIZES), "targets": targets}
 

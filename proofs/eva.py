@@ -9,10 +9,17 @@ from __future__ import annotations
 
 import re
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from outcome import CORE, HERE, Failed, Proof, said, tool, version
 from parameters import SETS, Block, inverse
+
+from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
+from dehyst.export import Subject, subject_of
+from dehyst.export.c import unit_files
+from dehyst.export.core_files import CONFIG
+from dehyst.models import ModelCard, SignalCard
 
 CURE = "on Debian: apt-get install frama-c-base"
 BLOCK = ("block.c", "model.c", "pi.c", "map.c")
@@ -34,14 +41,20 @@ JOINT = (
 # Functions whose conditions must be kept apart: a reading that is good in one state is used in another place.
 APART = ("take_reference:300", "dehyst_sensor_fault:100", "take_pressures:100", "dehyst_joint_reset:100",
          "dehyst_bounded:20", "take_angle:100")  # fmt: skip
+TUNED = ("unit_tuned:200", "dehyst_within:20")
 WITHIN, COMPARED = "block.c", "return x >= low ?"
 PRECISIONS: tuple[tuple[str, ...], ...] = ((), ("DEHYST_FLOAT",))
 ALARMS = re.compile(r"(\d+) alarms? generated")
 ASSERTIONS = re.compile(r"Assertions\s+(\d+) valid\s+(\d+) unknown\s+(\d+) invalid")
 
 
-def analysed(harness: str, block: Block, files: tuple[str, ...], precision: int, defines: tuple[str, ...] = ()) -> int:
+def analysed(
+    harness: str, block: Block | Exported, files: tuple[str, ...], precision: int, defines: tuple[str, ...] = (),
+    apart: tuple[str, ...] = (),
+) -> int:  # fmt: skip
     """Run EVA on a harness with a block's parameters; return the number of assertions it proved.
+
+    The conditions of functions that are `apart` are kept apart.
 
     Raises
     ------
@@ -54,7 +67,8 @@ def analysed(harness: str, block: Block, files: tuple[str, ...], precision: int,
             f"-I{folder} -I{CORE} -I{HERE} -include {HERE / 'eva' / 'accept.h'} {' '.join(f'-D{d}' for d in defines)}"
         )
         options = ["-eva-precision", str(precision), "-warn-special-float", "none", "-eva-split-return", "auto"]
-        options += ["-eva-slevel-function", ",".join(APART)] if "joint.c" in files else []
+        apart = APART if "joint.c" in files else apart
+        options += ["-eva-slevel-function", ",".join(apart)] if apart else []
         sources = [HERE / "eva" / harness, *(CORE / name for name in files if name != WITHIN)]
         sources.append(_within(Path(folder)))
         told = said([tool(CURE, "frama-c"), f"-cpp-extra-args={includes}", "-eva", *options, *sources])
@@ -149,6 +163,47 @@ def offset_step(quick: bool) -> tuple[str, str, str]:
     )
 
 
+@dataclass(frozen=True)
+class Exported:
+    """An export whose numbers may be changed while it runs, with the text of its sources."""
+
+    subject: Subject
+
+    @property
+    def name(self) -> str:
+        return f"tunable {self.subject.what} in {self.subject.real}"
+
+    def declarations(self) -> str:
+        """Return header and source of the unit, and the range that no page may leave."""
+        block = self.subject.block
+        assert block is not None  # only they are tunable
+        files = {path: text for path, text in unit_files(self.subject).items() if path != CONFIG}
+        include = '#include "unit.h"\n'
+        limits = (("LOW", block.output_low), ("HIGH", block.output_high))
+        defines = [f"#define OUTPUT_{end} ((dehyst_real)({value.hex()}))\n" for end, value in limits]
+        return "".join([files["unit.h"], files["unit.c"].replace(include, ""), *defines])
+
+
+def tunable_step(quick: bool) -> tuple[str, str, str]:
+    """Exports with tunable numbers, whatever another thread writes into both pages and their number at any time."""
+    card = ModelCard(SignalCard("u", "bar", -1.0, 1.5), SignalCard("y", "deg", -2.0, 3.0))
+    plays = PrandtlIshlinskii([0.0, 0.1, 0.4], [1.0, 0.5, 0.3], 0.2, None, 0.5, card=card)
+    after, before = MonotoneMap([-3.0, 0.0, 4.0], [-2.0, 0.5, 3.0]), MonotoneMap([-1.0, 0.3, 1.5], [-1.2, 0.0, 1.4])
+    model = ModifiedPrandtlIshlinskii(plays, after, before).with_card(card)
+    cases = [(model, "inverse", real) for real in ("double", "float")]
+    cases = cases[:1] if quick else [*cases, (model, "forward", "double"), (plays, "inverse", "double")]
+    assertions = 0
+    for one, what, real in cases:
+        unit = Exported(subject_of(one, what, name="unit", real=real, tunable=True))
+        defines = ("DEHYST_FLOAT",) if real == "float" else ()
+        assertions += analysed("tunable.c", unit, BLOCK, 2, defines, TUNED)
+    return (
+        _tool(),
+        f"{len(cases)} exports, from any state, with any page",
+        f"0 alarms, {assertions} bounds proved: answer within the exported range, page 0, 1 or 2, states finite",
+    )
+
+
 def _tool() -> str:
     return f"Frama-C {version(tool(CURE, 'frama-c'))}, EVA"
 
@@ -179,5 +234,10 @@ PROOFS = (
         "eva-offset",
         "an offset that follows the last cycle, for every input and state: no undefined behaviour, within its limit",
         offset_step,
+    ),
+    Proof(
+        "eva-tunable",
+        "an export with tunable numbers, for every input, state and page: no undefined behaviour, answer within range",
+        tunable_step,
     ),
 )

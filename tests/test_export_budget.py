@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap
 from dehyst.control import JointControllerParameters
 from dehyst.export import joint_subject, subject_of
 from dehyst.export.budget import budget
@@ -14,6 +15,7 @@ from dehyst.families import example
 from dehyst.families.table import ROWS
 from dehyst.models import ModelCard, SignalCard
 from direct_export_samples import direct_model
+from element_samples import element_model
 from export_samples import large_model, mapped_model
 
 CARD = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "mm", -2.0, 2.0))
@@ -67,8 +69,22 @@ def test_a_direct_inverse_alone_and_in_a_controller_is_printed_with_no_less_than
             assert units[kind]["most"] <= printed(unit, name, "most") <= 1.2 * units[kind]["most"]
 
 
-def test_what_was_not_counted_is_not_printed():
-    assert budget(subject_of(large_model(4), name="unit", tunable=True)).instructions == {}
+@pytest.mark.parametrize("real", ["float", "double"])
+def test_tunable_numbers_add_what_was_counted_and_the_map_backwards(counted, real):
+    behind = ModifiedPrandtlIshlinskii(large_model(4), before=MonotoneMap([-1.0, 0.0, 1.0], [-1.0, 0.2, 1.0]))
+    for model, maps in ((large_model(4), 0), (mapped_model(), 0), (behind, 2)):
+        plain, tunable = (
+            budget(subject_of(model, name="unit", real=real, tunable=on)).instructions for on in (False, True)
+        )
+        for name, entry in counted.items():
+            cost = entry[real]["tunable"]["block"]
+            assert cost["most"] >= cost["typical"] > 100
+            assert tunable[name]["typical"] == pytest.approx(plain[name]["typical"] + cost["typical"])
+            assert tunable[name]["most"] == pytest.approx(
+                plain[name]["most"] + cost["most"] + maps * entry[real]["map"]
+            )
+    for model, what in ((element_model(), "forward"), (element_model(), "inverse"), (direct_model(), "inverse")):
+        assert set(budget(subject_of(model, what, name="unit", period=0.01, tunable=True)).instructions) == set(counted)
 
 
 def test_maps_cost_more():

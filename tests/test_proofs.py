@@ -12,6 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dehyst.export import subject_of
+from export_samples import play_model
+
 PROOFS = Path(__file__).parents[1] / "proofs"
 sys.path.insert(0, str(PROOFS))
 
@@ -145,6 +148,23 @@ def test_eva_derives_the_bound_of_a_small_block_and_no_tighter_one():
 
     with pytest.raises(Failed, match="assertions"):
         eva.analysed("block.c", Wrong(**vars(tight)), eva.BLOCK, 1)
+
+
+@pytest.mark.slow
+def test_eva_derives_the_range_of_a_tunable_export_whatever_its_pages_hold_and_no_tighter_one():
+    unit = eva.Exported(subject_of(play_model(), name="unit", tunable=True))
+    asked = ("tunable.c", unit, eva.BLOCK, 2, (), eva.TUNED)
+    try:
+        assert eva.analysed(*asked) == 5
+    except Missing as missing:
+        pytest.skip(str(missing))
+
+    class Tight(eva.Exported):
+        def declarations(self):
+            return super().declarations() + "#undef OUTPUT_HIGH\n#define OUTPUT_HIGH 0.1\n"
+
+    with pytest.raises(Failed, match="answer"):
+        eva.analysed("tunable.c", Tight(unit.subject), *asked[2:])
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from dehyst.export.numbers import Map
 from dehyst.export.precision import BYTES
 from dehyst.export.subject import Subject
 
@@ -64,10 +65,15 @@ def budget(subject: Subject) -> Budget:
     size = BYTES[subject.real]
     constants, state, image = subject.numbers.bytes(size)
     if subject.tunable and subject.block:  # two pages; the map behind, backwards
-        back = subject.block.back if subject.what == "inverse" else None
+        back = _back(subject)
         constants += size * (10 + 2 * len(back[0])) + 12 if back else size * 10
         state += 2 * size
-    return Budget(constants, state, image, {} if subject.tunable else _instructions(subject))
+    return Budget(constants, state, image, _instructions(subject))
+
+
+def _back(subject: Subject) -> Map | None:
+    """Return the map behind, backwards, that limits which were tuned are taken through: only an inverse holds back."""
+    return subject.block.back if subject.tunable and subject.block and subject.what == "inverse" else None
 
 
 @cache
@@ -78,11 +84,13 @@ def _measured() -> dict[str, Any]:
 def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     """Sums over what a step does, each part with the cost that was measured."""
     kind, counts = subject.numbers.work
+    counts = {**counts, "tunable": int(subject.tunable)}
+    most = {**counts, "maps": counts.get("maps", 0) + 2 * (_back(subject) is not None)}
     found = {}
     for name, entry in _measured().get("targets", {}).items():
         costs = entry.get(kind, {}).get(subject.real)
         if costs:
-            found[name] = {key: _sum(costs[key], counts) for key in ("typical", "most")}
+            found[name] = {"typical": _sum(costs["typical"], counts), "most": _sum(costs["most"], most)}
     return found
 
 

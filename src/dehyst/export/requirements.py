@@ -68,7 +68,7 @@ REQUIREMENTS = (
     ),
     Requirement(
         "tunable numbers", "A page of them counts whole, from the sample that finds its number; none that cannot be.",
-        ("a page of", "a page that"), ("test_export_calibration.py",), (), "tunable",
+        ("a page of", "a page that"), ("test_export_calibration.py",), ("eva-tunable",), "tunable",
     ),
     Requirement(
         "resources", "Nothing is allocated, no library is called, loops have bounds; the rest is in manifest.json.", (),
