@@ -121,8 +121,14 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         )
     if request.tunable and request.what == "joint-controller":
         raise ParameterError(
-            "--tunable belongs to --what inverse or forward. The numbers of a joint controller depend on each other; "
-            "change its file, and export again."
+            f"--tunable belongs to --what inverse or forward: the numbers of a joint controller hold for each other "
+            f"and for its period (period * pole and period * pressure_gain below 1, the observer faster than the "
+            f"position law), and its integrator, observer and learned scales are of those it ran with: one that is "
+            f"changed alone, while it runs, can make the loop swing. Change what you want in its file, and export "
+            f"again without --tunable: dehyst export {quoted(request.model)} --what joint-controller --controller "
+            f"{quoted(cast(Path, request.controller))} --out {quoted(request.out)} --overwrite. While it runs, "
+            f"reference, load, mean pressure, extra and the switches may change; the file in calibration/ shows all "
+            f"its numbers."
         )
     if request.follow_offset is not None and (request.what == "joint-controller" or request.log is not None):
         other = "--what joint-controller" if request.log is None else "--log"

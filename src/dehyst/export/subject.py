@@ -229,8 +229,10 @@ def subject_of(
     check_name(name)
     if tunable and follow_offset is not None:
         raise ParameterError(
-            "--tunable does not go with --follow-offset: an offset that follows the last cycle and one that is tuned "
-            "would work against each other. Leave one of them out."
+            f"--tunable does not go with --follow-offset {follow_offset:g}: an offset or a scale that is tuned by "
+            f"hand is an error to the offset that follows the last cycle, which takes it away again a stroke later. "
+            f"To tune by hand leave --follow-offset out; to have the offset found leave --tunable out, and give "
+            f"limits and ramp to the export: --range LO HI --ramp SAMPLES."
         )
     direction: Direction = "forward" if what == "forward" else "inverse"
     made = unit_of(model, direction, real, range, ramp, period, follow_offset)
