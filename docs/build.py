@@ -73,6 +73,7 @@ PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {"deci
 
 # Page, and name of the part of it that is generated -> what makes it.
 PARTS = {
+    ("explanation/the-plant.md", "life"): parameters.life,
     ("explanation/the-plant.md", "numbers"): parameters.numbers,
     ("explanation/the-experiment.md", "sensitivity"): sensitivity.table,
     ("explanation/speed.md", "table"): speed.page,

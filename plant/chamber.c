@@ -7,12 +7,19 @@ typedef struct chamber {
     double kappa, advance; /* contraction and its change in a substep */
     double volume, slope;
     double full, ratio, ratio_slope; /* C rho_0, b, 1/(1 - b) */
+    double supply, drawn;            /* absolute pressure; sum of what came from it, in units of `full` */
+    double sent, arriving;           /* sum of what went into the tube; what comes out of it */
+    int tube;
 } chamber;
 
-static inline double flow(const chamber *c, const plant_air *air, double p)
+/* Mass flow into the muscle: the valve's, or what comes out of the tube while the valve's goes into it. */
+static inline double flow(chamber *c, const plant_air *air, double p)
 {
-    return c->full * (c->in * plant_flow_between(air->supply, p, c->ratio, c->ratio_slope) -
-                      c->out * plant_flow_between(p, air->ambient, c->ratio, c->ratio_slope));
+    const double in = c->in * plant_flow_between(c->supply, p, c->ratio, c->ratio_slope);
+    const double mdot = c->full * (in - c->out * plant_flow_between(p, air->ambient, c->ratio, c->ratio_slope));
+    c->drawn += in;
+    c->sent += mdot;
+    return c->tube ? c->arriving : mdot;
 }
 
 static inline void open_ways(chamber *c, const plant_valve *valve)
@@ -69,12 +76,35 @@ static chamber enter(const plant_unit *unit, const plant_muscle_state *state, do
     c.full = valve->conductance * unit->air->reference_density;
     c.ratio = valve->ratio;
     c.ratio_slope = 1.0 / (1.0 - valve->ratio);
+    c.supply = state->supply;
+    c.drawn = c.sent = 0.0;
+    c.arriving = state->arriving;
+    c.tube = valve->tube_length > 0.0;
     open_ways(&c, valve);
     return c;
 }
 
-static void leave(const chamber *c, plant_muscle_state *state)
+/* Share of a flow that friction in the tube lets through: exp(-R_t R T L/(2 p c)), Richer, Hurmuzlu 2000. */
+static double let_through(const plant_valve *valve, const plant_air *air, double mdot, double p, double sound)
 {
+    const double mu = 1.82e-5, d = valve->tube_diameter; /* viscosity of air, [Pa s] */
+    const double reynolds = 4.0 * fabs(mdot) / (3.141592653589793 * d * mu), root = sqrt(reynolds);
+    const double turbulent = 0.158 * root * sqrt(root); /* Re^(3/4); the larger of both frictions acts */
+    const double resistance = mu / (d * d) * (turbulent > 32.0 ? turbulent : 32.0);
+    return exp(-resistance * air->gas_constant * air->temperature * valve->tube_length / (2.0 * p * sound));
+}
+
+static void leave(const chamber *c, const plant_unit *unit, plant_muscle_state *state, double period)
+{
+    const plant_valve *valve = unit->valve;
+    double through = 1.0;
+    if (c->tube) {
+        const double sound = sqrt(1.4 * unit->air->gas_constant * unit->air->temperature);
+        const double mean = c->sent / (2 * unit->substeps), p = c->pressure > 1e4 ? c->pressure : 1e4;
+        through = let_through(valve, unit->air, mean, p, sound);
+        state->arriving = plant_delayed(&state->tube, through * mean, valve->tube_length / sound / period - 1.0);
+    }
+    state->drawn = through * c->full * c->drawn * period / (2 * unit->substeps);
     state->pressure = c->pressure;
     state->spool = c->spool;
     state->spool_speed = c->spool_speed;
@@ -86,7 +116,7 @@ void plant_chamber_step(const plant_unit *unit, plant_muscle_state *state, doubl
     chamber c = enter(unit, state, kappa);
     for (int32_t k = 0; k < unit->substeps; ++k)
         substep(&c, unit, state->cache.spool, command, period / unit->substeps);
-    leave(&c, state);
+    leave(&c, unit, state, period);
 }
 
 void plant_chambers_step(const plant_unit unit[2], plant_muscle_state state[2], const double kappa[2],
@@ -99,6 +129,17 @@ void plant_chambers_step(const plant_unit unit[2], plant_muscle_state state[2], 
         substep(&first, &unit[0], state[0].cache.spool, command[0], h);
         substep(&second, &unit[1], state[1].cache.spool, command[1], h);
     }
-    leave(&first, &state[0]);
-    leave(&second, &state[1]);
+    leave(&first, &unit[0], &state[0], period);
+    leave(&second, &unit[1], &state[1], period);
+}
+
+double plant_supply_step(const plant_air *air, double supply, double drawn, double period, int failing)
+{
+    if (!(air->supply_volume > 0.0)) return supply;
+    const double rate = air->polytropic * air->gas_constant * air->temperature / air->supply_volume; /* [Pa/kg] */
+    const double full = failing ? 0.0 : air->supply_conductance * air->reference_density;
+    const double settled = air->supply - (full > 0.0 ? drawn / period / full : 0.0); /* exact for a constant draw */
+    const double next = full > 0.0 ? supply + plant_settled(full * rate * period) * (settled - supply)
+                                   : supply - rate * drawn;
+    return next > 0.0 ? next : 0.0;
 }

@@ -16,12 +16,55 @@ static inline double plant_settled(double z)
 
 static inline double plant_clip(double x, double low, double high) { return x < low ? low : (x > high ? high : x); }
 
+/* splitmix64, Steele, Lea, Flood, OOPSLA 2014. */
+static inline uint64_t plant_draw(uint64_t *random)
+{
+    uint64_t z = (*random += UINT64_C(0x9e3779b97f4a7c15));
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return z ^ (z >> 31);
+}
+
+/* Sum of twelve uniform 16-bit numbers, which has variance 2^32 - 1: normal to 2 % of the density within 3 sigma. */
+static inline double plant_normal(uint64_t *random)
+{
+    int64_t sum = 0;
+    for (int i = 0; i < 3; ++i) {
+        const uint64_t bits = plant_draw(random);
+        sum += (int64_t)((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
+    }
+    return (double)(2 * sum - 12 * 65535) * (0.5 / 65536.0);
+}
+
+static inline void plant_ring_fill(plant_ring *ring, double value)
+{
+    for (int i = 0; i < PLANT_RING; ++i) ring->value[i] = value;
+}
+
+/* Puts a value in and returns the one of `age` periods ago, linear in between. */
+static inline double plant_delayed(plant_ring *ring, double value, double age)
+{
+    const double reached = age > 0.0 ? plant_clip(age, 0.0, PLANT_RING - 2) : 0.0; /* NaN: none */
+    const uint32_t whole = (uint32_t)reached, at = ++ring->at;
+    ring->value[at % PLANT_RING] = value;
+    const double young = ring->value[(at - whole) % PLANT_RING], old = ring->value[(at - whole - 1) % PLANT_RING];
+    return young + (reached - whole) * (old - young);
+}
+
+/* Age of a value with a delay and a drawn share of a jitter, [periods]; nothing is ever older than what came before. */
+static inline double plant_age(double delay, double jitter, uint64_t *random, double last, double period)
+{
+    const double drawn = jitter > 0.0 ? jitter * (double)(plant_draw(random) >> 11) * 0x1p-53 : 0.0;
+    const double age = (delay + drawn) / period;
+    return age < last + 1.0 ? age : last + 1.0;
+}
+
 /* Forces of the mechanisms; `up`, `down`: force at which everything slips in contraction and elongation, [N]. */
 double plant_maxwell_slip(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up,
                           double down);
 double plant_dahl(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up, double down);
-/* Normalised output -1..1 after moving to kappa. */
-double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa);
+/* Normalised output -1..1 after moving to an input. */
+double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double input);
 
 /* Creep force opposing contraction after kappa and p moved linearly by these changes, [N]. */
 void plant_creep_prepare(const plant_muscle *muscle, plant_cache *cache, double period);

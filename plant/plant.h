@@ -14,6 +14,7 @@
 
 #include <stdint.h>
 
+#include "life.h"
 #include "sensors.h"
 
 #ifdef __cplusplus
@@ -23,6 +24,9 @@ extern "C" {
 #define PLANT_ELEMENTS 64 /* most elements of a hysteresis mechanism */
 #define PLANT_CREEP 8     /* most branches of creep */
 #define PLANT_TURNS 128   /* most remembered reversals of a Preisach mechanism */
+#define PLANT_RING 64     /* periods that a delay reaches back, a power of two */
+
+#define PLANT_LIFE_FIELD(name, range) double name;
 
 typedef struct plant_air {
     double supply;            /* supply pressure, absolute, [Pa] */
@@ -31,6 +35,7 @@ typedef struct plant_air {
     double gas_constant;      /* [J/(kg K)] */
     double polytropic;        /* exponent n, 1 (isothermal) .. 1.4 (adiabatic) */
     double reference_density; /* rho_0 of ISO 6358, [kg/m^3] */
+    PLANT_AIR_LIFE(PLANT_LIFE_FIELD)
 } plant_air;
 
 enum {
@@ -65,6 +70,7 @@ typedef struct plant_hysteresis {
     double share[PLANT_ELEMENTS];  /* (n,) share of an element in `size`, sums to 1 */
     plant_foreign foreign;         /* PLANT_FOREIGN only */
     void *context;
+    PLANT_HYSTERESIS_LIFE(PLANT_LIFE_FIELD)
 } plant_hysteresis;
 
 typedef struct plant_muscle {
@@ -80,6 +86,7 @@ typedef struct plant_muscle {
     double creep_force[PLANT_CREEP];    /* c_j in c_j (kappa - lag_j[kappa]), [N] */
     double creep_pressure[PLANT_CREEP]; /* d_j in d_j (p - lag_j[p]), [N/Pa] */
     plant_hysteresis hysteresis;
+    PLANT_MUSCLE_LIFE(PLANT_LIFE_FIELD)
 } plant_muscle;
 
 /* One way of a 5/3-way proportional valve, ISO 6358: opening s in -1..1, s > 0 fills. */
@@ -90,9 +97,11 @@ typedef struct plant_valve {
     double leak;        /* opening of both ways in the mid-position, share of full opening */
     double frequency;   /* of the spool, [rad/s] */
     double damping;     /* of the spool */
+    PLANT_VALVE_LIFE(PLANT_LIFE_FIELD)
 } plant_valve;
 
-#define PLANT_KIND_FIELDS(name) double name##_step, name##_noise, name##_lag;
+#define PLANT_QUALITY_FIELD(name) double name;
+#define PLANT_KIND_FIELD(name) plant_kind name;
 #define PLANT_KIND_INDEX(name) PLANT_KIND_##name,
 #define PLANT_SENSOR_FIELD(name, kind, value) double name;
 #define PLANT_SENSOR_INDEX(name, kind, value) PLANT_SENSOR_##name,
@@ -100,8 +109,12 @@ typedef struct plant_valve {
 enum { PLANT_KINDS(PLANT_KIND_INDEX) PLANT_KIND_COUNT };
 enum { PLANT_SENSORS(PLANT_SENSOR_INDEX) PLANT_SENSOR_COUNT };
 
+typedef struct plant_kind {
+    PLANT_QUALITIES(PLANT_QUALITY_FIELD) /* see sensors.h */
+} plant_kind;
+
 typedef struct plant_sensors {
-    PLANT_KINDS(PLANT_KIND_FIELDS) /* see sensors.h */
+    PLANT_KINDS(PLANT_KIND_FIELD)
 } plant_sensors;
 
 typedef struct plant_joint {
@@ -112,6 +125,7 @@ typedef struct plant_joint {
     double radius;      /* r, [m] */
     double contraction; /* kappa_0 */
     int32_t substeps;   /* of valves and chambers in a step */
+    PLANT_JOINT_LIFE(PLANT_LIFE_FIELD)
 } plant_joint;
 
 /* One muscle with its valve and the air around it: what a joint has two of. */
@@ -131,9 +145,16 @@ typedef struct plant_cache {
     double stiffness[PLANT_ELEMENTS]; /* of the elements: size share/strain, [N] */
 } plant_cache;
 
+/* The last values of a signal, one a period. */
+typedef struct plant_ring {
+    double value[PLANT_RING];
+    uint32_t at;
+} plant_ring;
+
 typedef struct plant_muscle_state {
     double contraction;             /* kappa of the last step */
-    double start;                   /* kappa of the reset */
+    double input;                   /* what moves the hysteresis: kappa + pressure_strain p, at the last step */
+    double start;                   /* the same at the reset */
     double pressure;                /* absolute, [Pa] */
     double mass;                    /* air that went in since the reset, for balances, [kg] */
     double spool;                   /* s, -1..1 */
@@ -146,6 +167,16 @@ typedef struct plant_muscle_state {
     double creep_pressure[PLANT_CREEP];    /* p - lag_j[p], [Pa] */
     double force;                       /* of the last step, [N] */
     double friction;                    /* hysteresis force of the last step, [N] */
+    double stretch;                     /* of the tendon, [m] */
+    double warmth;                      /* above the room, [K] */
+    double loop, loop_goal;             /* factor of the loop's size in this stroke, and where it is going */
+    double tip, way;                    /* furthest input of this stroke, and its direction */
+    double target;                      /* of the spool */
+    double arriving;                    /* flow out of the tube in the next step, [kg/s] */
+    double supply;                      /* absolute pressure before the valve, [Pa] */
+    double drawn;                       /* air taken from the supply in the last step, [kg] */
+    plant_ring command, tube;
+    uint64_t random;                    /* of the strokes */
     plant_cache cache;
 } plant_muscle_state;
 
@@ -153,6 +184,13 @@ typedef struct plant_joint_state {
     plant_muscle_state muscle[2];
     double sensed[PLANT_SENSOR_COUNT]; /* lagged values */
     uint64_t random[PLANT_KIND_COUNT]; /* states of the noise generators */
+    plant_ring ring[PLANT_SENSOR_COUNT];
+    double age[PLANT_SENSOR_COUNT];    /* of the last readings, [periods] */
+    double bias[PLANT_SENSOR_COUNT], bias_goal[PLANT_SENSOR_COUNT];
+    double command_age;                /* of the last command, [periods] */
+    uint64_t sensing, computing;       /* states of the generators of jitter */
+    double gap;                        /* of the pulley before the link, within +- backlash, [rad] */
+    double torque;                     /* of the last step, [Nm] */
 } plant_joint_state;
 
 typedef struct plant_reading {
@@ -168,8 +206,8 @@ double plant_muscle_volume(const plant_muscle *muscle, double kappa, double *slo
 /* Mass flow into the muscle, [kg/s], for spool position s and absolute pressure p of the muscle. */
 double plant_valve_flow(const plant_valve *valve, const plant_air *air, double s, double p);
 
-/* Nothing remembered, at contraction kappa: the force is zero and the virgin curve starts here. */
-void plant_hysteresis_reset(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa);
+/* Nothing remembered, at contraction kappa and gauge pressure p: the force is zero, the virgin curve starts here. */
+void plant_hysteresis_reset(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa, double p);
 
 /* Hysteresis force opposing contraction after moving to kappa at gauge pressure p, [N]. */
 double plant_hysteresis_step(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa, double p,
@@ -206,6 +244,10 @@ double plant_joint_step(const plant_joint *joint, plant_joint_state *state, doub
 /* The same with ideal pressure sources in place of valves and chambers: gauge pressure p[2] at the end of the step. */
 double plant_joint_impose(const plant_joint *joint, plant_joint_state *state, double q, double qd, const double p[2],
                           double period);
+
+/* Absolute pressure of the supply a period after `drawn` [kg] were taken from it in that period, by all of its joints;
+ * `failing`: nothing comes through the regulator. */
+double plant_supply_step(const plant_air *air, double supply, double drawn, double period, int failing);
 
 #ifdef __cplusplus
 }

@@ -70,11 +70,11 @@ static void wipe(plant_muscle_state *state, double x)
     if (state->turns == 1) state->turns = 0; /* the first one is the mirror image of the second, not a reversal */
 }
 
-double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double kappa)
+double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double input)
 {
     const double half = hysteresis->strain[hysteresis->n - 1], center = hysteresis->center;
-    const double x = plant_clip((kappa - center) / half, -1.0, 1.0);
-    const double old = plant_clip((state->contraction - center) / half, -1.0, 1.0);
+    const double x = plant_clip((input - center) / half, -1.0, 1.0);
+    const double old = plant_clip((state->input - center) / half, -1.0, 1.0);
     const double start = plant_clip((state->start - center) / half, -1.0, 1.0);
     if (x == old) return state->element[0];
     reverse(state, start, old, x);

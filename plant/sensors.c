@@ -1,26 +1,6 @@
 /* The sensors of the tables in sensors.h. The noise is a sum of integers: the same bits on every machine. */
 #include "parts.h"
 
-/* splitmix64, Steele, Lea, Flood, OOPSLA 2014. */
-static uint64_t draw(uint64_t *random)
-{
-    uint64_t z = (*random += UINT64_C(0x9e3779b97f4a7c15));
-    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
-    return z ^ (z >> 31);
-}
-
-/* Sum of twelve uniform 16-bit numbers, which has variance 2^32 - 1: normal to 2 % of the density within 3 sigma. */
-static double normal(uint64_t *random)
-{
-    int64_t sum = 0;
-    for (int i = 0; i < 3; ++i) {
-        const uint64_t bits = draw(random);
-        sum += (int64_t)((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
-    }
-    return (double)(2 * sum - 12 * 65535) * (0.5 / 65536.0);
-}
-
 void plant_sensors_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed)
 {
     const uint64_t first = (seed ^ UINT64_C(0x6a09e667f3bcc909)) * UINT64_C(0xd1342543de82ef95); /* seeds lie far apart */
@@ -31,22 +11,43 @@ void plant_sensors_reset(const plant_joint *joint, plant_joint_state *state, dou
 #undef REST
     state->sensed[PLANT_SENSOR_pressure_1] = p[0]; /* without the rounding of absolute pressures */
     state->sensed[PLANT_SENSOR_pressure_2] = p[1];
+    state->sensing = first + (UINT64_C(128) << 56);
+    state->computing = first + (UINT64_C(129) << 56);
+    uint64_t biases = first + (UINT64_C(130) << 56);
+    for (int m = 0; m < 2; ++m) state->muscle[m].random = first + ((uint64_t)(131 + m) << 56);
+#define BIAS(name, kind, value)                                                                                       \
+    state->bias[PLANT_SENSOR_##name] = joint->sensors.kind.offset * plant_normal(&biases);                            \
+    state->bias_goal[PLANT_SENSOR_##name] =                                                                           \
+        state->bias[PLANT_SENSOR_##name] + joint->sensors.kind.drift * plant_normal(&biases);                         \
+    plant_ring_fill(&state->ring[PLANT_SENSOR_##name], state->sensed[PLANT_SENSOR_##name]);
+    PLANT_SENSORS(BIAS)
+#undef BIAS
 }
 
-static double shown(double *sensed, uint64_t *random, double value, double period, double step, double noise, double lag)
+static double shown(const plant_kind *kind, plant_joint_state *state, int s, uint64_t *random, double value,
+                    double period)
 {
-    *sensed = lag > 0.0 ? *sensed + plant_settled(period / lag) * (value - *sensed) : value;
-    const double noisy = noise > 0.0 ? *sensed + noise * normal(random) : *sensed;
-    return step > 0.0 ? floor(noisy / step + 0.5) * step : noisy;
+    double *sensed = &state->sensed[s];
+    if (kind->delay + kind->jitter > 0.0) {
+        state->age[s] = plant_age(kind->delay, kind->jitter, &state->sensing, state->age[s], period);
+        value = plant_delayed(&state->ring[s], value, state->age[s]);
+    }
+    *sensed = kind->lag > 0.0 ? *sensed + plant_settled(period / kind->lag) * (value - *sensed) : value;
+    double noisy = kind->noise > 0.0 ? *sensed + kind->noise * plant_normal(random) : *sensed;
+    if (kind->offset + kind->drift > 0.0) {
+        if (kind->drift_time > 0.0)
+            state->bias[s] += plant_settled(period / kind->drift_time) * (state->bias_goal[s] - state->bias[s]);
+        noisy += state->bias[s];
+    }
+    return kind->step > 0.0 ? floor(noisy / kind->step + 0.5) * kind->step : noisy;
 }
 
 void plant_joint_sense(const plant_joint *joint, plant_joint_state *state, double q, double period,
                        plant_reading *reading)
 {
-    const plant_sensors *sensors = &joint->sensors;
 #define SHOW(name, kind, value)                                                                                       \
-    reading->name = shown(&state->sensed[PLANT_SENSOR_##name], &state->random[PLANT_KIND_##kind], value, period,       \
-                          sensors->kind##_step, sensors->kind##_noise, sensors->kind##_lag);
+    reading->name = shown(&joint->sensors.kind, state, PLANT_SENSOR_##name, &state->random[PLANT_KIND_##kind], value,  \
+                          period);
     PLANT_SENSORS(SHOW)
 #undef SHOW
 }

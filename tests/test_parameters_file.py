@@ -11,7 +11,7 @@ import pytest
 from dehyst.errors import ParameterError
 from dehyst.fields import UNITS, dotted
 from dehyst.robot.arm import load_robot
-from dehyst.robot.arm.parameters import PACKAGED
+from dehyst.robot.arm.parameters import DEFAULT, PACKAGED, REALISTIC, sources
 from dehyst.robot.arm.tables import Tables
 
 TEXT = PACKAGED.read_text(encoding="utf-8")
@@ -36,7 +36,7 @@ def numbers_without_source(text):
 
 def test_every_number_has_a_source_or_is_called_an_assumption():
     assert len(LISTED) >= 10
-    assert numbers_without_source(TEXT) == []
+    assert numbers_without_source(TEXT + REALISTIC.read_text(encoding="utf-8")) == []
 
 
 @pytest.mark.parametrize("line", ["a = 1.0", "a = 1.0 # bar", "a = [1, 2] # [99]", 'a = 3 # "assumed"'])
@@ -46,6 +46,7 @@ def test_the_check_of_sources_finds_what_it_should(line):
 
 def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
     values = tomllib.loads(TEXT)
+    more = tomllib.loads(REALISTIC.read_text(encoding="utf-8"))
 
     def leaves(table, prefix=""):
         for key, value in table.items():
@@ -55,7 +56,12 @@ def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
     optional = re.compile(
         own + r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|joint\.[1-5]\.pole_1_s"
     )
-    assert {key for key in set(dotted(Tables, values)) ^ set(leaves(values)) if not optional.fullmatch(key)} == set()
+    off = re.compile(r"sensors\.angle_drift.*|joint\.[35]\.backlash.*")  # in the realistic arm too
+    said = [*leaves(values), *leaves(more)]
+    assert {key for key in set(dotted(Tables, values)) ^ set(said) if not optional.fullmatch(key)} == {
+        key for key in dotted(Tables, values) if off.fullmatch(key)
+    }
+    assert len(said) == len(set(said))  # what is off in the kind arm is not written there
 
 
 @pytest.mark.parametrize(
@@ -145,3 +151,36 @@ def test_a_joint_or_muscle_that_is_not_there_is_named():
         robot.joint(8)
     with pytest.raises(ParameterError, match="dmsp20, dmsp40"):
         robot.muscle("dmsp10")
+
+
+def test_the_packaged_arm_comes_kind_and_realistic(tmp_path):
+    kind, realistic = load_robot(conditions="kind"), load_robot(conditions="realistic")
+    assert (DEFAULT, load_robot()) == ("kind", kind)
+    assert kind.simulation.command_delay == kind.tolerance.shape == kind.air.supply_volume == 0.0
+    assert realistic.valve("mpye").delay == 0.001
+    assert sources()["valve.mpye.hysteresis"].endswith("[4]")
+    file = tmp_path / "mine.toml"
+    file.write_text('extends = "realistic"\n[joint.1]\nradius_m = 0.04\n', encoding="utf-8")
+    assert load_robot(file) == realistic.with_changes({"joint.1.radius_m": 0.04})
+    assert load_robot(file, conditions="kind").valve("mpye").delay == 0.0
+    file.write_text(TEXT, encoding="utf-8")
+    with pytest.raises(ParameterError, match="those of the packaged arm"):
+        load_robot(file, conditions="realistic")
+    with pytest.raises(ParameterError, match="They are kind and realistic"):
+        load_robot(conditions="real")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"sensors.angle_delay_s": 0.05}, "remembers 62 periods, 31 ms"),
+        ({"simulation.command_delay_s": 0.02, "valve.mpye.delay_s": 0.02}, "delay of 40 ms"),
+        ({"joint.1.backlash_deg": 0.1}, "joint.1.backlash_damping_Nm_s is 0"),
+        ({"muscle.dmsp40.tendon_N_m": 1e5}, "muscle.dmsp40.tendon_time_s is 0"),
+        ({"valve.mpye.tube_length_m": 1.0}, "valve.mpye.tube_diameter_m is 0"),
+        ({"sensors.pressure_drift_bar": 0.1}, "sensors.pressure_drift_time_s is 0"),
+    ],
+)
+def test_half_an_effect_and_a_delay_that_cannot_be_remembered_are_refused(changes, message):
+    with pytest.raises(ParameterError, match=re.escape(message)):
+        load_robot(changes=changes)

@@ -42,6 +42,7 @@ def test_plant_and_core_know_nothing_of_each_other():
     core = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "core").glob("*.[ch]"))
     assert set(re.findall(r"#include\s+(\S+)", plant)) <= {
         '"plant.h"',
+        '"life.h"',
         '"parts.h"',
         '"sensors.h"',
         "<math.h>",

@@ -74,6 +74,8 @@ struct Key {
     double low, high;
     const char *meaning;
 };
+constexpr double kLeast_any = -1e12, kLeast_not_negative = 0;
+#define LIFE_KEY(name, range) {#name, kLeast_##range, 1e12, "what a real muscle adds, in SI, see plant/life.h"},
 constexpr Key kKeys[] = {
     {"muscle", 0, 0, "the type, one of dmsp40, dmsp20"},
     {"valve", 0, 0, "the type, one of mpye, mpye_small"},
@@ -109,6 +111,7 @@ constexpr Key kKeys[] = {
     {"polytropic", 1, 2, "exponent"},
     {"reference_density", 1e-3, 1e3, "[kg/m^3]"},
     {"substeps", 1, 1000, "of valve and chamber in a timestep"},
+    PLANT_HYSTERESIS_LIFE(LIFE_KEY) PLANT_MUSCLE_LIFE(LIFE_KEY) PLANT_VALVE_LIFE(LIFE_KEY)
 };
 constexpr int kCount = sizeof kKeys / sizeof *kKeys;
 
@@ -139,6 +142,12 @@ class Config {
         double x = 0;
         if (list(name, &x, 1) != 1) refuse(name);
         return x;
+    }
+
+    double life(const char *name) // 0 if nothing is said
+    {
+        double x = 0;
+        return list(name, &x, 1) == 1 ? x : 0;
     }
 
     int list(const char *name, double *to, int most)
@@ -238,11 +247,16 @@ void read(Config &c, Muscle &u)
     u.start = c.number("pressure");
     u.contraction0 = c.number("contraction");
     u.substeps = static_cast<int32_t>(c.number("substeps"));
-    u.air = {c.number("supply"),       c.number("ambient"),    c.number("temperature"),
-             c.number("gas_constant"), c.number("polytropic"), c.number("reference_density")};
+    u.air = {c.number("supply"),     c.number("ambient"),           c.number("temperature"), c.number("gas_constant"),
+             c.number("polytropic"), c.number("reference_density"), 0,                       0};
     if (u.air.ambient > u.air.supply) c.refuse("ambient");
-    u.valve = {c.number("conductance"), c.number("ratio"),     c.number("dead_band"),
-               c.number("leak"),        c.number("frequency"), c.number("damping")};
+    plant_valve &v = u.valve;
+    v.conductance = c.number("conductance");
+    v.ratio = c.number("ratio");
+    v.dead_band = c.number("dead_band");
+    v.leak = c.number("leak");
+    v.frequency = c.number("frequency");
+    v.damping = c.number("damping");
     p.map = c.choice("map", {"tool", "exponential", "geometric"});
     if (c.list("coefficient", p.coefficient, 8) != (p.map == PLANT_MAP_GEOMETRIC ? 8 : 6)) c.refuse("coefficient");
     p.length = c.number("length");
@@ -261,6 +275,13 @@ void read(Config &c, Muscle &u)
     h.reference_pressure = c.number("reference_pressure");
     h.asymmetry = c.number("asymmetry");
     spread(h);
+#define READ_HYSTERESIS(name, range) h.name = c.life(#name);
+#define READ_MUSCLE(name, range) p.name = c.life(#name);
+#define READ_VALVE(name, range) v.name = c.life(#name);
+    PLANT_HYSTERESIS_LIFE(READ_HYSTERESIS)
+    PLANT_MUSCLE_LIFE(READ_MUSCLE)
+    PLANT_VALVE_LIFE(READ_VALVE)
+    if (v.tube_length > 0 && !(v.tube_diameter > 0)) c.refuse("tube_diameter");
     u.mark = kMark;
 }
 

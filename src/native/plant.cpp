@@ -106,6 +106,7 @@ double step(PneumaticJoint &self, double q, double qd, double u1, double u2, dou
     usable_period(period);
     const double u[2] = {u1, u2};
     const double torque = plant_joint_step(&self.joint, &self.state, q, qd, u, period);
+    self.breathe(period);
     self.raise();
     return torque;
 }
@@ -153,6 +154,7 @@ nb::dict run_with(PneumaticJoint &self, Step advance, const In &q, const In &qd,
         Patience patience(2000);
         for (std::size_t k = 0; k < samples && !patience.stops(); ++k) {
             torque[k] = advance(&self.joint, &self.state, q.data()[k], qd.data()[k], input.data() + 2 * k, period);
+            self.breathe(period);
             for (std::size_t m = 0; m < 2; ++m) {
                 double now[kCount];
                 look(self.state.muscle[m], now);
@@ -186,6 +188,10 @@ nb::dict state(const PneumaticJoint &self)
     look(self.state.muscle[0], first);
     look(self.state.muscle[1], second);
     for (std::size_t i = 0; i < kCount; ++i) out[kSignals[i]] = nb::make_tuple(first[i], second[i]);
+    const plant_muscle_state *m = self.state.muscle;
+    out["stretch"] = nb::make_tuple(m[0].stretch, m[1].stretch);
+    out["warmth"] = nb::make_tuple(m[0].warmth, m[1].warmth);
+    out["loop"] = nb::make_tuple(m[0].loop, m[1].loop);
     return out;
 }
 
@@ -282,7 +288,7 @@ Out hysteresis_force(const nb::dict &parameters, double start, const In &kappa, 
     require(kappa.size() == p.size(), "arrays differ in length");
     std::vector<double> f(kappa.size());
     plant_muscle_state state{};
-    plant_hysteresis_reset(&h, &state, start);
+    plant_hysteresis_reset(&h, &state, start, p.size() > 0 ? p.data()[0] : 0);
     Patience patience(500);
     for (std::size_t k = 0; k < f.size(); ++k) {
         patience.go_on();
@@ -351,5 +357,10 @@ void bind_plant(nb::module_ &m)
              "The same with ideal gauge pressures (T, 2), [Pa].")
         .def("save", &save, "State as bytes for `restore`; the memory of attached mechanisms is not in it.")
         .def("restore", &restore, "image"_a, "Continue from a saved state.")
-        .def_prop_ro("state", &state, "Contraction, absolute pressure, force, friction, spool, mass of both muscles.");
+        .def_prop_ro("state", &state, "Contraction, absolute pressure, force, friction, spool, mass, stretch of the tendon, warmth and factor of "
+                     "the loop's size of both muscles.")
+        .def_prop_ro("gap", [](const PneumaticJoint &self) { return self.state.gap; },
+                     "How far the pulley is before the link, [rad].")
+        .def_prop_ro("supply", [](const PneumaticJoint &self) { return self.state.muscle[0].supply; },
+                     "Absolute pressure of the supply, [Pa].");
 }

@@ -29,6 +29,10 @@ struct PneumaticJoint {
 
     void reset(double q, double p1, double p2, uint64_t seed);
     void attach(int muscle, nb::object mechanism);
+    // After a step, where no other joint takes air from the supply.
+    void breathe(double period) { supply(plant_supply_step(&joint.air, state.muscle[0].supply, drawn(), period, 0)); }
+    double drawn() const { return state.muscle[0].drawn + state.muscle[1].drawn; }
+    void supply(double pressure) { state.muscle[0].supply = state.muscle[1].supply = pressure; }
     void raise();          // throws the fault of a foreign mechanism, if there was one, and forgets it
     void complete() const; // throws if a foreign mechanism is asked for and none is attached
 };

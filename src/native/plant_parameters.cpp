@@ -38,6 +38,8 @@ class Reader {
         return checked(get(key), name(key), range);
     }
 
+    double life(const char *key, Range range) { return has(key) ? number(key, range) : 0; } // rows of life.h: may be missing
+
     int32_t integer(const char *key, int32_t low, int32_t high)
     {
         const double value = number(key);
@@ -92,6 +94,15 @@ class Reader {
     std::set<std::string> known_;
 };
 
+#define LIFE(name, range) life.name = reader.life(#name, Range::range);
+
+void read_kind(Reader &reader, const std::string &name, plant_kind &kind)
+{
+#define READ(quality) kind.quality = reader.number((name + "_" #quality).c_str(), Range::not_negative);
+    PLANT_QUALITIES(READ)
+#undef READ
+}
+
 constexpr int32_t kCoefficients[] = {6, 6, 8}; // of the maps, in the order of their enum
 
 void same_length(Reader &reader, const char *count, int32_t have, const char *list, int32_t expected)
@@ -133,6 +144,8 @@ plant_hysteresis plant_read_hysteresis(const nb::dict &parameters, const std::st
     same_length(reader, "strain", reader.list("share", h.share, PLANT_ELEMENTS, simple ? Range::any : Range::positive),
                 "share", h.n);
     if (reader.has("n")) same_length(reader, "n", h.n, "strain", reader.integer("n", 0, PLANT_ELEMENTS));
+    plant_hysteresis &life = h;
+    PLANT_HYSTERESIS_LIFE(LIFE)
     reader.finish();
     if (simple) return h;
     if (h.n == 0) fail(reader.name("strain") + " is empty");
@@ -172,6 +185,8 @@ plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &wh
     const nb::object hysteresis = reader.get("hysteresis");
     if (!nb::isinstance<nb::dict>(hysteresis)) fail(reader.name("hysteresis") + " must be a dict");
     m.hysteresis = plant_read_hysteresis(nb::cast<nb::dict>(hysteresis), reader.name("hysteresis"));
+    plant_muscle &life = m;
+    PLANT_MUSCLE_LIFE(LIFE)
     reader.finish();
     return m;
 }
@@ -186,7 +201,11 @@ plant_valve plant_read_valve(const nb::dict &parameters, const std::string &wher
     v.leak = reader.number("leak", Range::not_negative);
     v.frequency = reader.number("frequency", Range::positive);
     v.damping = reader.number("damping", Range::positive);
+    plant_valve &life = v;
+    PLANT_VALVE_LIFE(LIFE)
     reader.finish();
+    if (v.tube_length > 0 && v.tube_diameter == 0)
+        fail(reader.name("tube_diameter") + " must be positive: the tube is " + std::to_string(v.tube_length) + " m long");
     if (v.ratio > 0.9) fail(reader.name("ratio") + " must lie in 0 .. 0.9: a critical pressure ratio is 0.2 to 0.53");
     if (v.dead_band > 0.9) fail(reader.name("dead_band") + " must lie in 0 .. 0.9 of the stroke");
     if (v.leak > 1) fail(reader.name("leak") + " must lie in 0 .. 1 of full opening");
@@ -203,6 +222,8 @@ plant_air plant_read_air(const nb::dict &parameters, const std::string &where)
     a.gas_constant = reader.number("gas_constant", Range::positive);
     a.polytropic = reader.number("polytropic", Range::positive);
     a.reference_density = reader.number("reference_density", Range::positive);
+    plant_air &life = a;
+    PLANT_AIR_LIFE(LIFE)
     reader.finish();
     if (a.supply < a.ambient) fail(reader.name("supply") + " is absolute and must not be below the ambient pressure");
     return a;
@@ -225,16 +246,16 @@ plant_joint plant_read_joint(const nb::dict &parameters)
         joint.valve[m] = plant_read_valve(sub(valve[m], at("valve", m)), at("valve", m));
     }
     Reader sensors(sub(reader.get("sensors"), "sensors"), "sensors", true);
-#define READ(kind)                                                                                                    \
-    joint.sensors.kind##_step = sensors.number(#kind "_step", Range::not_negative);                                   \
-    joint.sensors.kind##_noise = sensors.number(#kind "_noise", Range::not_negative);                                 \
-    joint.sensors.kind##_lag = sensors.number(#kind "_lag", Range::not_negative);
+#define READ(kind) read_kind(sensors, #kind, joint.sensors.kind);
     PLANT_KINDS(READ)
 #undef READ
     sensors.finish();
     joint.radius = reader.number("radius", Range::positive);
     joint.contraction = reader.number("contraction");
     joint.substeps = reader.integer("substeps", 1, 1000);
+    plant_joint &life = joint;
+    PLANT_JOINT_LIFE(LIFE)
     reader.finish();
+    if (joint.backlash > 0 && joint.backlash_damping == 0) fail("backlash_damping must be positive: the joint has play");
     return joint;
 }

@@ -29,7 +29,7 @@ struct Electric {
 // What goes wrong while the loop runs: upper bits of a knot's switches, the lower ones are the controller's.
 constexpr uint32_t kControllers = 0xffffu;
 constexpr uint32_t kAngleLost = 1u << 16, kAngleJump = 1u << 17, kAngleFrozen = 1u << 18, kPressureLost = 1u << 19,
-                   kPressureJump = 1u << 20, kPressureFrozen = 1u << 21, kReferenceLost = 1u << 22;
+                   kPressureJump = 1u << 20, kPressureFrozen = 1u << 21, kReferenceLost = 1u << 22, kSupplyLost = 1u << 23;
 constexpr double kAngleError = 0.2, kPressureError = 1e5; // of a jump [rad], [Pa]
 
 // Where learned values were at any period of any run.
@@ -187,8 +187,27 @@ class ClosedLoop {
                 const double hung = (1 - s) * a[7] + s * b[7];
                 force_.data()[j] = hung + drive(axes_[j], j, reference, switches[knot * n + j], k == first, share, row);
             }
+            breathe(switches + knot * n);
             step_(model_, data_);
         }
+    }
+
+    // All joints take their air from one supply.
+    void breathe(const uint32_t *switches)
+    {
+        const PneumaticJoint *first = nullptr;
+        double drawn = 0;
+        int failing = 0;
+        for (std::size_t j = 0; j < axes_.size(); ++j) {
+            if (axes_[j].plant == nullptr) continue;
+            if (first == nullptr) first = axes_[j].plant;
+            drawn += axes_[j].plant->drawn();
+            failing |= (switches[j] & kSupplyLost) != 0;
+        }
+        if (first == nullptr || !(first->joint.air.supply_volume > 0)) return;
+        const double next = plant_supply_step(&first->joint.air, first->state.muscle[0].supply, drawn, period_, failing);
+        for (Axis &axis : axes_)
+            if (axis.plant != nullptr) axis.plant->supply(next);
     }
 
     // A row of the log holds what was at its first period, but sensors as their mean and flags as their union over all

@@ -66,7 +66,7 @@ def run_reproduce(request: ReproduceRequest) -> None:
 
 
 def _robot(request: ReproduceRequest) -> Robot:
-    robot = load_robot(request.robot)
+    robot = load_robot(request.robot, conditions=request.conditions)
     said = changes_from_packaged(robot)  # what the user's file asks for is not overridden
     changes = {key: value for key, value in QUICK.items() if key not in said} if request.quick else {}
     if request.cycles is not None:
@@ -96,7 +96,7 @@ def _number(word: str) -> int:
 def _line(request: ReproduceRequest) -> str:
     """The command of the page; of a path from the root only its end: a page that is passed on tells no more."""
     words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
-    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "reference", "out"):
+    for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "conditions", "reference", "out"):
         value = getattr(request, option)
         value = ",".join(value) if isinstance(value, tuple) else value
         if isinstance(value, Path) and value.is_absolute():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -166,11 +167,20 @@ def _config(robot: Robot, number: int, muscle: int, seed: int, drive: str) -> di
         raise ParameterError(f"muscle = {muscle}: a joint has muscles 0 and 1.", muscle=muscle)
     joint = joints.pneumatic_joint_parameters(robot, number, seed)
     form = {code: form for form, code in joints.FORMS.items()}
-    own: dict[str, Any] = {**joint["muscle"][muscle], **joint["valve"][muscle], **joint["air"]}
+    own: dict[str, Any] = {**joint["muscle"][muscle]}
     hysteresis = own.pop("hysteresis")
+    own |= {**joint["valve"][muscle], **joint["air"]}
     own |= {key: value for key, value in hysteresis.items() if key not in ("kind", "n", "center", "strain", "share")}
     own |= {"map": form[own["map"]], "mechanism": robot.hysteresis.mechanism if hysteresis["kind"] else "none"}
     own |= {"contraction": joint["contraction"], "substeps": joint["substeps"], "drive": drive}
     own["pressure"] = robot.controller.mean_pressure
-    del own["creep_branches"]
-    return {key: " ".join(map(repr, v)) if isinstance(v, list) else str(v) for key, v in own.items()}
+    tables = importlib.import_module("dehyst.robot.arm.tables")
+    life = {"shift", "step", "middle"}
+    life |= {
+        f.name for table in (tables.Muscle, tables.Valve, tables.Hysteresis) for f in fields(table) if f.default == 0
+    }
+    unused = {"creep_branches", "supply_volume", "supply_conductance"}  # a supply of one's own: the pressure stays
+    unused |= {name for name in life if own.get(name) == 0}
+    return {
+        key: " ".join(map(repr, v)) if isinstance(v, list) else str(v) for key, v in own.items() if key not in unused
+    }

@@ -39,7 +39,7 @@ Switches = npt.NDArray[np.uint32]
 
 SEEDS = 1 << 32
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
-_WRONG = "angle_lost angle_jump angle_frozen pressure_lost pressure_jump pressure_frozen reference_lost"
+_WRONG = "angle_lost angle_jump angle_frozen pressure_lost pressure_jump pressure_frozen reference_lost supply_lost"
 # Added to the switches of a knot: what goes wrong from there to the next.
 FAULTS: Mapping[str, int] = MappingProxyType({name: 1 << (16 + bit) for bit, name in enumerate(_WRONG.split())})
 _COLUMNS = 8  # of a reference: angle, velocity, acceleration, load, mean pressure, pressure difference, extra, hung

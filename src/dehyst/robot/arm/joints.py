@@ -24,8 +24,10 @@ from dehyst.robot.arm.tables import ForceMap, Muscle, Sensors, Valve
 
 FORMS = {"tool": 0, "exponential": 1, "geometric": 2}  # PLANT_MAP_... of plant/plant.h
 # Coefficients that the force is proportional to, all together.
+SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7)}  # coefficients that bend the map
 FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6)}
 BUILDERS: dict[str, Callable[..., Parameters]] = {"maxwell-slip": maxwell_slip, "preisach": preisach, "dahl": dahl}
+WIDEST_DEAD_BAND = 0.9
 WIDEST_DRAW = 2.5  # tolerances end somewhere: no muscle leaves the maker's test bench further off, in rms
 
 
@@ -58,9 +60,8 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
         raise ParameterError(
             f"joint {number} is electric: it has no muscles. Joints with muscles: {robot.pneumatic}.", joint=number
         )
-    muscle = robot.muscle(joint.drive)
-    valve = _valve(robot.valve(joint.valve))
-    air = robot.air
+    muscle, valve, air = robot.muscle(joint.drive), robot.valve(joint.valve), robot.air
+    fitted = fitting_scatter(robot, number, seed)
     return {
         "air": {
             "supply": air.supply + air.ambient,
@@ -69,14 +70,43 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
             "gas_constant": air.gas_constant,
             "polytropic": air.polytropic,
             "reference_density": air.reference_density,
+            "supply_volume": air.supply_volume,
+            "supply_conductance": air.supply_conductance,
         },
-        "muscle": [_muscle(robot, muscle, *scatter) for scatter in muscle_scatter(robot, number, seed)],
-        "valve": [valve, dict(valve)],
+        "muscle": [
+            _muscle(robot, muscle, *scatter, each.shape, each.shift)
+            for scatter, each in zip(muscle_scatter(robot, number, seed), fitted, strict=True)
+        ],
+        "valve": [_valve(valve, each) for each in fitted],
         "sensors": _sensors(robot.sensors),
         "radius": joint.radius,
         "contraction": joint.contraction,
         "substeps": robot.simulation.substeps,
+        "command_delay": robot.simulation.command_delay,
+        "command_jitter": robot.simulation.command_jitter,
+        "backlash": joint.backlash,
+        "backlash_damping": joint.backlash_damping,
     }
+
+
+class Fitting(NamedTuple):
+    """What sets a muscle with its valve apart: factors of its map's shape, shift of its contraction, its valve."""
+
+    shape: tuple[float, ...]
+    shift: float
+    dead_band: float
+    middle: float
+
+
+def fitting_scatter(robot: Robot, number: int, seed: int) -> list[Fitting]:
+    """Return how both muscles of a joint and their valves are off, drawn as in `muscle_scatter` from another stream."""
+    draw = np.random.default_rng([int(seed), int(number), 1]).standard_normal((2, 6)).clip(-WIDEST_DRAW, WIDEST_DRAW)
+    t = robot.tolerance
+    return [
+        Fitting(tuple(1.0 + t.shape * d for d in own[:3]), t.contraction * own[3], 1.0 + t.dead_band * own[4],
+                t.middle * own[5])
+        for own in draw.tolist()
+    ]  # fmt: skip
 
 
 def muscle_scatter(robot: Robot, number: int, seed: int) -> list[tuple[float, float]]:
@@ -112,12 +142,17 @@ def map_coefficients(law: ForceMap, length: float, scale: float = 1.0) -> list[f
     return values
 
 
-def _muscle(robot: Robot, muscle: Muscle, force: float, friction: float) -> dict[str, Any]:
+def _muscle(
+    robot: Robot, muscle: Muscle, force: float, friction: float, shape: Sequence[float], shift: float
+) -> dict[str, Any]:
     law, creep = robot.maps[muscle.map], robot.hysteresis.creep
     branches = len(muscle.creep_time) if creep > 0 else 0
+    coefficients = map_coefficients(law, muscle.length, force)
+    for index, factor in zip(SHAPES[law.form], shape, strict=False):
+        coefficients[index] *= factor
     return {
         "map": FORMS[law.form],
-        "coefficient": map_coefficients(law, muscle.length, force),
+        "coefficient": coefficients,
         "length": muscle.length,
         "volume": list(muscle.volume),
         "dead_volume": muscle.dead_volume,
@@ -128,30 +163,30 @@ def _muscle(robot: Robot, muscle: Muscle, force: float, friction: float) -> dict
         "creep_force": [creep * c for c in muscle.creep_force[:branches]],
         "creep_pressure": [creep * d for d in muscle.creep_pressure[:branches]],
         "hysteresis": _hysteresis(robot, muscle.hysteresis * friction),
-    }
+        "shift": shift,
+        **{name: getattr(muscle, name) for name in ("tendon", "tendon_time", "warming", "warming_time",
+                                                    "warm_stiffness")},
+    }  # fmt: skip
 
 
 def _hysteresis(robot: Robot, size: float) -> dict[str, Any]:
     chosen = robot.hysteresis
     if chosen.mechanism == "none" or chosen.scale == 0 or size == 0:
         return none()
-    return BUILDERS[chosen.mechanism](
+    built = BUILDERS[chosen.mechanism](
         chosen.scale * size,
         pressure_share=chosen.pressure_share,
         reference_pressure=chosen.reference,
         asymmetry=chosen.asymmetry,
     )
+    return {**built, "pressure_strain": chosen.pressure_strain, "scatter": chosen.scatter, "warm": chosen.warm}
 
 
-def _valve(valve: Valve) -> dict[str, float]:
-    return {
-        "conductance": valve.conductance,
-        "ratio": valve.ratio,
-        "dead_band": valve.dead_band,
-        "leak": valve.leak,
-        "frequency": valve.frequency,
-        "damping": valve.damping,
-    }
+def _valve(valve: Valve, fitted: Fitting) -> dict[str, float]:
+    told = asdict(valve)
+    bits = told.pop("bits")
+    told["dead_band"] = min(max(valve.dead_band * fitted.dead_band, 0.0), WIDEST_DEAD_BAND)
+    return {**told, "step": 2.0 ** (1 - bits) if bits else 0.0, "middle": fitted.middle}
 
 
 def _sensors(sensors: Sensors) -> dict[str, float]:
@@ -330,11 +365,13 @@ class JointBench:
         Of the joint.
     seed
         Of the sensors' noise and the muscles' tolerances.
+    mechanisms
+        Two hysteresis mechanisms of one's own (`dehyst.robot.arm.mechanisms.Mechanism`); none: the built-in one.
 
     Raises
     ------
     ParameterError
-        If no muscles drive the joint.
+        If no muscles drive the joint, or mechanisms are no pair.
 
     Examples
     --------
@@ -349,7 +386,7 @@ class JointBench:
     True
     """
 
-    def __init__(self, robot: Robot, number: int, *, seed: int = 0) -> None:
+    def __init__(self, robot: Robot, number: int, *, seed: int = 0, mechanisms: Sequence[Mechanism] = ()) -> None:
         if not robot.joint(number).pneumatic:
             raise ParameterError(
                 f"joint {number} is electric: it has no valves. Joints with muscles: {robot.pneumatic}.", joint=number
@@ -359,7 +396,7 @@ class JointBench:
         self._seed = noise_seed(seed, number)
         self._model = arm_model(robot, moving=(number,), fused=True)
         self._data = new_data(self._model)
-        self._plant: PneumaticJoint = built_plant(robot, number, seed)
+        self._plant: PneumaticJoint = built_plant(robot, number, seed, mechanisms)
         self._advance = mujoco().mj_step
         self._start = self.reset()
 

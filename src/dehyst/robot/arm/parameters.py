@@ -19,6 +19,9 @@ from dehyst.files import document_of, text_of
 from dehyst.robot.arm.tables import Joint, Muscle, Tables, Valve
 
 PACKAGED = Path(__file__).with_name("arm.toml")
+REALISTIC = PACKAGED.with_name("realistic.toml")
+CONDITIONS: Mapping[str, Path | None] = {"kind": None, "realistic": REALISTIC}  # name -> changes to the packaged file
+DEFAULT = "kind"  # of these
 LACKS = (
     ', or write as the first line extends = "default": what is not in the file is taken from the packaged arm; or '
     'extends = "parts": the same, but for its joints and what belongs to them'
@@ -27,6 +30,7 @@ OF_ITS_JOINTS = ("name", "joint", "compensator.joints", "path.center_m", "path.p
 # Muscles are pretensioned by at most 5 % and contract by at most 25 %: catalogue of the DMSP.
 LEAST_CONTRACTION, MOST_CONTRACTION = -0.05, 0.30
 LEAST_OF_A_PATH = 3  # joints: fewer do not reach all points of a space
+DELAY_PERIODS = 62  # PLANT_RING of plant/plant.h, less what the interpolation needs
 COEFFICIENTS = {"tool": 6, "exponential": 6, "geometric": 8}
 T = TypeVar("T")
 
@@ -129,47 +133,69 @@ class Robot(Tables):
         return _robot(self.values, changes, "robot", self.folder)
 
 
-def load_robot(path: str | PathLike[str] | None = None, changes: Mapping[str, object] | None = None) -> Robot:
+def load_robot(
+    path: str | PathLike[str] | None = None,
+    changes: Mapping[str, object] | None = None,
+    *,
+    conditions: str | None = None,
+) -> Robot:
     """Read a robot from a parameter file.
 
     Parameters
     ----------
     path
-        TOML file; None: the packaged arm. A file that begins with ``extends = "default"`` takes what it does not hold
-        from the packaged arm; one with ``extends = "parts"`` takes its muscles, valves, air and settings, and has
-        joints of its own, 1 to 12. Any other file must be complete.
+        TOML file; None: the packaged arm. A file that begins with ``extends = "default"``, or with conditions in the
+        place of "default", takes what it does not hold from the packaged arm; one with ``extends = "parts"`` takes its
+        muscles, valves, air and settings, and has joints of its own, 1 to 12. Any other file must be complete.
     changes
         As for `Robot.with_changes`, applied before the values are checked.
+    conditions
+        Of the packaged arm. ``"kind"``: the equations alone. ``"realistic"``: with what a real joint adds, such as
+        delays, compliance, backlash, valves and sensors that are off, and a supply that all joints share. None: those
+        that the file extends, or kind.
 
     Raises
     ------
     ParameterError
-        If the file cannot be read, or a key is unknown, missing, of a wrong type or outside its physical range.
+        If the file cannot be read, a key is unknown, missing, of a wrong type or outside its physical range, or
+        conditions are not known or meant for a file that extends nothing.
 
     Examples
     --------
     >>> load_robot(changes={"hysteresis.mechanism": "dahl"}).hysteresis.mechanism
     'dahl'
+    >>> load_robot(conditions="realistic").valve("mpye").delay, load_robot(conditions="kind").valve("mpye").delay
+    (0.001, 0.0)
     >>> load_robot(changes={"joint.1.radus_m": 0.06})  # doctest: +IGNORE_EXCEPTION_DETAIL
     Traceback (most recent call last):
     dehyst.errors.ParameterError: ... Did you mean joint.1.radius_m? ...
     """
-    if path is None:
-        return _robot(_read(PACKAGED), changes or {}, PACKAGED.name)
-    values, name = _read(path), Path(path).name
+    values, name = (_read(path), Path(path).name) if path is not None else ({"extends": "default"}, PACKAGED.name)
     base = values.pop("extends", None)
-    if base not in (None, "default", "parts"):
+    if base not in (None, "default", "parts", *CONDITIONS):
         raise ParameterError(
-            f'{name}: extends = {shown(base)} is not known. Write extends = "default" for the packaged arm, "parts" '
-            f"for a robot with joints of its own, or copy that file whole.",
+            f'{name}: extends = {shown(base)} is not known. Write extends = "default" for the packaged arm, or '
+            f"{' or '.join(map(repr, CONDITIONS))} for its conditions, 'parts' for a robot with joints of its own, or "
+            f"copy that file whole.",
             key="extends",
             value=base,
         )
-    packaged = _read(PACKAGED) if base else {}
+    if conditions is not None and (base is None or conditions not in CONDITIONS):
+        raise ParameterError(
+            f"{name}: conditions {shown(conditions)} are {'not known' if base else 'those of the packaged arm'}. They "
+            f"are {' and '.join(CONDITIONS)}, for the packaged arm and files that begin with extends = ...; any other "
+            f"file says all numbers itself.",
+            conditions=conditions,
+        )
+    packaged: dict[str, Any] = {}
+    if base is not None:
+        over = CONDITIONS[conditions or (base if base in CONDITIONS else DEFAULT)]
+        packaged = _merged(_read(PACKAGED), _read(over) if over else {})
     for key in OF_ITS_JOINTS if base == "parts" else ():
         table, _, inner = key.rpartition(".")
         del (packaged[table] if table else packaged)[inner]
-    return _robot(_merged(packaged, values), changes or {}, name, Path(path).parent)
+    folder = Path() if path is None else Path(path).parent
+    return _robot(_merged(packaged, values), changes or {}, name, folder)
 
 
 def listed(numbers: Iterable[int]) -> str:
@@ -250,7 +276,7 @@ _VALUE = re.compile(r"([\w-]+)\s*=\s*[^#]*#\s*(.*)")
 
 @cache
 def sources() -> dict[str, str]:
-    """Return what the packaged file says beside each number: dotted key -> meaning, source or "assumption".
+    """Return what the packaged files say beside each number: dotted key -> meaning, source or "assumption".
 
     Examples
     --------
@@ -259,7 +285,7 @@ def sources() -> dict[str, str]:
     """
     found: dict[str, str] = {}
     table = ""
-    for line in PACKAGED.read_text(encoding="utf-8").splitlines():
+    for line in (PACKAGED.read_text(encoding="utf-8") + REALISTIC.read_text(encoding="utf-8")).splitlines():
         if heading := _TABLE.match(line):
             table = heading[1]
         elif value := _VALUE.match(line):
@@ -312,6 +338,7 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
             )  # fmt: skip
     for number in robot.joints:
         _check_joint(robot, number, source)
+    _check_life(robot, source)
     _check_pressures(robot, source)
     _check_numbers_of_joints(robot, source)
     if 2 * robot.path.rounding >= 0.8 * robot.path.cube:
@@ -381,6 +408,38 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
             low=low,
             high=high,
         )
+
+
+def _check_life(robot: Robot, source: str) -> None:
+    """Delays must fit into the plant's memory; what divides by a second number needs that one."""
+    s, sensors = robot.simulation, robot.sensors
+    command = s.command_delay + s.command_jitter
+    delays = {f"valve.{name}.delay_s": command + valve.delay for name, valve in robot.valves.items()}
+    delays |= {f"valve.{name}.tube_length_m": valve.tube_length / 343.0 for name, valve in robot.valves.items()}
+    delays |= {f"sensors.{kind}_delay_s": getattr(sensors, f"{kind}_delay") + getattr(sensors, f"{kind}_jitter")
+               for kind in ("angle", "pressure")}  # fmt: skip
+    for key, delay in delays.items():
+        if delay > DELAY_PERIODS * s.period:
+            raise _refused(
+                f"makes a delay of {1e3 * delay:.3g} ms with what is added to it; the plant remembers {DELAY_PERIODS} "
+                f"periods, {1e3 * DELAY_PERIODS * s.period:.3g} ms. Make delays smaller or simulation.period_s larger.",
+                key, dict(_leaves(robot.raw)).get(key, 0.0), source,
+            )  # fmt: skip
+    needed = [(f"muscle.{name}", muscle.tendon, "tendon_N_m", muscle.tendon_time, "tendon_time_s")
+              for name, muscle in robot.muscles.items()]  # fmt: skip
+    needed += [(f"valve.{name}", valve.tube_length, "tube_length_m", valve.tube_diameter, "tube_diameter_m")
+               for name, valve in robot.valves.items()]  # fmt: skip
+    needed += [(f"joint.{number}", joint.backlash, "backlash_deg", joint.backlash_damping, "backlash_damping_Nm_s")
+               for number, joint in robot.joints.items()]  # fmt: skip
+    needed += [("sensors", sensors.angle_drift, "angle_drift_deg", sensors.angle_drift_time, "angle_drift_time_s"),
+               ("sensors", sensors.pressure_drift, "pressure_drift_bar", sensors.pressure_drift_time,
+                "pressure_drift_time_s")]  # fmt: skip
+    for where, value, key, other, lacking in needed:
+        if value > 0 and not other > 0:
+            raise ParameterError(
+                f"{source}: {where}.{key} is set and {where}.{lacking} is 0. Set both, as in the realistic arm.",
+                key=f"{where}.{lacking}",
+            )
 
 
 def _check_pressures(robot: Robot, source: str) -> None:

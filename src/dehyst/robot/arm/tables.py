@@ -1,6 +1,7 @@
 """Tables of a robot's parameter file as frozen dataclasses in SI: each field has a unit and a physical range.
 
-How a field is declared stands in `dehyst.fields`: ``supply`` in ``"bar"`` is the key ``supply_bar``.
+How a field is declared stands in `dehyst.fields`: ``supply`` in ``"bar"`` is the key ``supply_bar``. Fields that are 0
+unless a file says otherwise are what life adds, as in realistic.toml; formulas are in plant/life.h and plant/sensors.h.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ class Air:
     gas_constant: Annotated[float, Key("", 100.0, 5000.0)]
     polytropic: Annotated[float, Key("", 1.0, 1.7)]
     reference_density: Annotated[float, Key("", 0.1, 10.0)]
+    supply_volume: Annotated[float, Key("l", 0.0, 1e4)] = 0.0
+    supply_conductance: Annotated[float, Key("l_s_bar", 0.0, 1e4)] = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,11 @@ class Muscle:
     creep_force: Annotated[Numbers, Key("N", 0.0, 1e5, 0, 8)]
     creep_pressure: Annotated[Numbers, Key("N_bar", 0.0, 1e4, 0, 8)]
     hysteresis: Annotated[float, Key("N", 0.0, 5000.0)]
+    tendon: Annotated[float, Key("N_m", 0.0, 1e9)] = 0.0
+    tendon_time: Annotated[float, Key("s", 0.0, 1.0)] = 0.0
+    warming: Annotated[float, Key("K_W", 0.0, 1000.0)] = 0.0
+    warming_time: Annotated[float, Key("s", 0.0, 1e5)] = 0.0
+    warm_stiffness: Annotated[float, Key("1_K", -0.02, 0.02)] = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,9 @@ class Hysteresis:
     reference: Annotated[float, Key("bar", 0.1, 10.0)]
     asymmetry: Annotated[float, Key("", -0.5, 0.5)]
     creep: Scale
+    pressure_strain: Annotated[float, Key("1_bar", -0.1, 0.1)] = 0.0
+    scatter: Annotated[float, Key("", 0.0, 0.3)] = 0.0
+    warm: Annotated[float, Key("1_K", -0.02, 0.02)] = 0.0
 
 
 @dataclass(frozen=True)
@@ -76,6 +87,10 @@ class Tolerance:
 
     hysteresis: Annotated[float, Key("", 0.0, 0.5)]
     force: Annotated[float, Key("", 0.0, 0.2)]
+    shape: Annotated[float, Key("", 0.0, 0.2)] = 0.0
+    contraction: Annotated[float, Key("", 0.0, 0.02)] = 0.0
+    dead_band: Annotated[float, Key("", 0.0, 2.0)] = 0.0
+    middle: Annotated[float, Key("", 0.0, 0.1)] = 0.0
 
 
 @dataclass(frozen=True)
@@ -88,15 +103,30 @@ class Valve:
     leak: Annotated[float, Key("", 0.0, 0.5)]
     frequency: Annotated[float, Key("Hz", 1.0, 1000.0)]
     damping: Annotated[float, Key("", 0.05, 10.0)]
+    delay: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    bits: Annotated[int, Key("", 0, 32)] = 0
+    hysteresis: Annotated[float, Key("", 0.0, 0.2)] = 0.0
+    tube_length: Annotated[float, Key("m", 0.0, 10.0)] = 0.0
+    tube_diameter: Annotated[float, Key("m", 0.0, 0.1)] = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Sensors:
     """Encoders and pressure sensors."""
 
     encoder_bits: Annotated[int, Key("", 8, 32)]
     pressure_noise: Annotated[float, Key("bar", 0.0, 1.0)]
     pressure_lag: Annotated[float, Key("s", 0.0, 1.0)]
+    angle_delay: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    angle_jitter: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    angle_offset: Annotated[float, Key("deg", 0.0, 10.0)] = 0.0
+    angle_drift: Annotated[float, Key("deg", 0.0, 10.0)] = 0.0
+    angle_drift_time: Annotated[float, Key("s", 0.0, 1e6)] = 0.0
+    pressure_delay: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    pressure_jitter: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    pressure_offset: Annotated[float, Key("bar", 0.0, 1.0)] = 0.0
+    pressure_drift: Annotated[float, Key("bar", 0.0, 1.0)] = 0.0
+    pressure_drift_time: Annotated[float, Key("s", 0.0, 1e6)] = 0.0
 
 
 @dataclass(frozen=True)
@@ -139,6 +169,8 @@ class Joint:
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
     zero: Annotated[float, Key("deg", -180.0, 180.0)] = 0.0
+    backlash: Annotated[float, Key("deg", 0.0, 5.0)] = 0.0
+    backlash_damping: Annotated[float, Key("Nm_s", 0.0, 100.0)] = 0.0
 
     @property
     def lever(self) -> float:
@@ -176,6 +208,8 @@ class Simulation:
 
     period: Annotated[float, Key("s", 1e-5, 0.01)]
     substeps: Annotated[int, Key("", 1, 1000)]
+    command_delay: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
+    command_jitter: Annotated[float, Key("s", 0.0, 0.1)] = 0.0
 
 
 @dataclass(frozen=True)
