@@ -17,7 +17,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"identification", "control", "design"},
     {"families"},
     {"io", "monitoring"},
-    {"export", "report"},
+    {"export", "neighbours", "report"},
     {"robot"},
     {"app"},
     {"cli"},
@@ -43,7 +43,7 @@ FLOOR = {room: number for number, rooms in enumerate(FLOORS, 1) for room in room
 HOMES = {
     "scipy": {"identification", "families", "io", "monitoring", "robot"},
     "h5py": {"io"},
-    "jinja2": {"export", "report"},
+    "jinja2": {"export", "neighbours", "report"},
     "markupsafe": {"report", "robot"},  # jinja2's own strings
     "threadpoolctl": {"identification"},
     "matplotlib": {"report"},
@@ -53,6 +53,8 @@ HOMES = {
     "asammdf": {"io"},
     "polars": {"io"},
     "narwhals": {"io", "data"},
+    "control": {"neighbours"},
+    "sklearn": {"neighbours"},
     "python_calamine": {"io"},
     "nptdms": {"io"},
     "distributed": {"robot"},
