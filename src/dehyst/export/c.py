@@ -47,10 +47,13 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     }
 
 
-def unit_files(subject: Subject) -> dict[str, str]:
-    """Return dehyst_config.h and ``<name>.h/.c``: what other targets that hold C sources need beside the core."""
+def unit_files(subject: Subject, given: bool = False) -> dict[str, str]:
+    """Return dehyst_config.h and ``<name>.h/.c``: what other targets that hold C sources need beside the core.
+
+    `given`: a step is given its tunable numbers, instead of reading them from pages or having none.
+    """
     kind = "unit" if subject.block else "joint"
-    values = template_values(subject)
+    values = template_values(subject, given)
     return {
         core_files.CONFIG: core_files.config(subject.real),
         f"{subject.name}.h": render(f"c/{kind}.h.j2", **values),
@@ -69,7 +72,7 @@ def companions(subject: Subject, implementation: bool = False) -> dict[str, str 
     }
 
 
-def template_values(subject: Subject) -> dict[str, Any]:
+def template_values(subject: Subject, given: bool = False) -> dict[str, Any]:
     """Return what the templates of C files are filled with."""
     common = {
         "version": __version__,
@@ -108,7 +111,9 @@ def template_values(subject: Subject) -> dict[str, Any]:
         }
     assert block is not None  # one of both
     values = {**common, "b": block, "n": block.parts, "d": None, "samples": round(1 / block.fade)}
-    return {**values, "back": block.back} if subject.tunable else values
+    tuned = f", const {subject.name}_tunable *tuned" if given else ""
+    tuning = "given" if given else "pages" if subject.tunable else ""
+    return {**values, "tuning": tuning, "tuned": tuned, "back": block.back}
 
 
 def provenance_lines(subject: Subject) -> list[str]:

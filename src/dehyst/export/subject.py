@@ -25,6 +25,7 @@ WHATS = ("inverse", "forward", "joint-controller")  # as typed
 DIRECT = "direct-inverse"  # what a direct inverse alone is exported as
 REALS = ("double", "float")
 RAMP = 500  # samples over which a switching fades, unless said otherwise
+TUNING = ("dehyst_accept", "dehyst_within", "dehyst_map_value")  # of the core, that tunable numbers need
 
 
 @dataclass(frozen=True)
@@ -113,8 +114,7 @@ class Subject:
     @property
     def functions(self) -> tuple[str, ...]:
         """Of the core, that the unit calls."""
-        tuning = ("dehyst_accept", "dehyst_within", "dehyst_map_value") if self.tunable else ()
-        return (*self.numbers.functions, *tuning)
+        return (*self.numbers.functions, *(TUNING if self.tunable else ()))
 
     @property
     def operators(self) -> int:
