@@ -44,6 +44,7 @@ typedef struct live {
     double time;
     int has_stop;
     double stop;
+    double low, high; /* limits of the output, which are parameters */
 } live;
 
 typedef struct kept {
@@ -124,6 +125,49 @@ static instance_t created(const char *token, int good)
 }
 #endif
 
+/* Parameters that there are: scale, offset, lowest and highest output, fade, in this order. */
+#ifdef OUTPUT_LOW
+static void exported(live *one)
+{
+    one->low = OUTPUT_LOW;
+    one->high = OUTPUT_HIGH;
+}
+
+static int can_be(const fmu_variable *v, double x)
+{
+    const int limited = x >= OUTPUT_LOW && x <= OUTPUT_HIGH;
+    const int allowed[] = {x > 0, 1, limited, limited, x > 0 && x <= 1};
+    return fabs(x) <= 1e100 && allowed[v->place - FMU_FIRST];
+}
+
+static void takes(live *one, const fmu_variable *v, double x)
+{
+    one->low = v->place == FMU_FIRST + 2 ? x : one->low;
+    one->high = v->place == FMU_FIRST + 3 ? x : one->high;
+}
+#else
+static void exported(live *one)
+{
+    (void)one;
+}
+
+static int can_be(const fmu_variable *v, double x)
+{
+    (void)v, (void)x;
+    return 1;
+}
+
+static void takes(live *one, const fmu_variable *v, double x)
+{
+    (void)one, (void)v, (void)x;
+}
+#endif
+
+static int settable(uint32_t vr)
+{
+    return fmu_variables[vr].role == FMU_INPUT || fmu_variables[vr].role == FMU_PARAMETER;
+}
+
 static void do_create(live *one)
 {
     if (draw(5) == 0 && created(draw(2) ? "{wrong}" : NULL, 0)) {
@@ -131,6 +175,7 @@ static void do_create(live *one)
         abort();
     }
     memset(one, 0, sizeof *one);
+    exported(one);
     one->c = created(FMU_TOKEN, 1);
     if (!one->c) {
         abort();
@@ -145,11 +190,11 @@ static int references(uint32_t *vr, size_t n, int type, int writing, size_t *val
     for (size_t i = 0; i < n; ++i) {
         vr[i] = draw(12) ? draw(FMU_VARIABLES) : draw(0xffffffffu);
         for (int k = 0; k < 200 && draw(30) && (vr[i] >= FMU_VARIABLES || fmu_variables[vr[i]].type != type ||
-                                                (writing && fmu_variables[vr[i]].role != FMU_INPUT)); ++k) {
+                                                (writing && !settable(vr[i]))); ++k) {
             vr[i] = draw(FMU_VARIABLES);
         }
         const int known = vr[i] < FMU_VARIABLES && fmu_variables[vr[i]].type == type;
-        right = right && known && (!writing || fmu_variables[vr[i]].role == FMU_INPUT);
+        right = right && known && (!writing || settable(vr[i]));
         *values += known ? fmu_variables[vr[i]].length : 1;
     }
     return right;
@@ -161,7 +206,8 @@ static void do_access(live *one)
     static int32_t whole[MOST * 64];
     static truth_t truth[MOST * 64];
     uint32_t vr[MOST];
-    const int type = (int)draw(4), writing = (int)draw(2), missing = draw(15) == 0;
+    static const int types[] = {FMU_REAL, FMU_WHOLE, FMU_TRUTH, FMU_TEXT};
+    const int type = types[draw(4)], writing = (int)draw(2), missing = draw(15) == 0;
     const size_t n = draw(MOST + 1);
     size_t values;
     int right = references(vr, n, type, writing, &values) && (!missing || !n);
@@ -175,6 +221,13 @@ static void do_access(live *one)
 #endif
     for (size_t i = 0; i < values && i < sizeof real / sizeof *real; ++i) {
         real[i] = writing ? some_real() : 0;
+    }
+    const int taken = right && writing && type == FMU_REAL; /* a value each, as far as they can be */
+    for (size_t i = 0; i < n && taken; ++i) {
+        right = right && (fmu_variables[vr[i]].role != FMU_PARAMETER || can_be(&fmu_variables[vr[i]], real[i]));
+    }
+    for (size_t i = 0; i < n && taken && right; ++i) {
+        takes(one, &fmu_variables[vr[i]], real[i]);
     }
     for (size_t i = 0; i < values && i < MOST * 64u; ++i) {
         truth[i] = (truth_t)draw(2);
@@ -230,7 +283,8 @@ static void do_step(live *one)
     if (wanted == FMU_OK) {
         const double apart = fabs(t - one->time), rounding = 4 * DBL_EPSILON * fabs(t);
         if (missing || !isfinite(t) || !isfinite(h) || !(h > 0) || !isfinite(t + h) ||
-            rounding > 0.25 * h || apart > 1e-6 * h + rounding || (one->has_stop && t + h > one->stop + 0.5 * h)) {
+            rounding > 0.25 * h || apart > 1e-6 * h + rounding || (one->has_stop && t + h > one->stop + 0.5 * h) ||
+            one->low > one->high) {
             wanted = FMU_ERROR;
         } else if (FMU_PERIOD > 0 && (h / period > 1e6 || round(h / period) < 1 ||
                                       fabs(h / period - round(h / period)) > 1e-6 * round(h / period))) {
@@ -287,6 +341,7 @@ static void do_reset(live *one)
     const instance_t c = one->c;
     expect(DO(Reset)(c), FMU_OK, "Reset");
     memset(one, 0, sizeof *one);
+    exported(one);
     one->c = c;
 }
 
@@ -309,8 +364,9 @@ static void do_mode(live *one)
         start_experiment(one);
 #endif
     } else {
-        expect(DO(ExitInitializationMode)(one->c), mode == FMU_INITIALIZING ? FMU_OK : FMU_ERROR, "Exit");
-        one->mode = mode == FMU_INITIALIZING ? FMU_STEPPING : mode;
+        const int ready = mode == FMU_INITIALIZING && !(one->low > one->high);
+        expect(DO(ExitInitializationMode)(one->c), ready ? FMU_OK : FMU_ERROR, "Exit");
+        one->mode = ready ? FMU_STEPPING : mode;
     }
 }
 

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import zipfile
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -23,18 +24,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst.control import JointControllerParameters
+from dehyst.control import Block, JointControllerParameters
 from dehyst.export import Check, export, joint_subject, subject_of, verify
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu import sources
 from dehyst.export.fmu.description import Description, Variable, base_unit, model_description, placed
+from dehyst.export.fmu.interface import interface
 from dehyst.export.fmu.loader import Instance
-from dehyst.export.fmu.package import STEP, package
+from dehyst.export.fmu.package import STEP, package, step_of
 from dehyst.export.fmu.sources import LINUX, WINDOWS
+from dehyst.export.fmu.terminals import picture
 from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
+from dehyst.families import example
 from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
 from dehyst.units import TABLE
+from export_samples import make_check
 from fmu_tools import CC, NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences
 
 pytestmark = NEEDS_COMPILER
@@ -285,11 +290,255 @@ def test_constants_are_those_of_the_block_and_cannot_be_set(fmu, subject):
     with Instance(folder / "joint_1.fmu") as instance:
         names = ["threshold"] if version == 3 else [f"threshold[{k}]" for k in (1, 2, 3)]
         assert sum((instance.get(name) for name in names), ()) == subject.block.model.threshold
-        assert instance.get("output_high") == (subject.block.output_high,)
-        with pytest.raises(OutputError, match="no input: it cannot be set"):
-            instance.set("output_high", [9.0])
+        assert instance.get("input_high") == (subject.block.input_high,)
+        with pytest.raises(OutputError, match="no input and no parameter: it cannot be set"):
+            instance.set("input_high", [9.0])
         with pytest.raises(OutputError, match="DoStep is not allowed: the FMU is instantiated"):
             instance.step(STEP)
+
+
+# ---- Parameters, states, single precision, terminals.
+
+WAVE = np.round(1.2 * np.sin(np.arange(200) * 0.1), 3)  # far from every limit of the block
+PARAMETERS = {"output_scale": 1.0, "output_offset": 0.0, "output_low": -1.0, "output_high": 1.5, "fade": 1 / 500}
+
+
+def answered(path, inputs, then=(), switches=()):
+    """Answers (T,) of an instance to inputs; `then`: parameters set before a sample; `switches`: enable."""
+    found = []
+    with Instance(path) as instance:
+        instance.enter()
+        for k, x in enumerate(inputs):
+            for name, value in dict(then).get(k, {}).items():
+                instance.set(name, [value])
+            if k in dict(switches):
+                instance.set("enable", [dict(switches)[k]])
+            instance.set("input", [x])
+            if k == 0:
+                instance.exit()
+            instance.step(STEP)
+            found.append(instance.get("pressure")[0])
+    return np.array(found)
+
+
+def model_answers(inputs, on=None, **more):
+    """The same of the block that runs here."""
+    return Block(models()["pi"], **more).run(inputs, on=np.ones(len(inputs), bool) if on is None else on)[0]
+
+
+def test_parameters_begin_as_exported_and_change_no_bit(fmu):
+    version, folder = fmu
+    causality = {v.get("name"): v for v in description(folder).find("ModelVariables")}
+    for name, value in PARAMETERS.items():
+        told = causality[name]
+        assert (told.get("causality"), told.get("variability")) == ("parameter", "tunable"), name
+        assert float((told if version == 3 else told[0]).get("start")) == value, name
+    path = folder / "joint_1.fmu"
+    assert same_bits(answered(path, WAVE, {0: PARAMETERS, 50: PARAMETERS}), model_answers(WAVE))
+
+
+def test_fmpy_sets_parameters_at_the_start_and_while_it_steps(fmu):
+    simulate = fmpy().simulate_fmu
+    time = STEP * np.arange(WAVE.size)
+    columns = [("time", float), ("input", float), ("enable", bool), ("output_scale", float)]
+    given = np.array(
+        [(t, x, True, 1.0 if k < 100 else 0.5) for k, (t, x) in enumerate(zip(time, WAVE, strict=True))], dtype=columns
+    )
+    result = simulate(
+        str(fmu[1] / "joint_1.fmu"), input=given, output_interval=STEP, stop_time=STEP * WAVE.size,
+        output=["pressure"], start_values={"output_offset": 0.25},
+    )  # fmt: skip
+    scale = np.where(np.arange(WAVE.size) < 100, 1.0, 0.5)
+    assert same_bits(result["pressure"][1:], 0.25 + scale * model_answers(WAVE))
+
+
+def test_limits_that_are_set_hold_back_the_memory_too(fmu):
+    wide = np.round(2.2 * np.sin(np.arange(200) * 0.1), 3)
+    found = answered(fmu[1] / "joint_1.fmu", wide, {0: {"output_low": -0.4, "output_high": 0.5}})
+    assert np.abs(found - model_answers(wide, range=(-0.4, 0.5))).max() < 1e-15
+    assert not np.array_equal(found, model_answers(wide).clip(-0.4, 0.5))
+
+
+def test_a_fade_of_one_switches_at_once(fmu):
+    on = np.arange(WAVE.size) < 100
+    found = answered(fmu[1] / "joint_1.fmu", WAVE, {0: {"fade": 1.0}}, {100: 0})
+    assert same_bits(found, model_answers(WAVE, on, ramp=1))
+    assert not np.array_equal(found, model_answers(WAVE, on))
+
+
+WRONG = [("output_scale", 0.0), ("output_scale", -1.0), ("output_scale", float("nan")), ("output_offset", float("inf")),
+         ("output_low", -1.1), ("output_high", 1.6), ("fade", 0.0), ("fade", 1.1)]  # fmt: skip
+
+
+def test_a_parameter_that_cannot_be_is_refused_with_its_value_and_changes_nothing(fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter()
+        for name, value in WRONG:
+            before = instance.get(name)
+            words = rf"cannot be {value:g}: .* -1 <= output_low <= output_high <= 1.5"
+            with pytest.raises(OutputError, match=words):
+                instance.set(name, [value])
+            assert instance.get(name) == before
+        instance.set("input", [0.7])
+        instance.exit()
+        instance.step(STEP)
+        assert instance.get("pressure") == (model_answers([0.7])[0],)
+
+
+def test_parameters_are_set_in_any_order_and_no_step_is_made_while_they_contradict_each_other(fmu):
+    from dehyst.errors import OutputError
+
+    with Instance(fmu[1] / "joint_1.fmu") as instance:
+        instance.enter()
+        instance.set("output_high", [-0.5])
+        instance.set("output_low", [0.5])
+        with pytest.raises(OutputError, match=r"ExitInitializationMode was refused: .*contradict each other"):
+            instance.exit()
+        instance.set("output_high", [1.0])
+        instance.exit()
+        assert instance.get("pressure") == (0.5,)  # the start, within the limits
+        instance.set("output_low", [1.2])
+        with pytest.raises(OutputError, match=r"DoStep was refused: .*contradict each other"):
+            instance.step(STEP)
+        instance.set("output_high", [1.3])
+        instance.step(STEP)
+        assert instance.get("pressure") == (1.2,)
+
+
+def test_parameters_go_back_with_the_state_and_with_a_reset(fmu):
+    lib = fmpy()
+    path = str(fmu[1] / "joint_1.fmu")
+    about = lib.read_model_description(path)
+    number = {v.name: v.valueReference for v in about.modelVariables}["output_scale"]
+    slave = lib.instantiate_fmu(folder := lib.extract(path), about)
+    three = fmu[0] == 3
+    get, put = (slave.getFloat64, slave.setFloat64) if three else (slave.getReal, slave.setReal)
+    put([number], [2.0])
+    state = slave.getFMUState() if three else slave.getFMUstate()
+    put([number], [3.0])
+    (slave.setFMUState if three else slave.setFMUstate)(state)
+    assert get([number])[0] == 2.0
+    slave.reset()
+    assert get([number])[0] == 1.0
+    (slave.freeFMUState if three else slave.freeFMUstate)(state)
+    slave.freeInstance()
+    shutil.rmtree(folder)
+
+
+def test_local_variables_are_the_states_of_the_plays(fmu):
+    version, folder = fmu
+    block = Block(models()["pi"])
+    names = ["play_states"] if version == 3 else [f"play_states[{k}]" for k in (1, 2, 3)]
+    with Instance(folder / "joint_1.fmu") as instance:
+        instance.enter()
+        instance.exit()
+        for x in WAVE:
+            instance.set("input", [x])
+            instance.step(STEP)
+            block.step(x)
+            assert same_bits(np.array([value for name in names for value in instance.get(name)]), block.state)
+    told = {v.get("name"): v for v in description(folder).find("ModelVariables")}[names[0]]
+    assert told.get("causality") == "local" and (version == 2 or told.find("Dimension").get("start") == "3")
+
+
+@pytest.mark.slow
+def test_local_variables_are_the_states_of_elements(tmp_path):
+    subject = subject_of(replace(example("mixed-sum"), card=CARD), name="joint_1")
+    path = tmp_path / "joint_1.fmu"
+    path.write_bytes(package(subject, 3).fmu)
+    block = subject.unit.block
+    block.reset()
+    with Instance(path) as instance:
+        instance.enter()
+        instance.exit()
+        for x in WAVE:
+            instance.set("input", [x])
+            instance.step(step_of(subject))
+            block.step(x)
+            states = np.array(instance.get("element_states"))
+            assert states.size == subject.numbers.parts and states.tobytes() in block.save().tobytes()
+
+
+@pytest.mark.slow
+def test_single_precision_is_float32_in_fmi_3_and_real_in_fmi_2(tmp_path):
+    lib = fmpy()
+    from fmpy.validation import validate_fmu
+
+    which = ("pi", "inverse", "float")
+    for version, kind in ((2, "Real"), (3, "Float32")):
+        path = str(written(tmp_path, version, *which))
+        assert validate_fmu(path) == []
+        types = {v.name: v.type for v in lib.read_model_description(path).modelVariables}
+        assert types.pop("time", "Float64") == "Float64"
+        assert {types[name] for name in ("input", "pressure", "output_scale", "fade", "line_slope")} == {kind}
+        assert {"Real", "Float32", "Float64"} & set(types.values()) == {kind}
+        given = np.array(
+            [(STEP * k, x, True) for k, x in enumerate(WAVE)], [("time", float), ("input", float), ("enable", bool)]
+        )
+        result = lib.simulate_fmu(
+            path, input=given, output_interval=STEP, stop_time=STEP * WAVE.size, output=["pressure"],
+            start_values={"output_scale": 0.5},
+        )["pressure"]  # fmt: skip
+        assert np.abs(result[1:] - 0.5 * model_answers(WAVE)).max() < 1e-5
+        assert result.dtype == (np.float32 if version == 3 else np.float64)
+
+
+def test_the_terminal_is_valid_and_has_every_input_and_output(tmp_path):
+    etree, lib = pytest.importorskip("lxml.etree"), fmpy()
+    with zipfile.ZipFile(written(tmp_path, 3)) as packed:
+        text, svg = (packed.read(f"terminalsAndIcons/{name}") for name in ("terminalsAndIcons.xml", "icon.svg"))
+        png, told = (packed.read(name) for name in ("terminalsAndIcons/icon.png", "modelDescription.xml"))
+    schema = Path(lib.__file__).parent / "schema" / "fmi3" / "fmi3TerminalsAndIcons.xsd"
+    root = etree.fromstring(text)
+    etree.XMLSchema(etree.parse(str(schema))).assertValid(root)
+    signals = [
+        v.get("name") for v in Xml.fromstring(told).find("ModelVariables") if v.get("causality") in ("input", "output")
+    ]
+    assert [member.get("variableName") for member in root.iter("TerminalMemberVariable")] == signals
+    assert {"input", "pressure", "enable", "flags"} <= set(signals)
+    assert Xml.fromstring(svg).tag.endswith("svg")
+    with zipfile.ZipFile(written(tmp_path, 2)) as packed:
+        assert packed.read("model.png") == png
+
+
+def test_the_icon_is_a_picture_of_a_loop(tmp_path):
+    image = pytest.importorskip("matplotlib.image")
+    (tmp_path / "icon.png").write_bytes(picture())
+    dark = image.imread(tmp_path / "icon.png") < 0.5
+    assert dark.shape == (64, 64) and 0.05 < dark.mean() < 0.3
+    assert dark[55, 18] and dark[32, 42] and dark[8, 46]  # along the bottom, up, along the top
+    assert not dark[32, 32] and not dark[8, 8]
+
+
+def test_a_signal_that_is_named_like_a_parameter_gets_another_name():
+    card = ModelCard(SignalCard("fade", "bar", -1.0, 1.5), SignalCard("offset", "deg", -2.0, 2.5))
+    subject = subject_of(replace(models()["pi"], card=card), name="joint_1")
+    names = [v.name for v in interface(subject)]
+    assert len(set(names)) == len(names) and names[:2] == ["input", "output"]
+
+
+@pytest.mark.parametrize(
+    ("part", "status", "words"),
+    [
+        (1e-14, False, "usable, not bit-equal"),
+        (1e-3, True, "FAILED: do not use this build"),
+        (0.0, False, "all checks passed"),
+    ],
+)
+def test_the_check_tells_other_last_digits_from_wrong_ones(part, status, words, fmu, tmp_path):
+    copy = shutil.copytree(fmu[1], tmp_path / "copy")
+    unit = copy / "sources" / "core" / "joint_1.c"
+    head, tail = unit.read_text().split("loading[] = {", 1)
+    unit.write_text(head + "loading[] = {" + re.sub(
+        r"0x1\.[0-9a-f]+p[+-]\d+", lambda told: (float.fromhex(told[0]) * (1 + part)).hex(), tail.partition("}")[0]
+    ) + "}" + tail.partition("}")[2])  # fmt: skip
+    done = make_check(copy, tmp_path / "build")
+    assert bool(done.returncode) == status and words in done.stdout.splitlines()[-1], done.stdout + done.stderr
+
+
+# ---- Times.
 
 
 def test_a_step_back_needs_the_state(fmu):
@@ -500,9 +749,10 @@ def test_the_binary_shows_functions_of_the_standard_and_nothing_else(fmu, tmp_pa
 
 
 @pytest.mark.slow
-def test_two_fmus_can_be_linked_into_one_program(tmp_path):
+@pytest.mark.parametrize("real", [(), ("float",)], ids=["another precision", "the same"])
+def test_two_fmus_can_be_linked_into_one_program(real, tmp_path):
     lines = []
-    for which in (("pi",), ("modified", "forward", "float", "joint_2")):
+    for which in (("pi", "inverse", *real), ("modified", "forward", "float", "joint_2")):
         name = unit(*which).name
         for path, content in made(2, *which).sources.items():
             file = tmp_path / name / path

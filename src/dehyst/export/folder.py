@@ -111,7 +111,8 @@ def refuse_unfit(subject: Subject, target: str) -> None:
     if subject.tunable and target not in ("c", "c-header"):
         raise ParameterError(
             f"target '{target}' has no --tunable: what is changed through a calibration file are variables of C. Leave "
-            f"--tunable out, or choose --target c or c-header."
+            f"--tunable out{' (an FMU has these numbers as parameters)' * target.startswith('fmu')}, or choose "
+            f"--target c or c-header."
         )
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import csv
 import io
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.export.c import JOINT_WORDS, WORDS, with_warning
+from dehyst.control.joint import FLAGS
+from dehyst.export.c import template_values, with_warning
 from dehyst.export.fmu.description import Variable
 from dehyst.export.fmu.interface import BEYOND
-from dehyst.export.fmu.package import Package, step_of
+from dehyst.export.fmu.package import Package, single_of, step_of
 from dehyst.export.fmu.sources import hexadecimal
 from dehyst.export.joint import controller_of
 from dehyst.export.precision import pattern
@@ -20,19 +22,25 @@ from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal, Whole
 from dehyst.export.subject import Subject
 
-REJECTED = 3  # flags of a block that single precision has to raise too: rejected, rejected ever
+LIMITS = ("pressure-limit", "valve-limit", "learned")  # flags of a joint that may hang on the last digit
+REJECTED = 3  # flags of a block that never do: rejected, rejected ever
 
 
 def companions(package: Package) -> dict[str, str | bytes]:
     """Return relative path -> content of everything beside the .fmu file."""
     subject = package.subject
     given, answers = fmpy_tables(package)
-    words = (WORDS if subject.block else JOINT_WORDS)[subject.real]
-    values = {"fmi": package.version, "real": subject.real, "name": subject.name, "words": words}
+    scale = next(iter(references(package, "real", "parameter")), None)
+    values = template_values(subject) | {
+        "fmi": package.version,
+        "single": single_of(subject, package.version),
+        "implementation": False,
+        "parameter": scale,
+    }
     return {
         **{f"sources/{path}": content for path, content in package.sources.items()},
-        "check/check.c": render("fmu/check.c.j2", **values, excerpt=subject.excerpt is not None),
-        "check/expected.h": _expected(package),
+        "check/check.c": render("fmu/check.c.j2", **values),
+        "check/expected.h": _expected(package, values),
         "example/main.c": render("fmu/main.c.j2", **values, **_example(package)),
         "fmpy/input.csv": given,
         "fmpy/expected.csv": answers,
@@ -42,7 +50,6 @@ def companions(package: Package) -> dict[str, str | bytes]:
             render(
                 "fmu/README.md.j2",
                 **values,
-                subject=subject,
                 beyond=BEYOND[subject.real],
                 token=package.token,
                 step=repr(step_of(subject)),
@@ -52,6 +59,8 @@ def companions(package: Package) -> dict[str, str | bytes]:
                 inputs=[v for v in package.variables if v.role == "input"],
                 answered=_answered(package),
                 outputs=[v for v in package.variables if v.role == "output"],
+                parameters=[v for v in package.variables if v.role == "parameter"],
+                locals=[v for v in package.variables if v.role == "local"],
                 constants=sum(v.role == "constant" for v in package.variables),
             ),
             subject,
@@ -85,14 +94,17 @@ def references(package: Package, kind: str, role: str) -> list[int]:
     return [k for k, v in enumerate(package.variables) if v.kind == kind and v.role == role]
 
 
-def _expected(package: Package) -> str:
+def _expected(package: Package, values: dict[str, Any]) -> str:
     subject = package.subject
     tables = {"test": subject.test} | ({"excerpt": subject.excerpt} if subject.excerpt else {})
+    limits = sum(bit for name, bit in FLAGS.items() if name in LIMITS)
     return render(
         "fmu/expected.h.j2",
+        parameter=values["parameter"],
+        ranges=values["ranges"],
         token=package.token,
         period=hexadecimal(step_of(subject)),
-        compared=0xFFFFFFFF if subject.real == "double" else REJECTED if subject.block else 0,
+        sure=REJECTED if subject.block else 0xFFFFFFFF & ~limits,
         inputs=references(package, "real", "input"),
         outputs=references(package, "real", "output")[: subject.test.outputs.shape[1]],
         switches=references(package, "truth", "input"),

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 from xml.etree import ElementTree as Xml
 
+import numpy as np
+
 from dehyst.units import DIMENSION, TABLE
 
 Kind = Literal["real", "whole", "truth"]
-Role = Literal["time", "input", "output", "constant"]
+Role = Literal["time", "input", "output", "parameter", "local", "constant"]
 
 
 @dataclass(frozen=True)
@@ -25,19 +27,19 @@ class Variable:
     kind
         Real number, whole number or truth value.
     role
-        Time, input, output or constant.
+        Time, input, output, parameter that may be set between steps, local to be read, or constant.
     description
         One line.
     unit
         Of real ones, "" for none.
     start
-        Values at the start, one of a scalar; none of time.
+        Values at the start, one of a scalar; none of time; of a local only how many there are.
     low, high
         Range, where there is one. [unit]
     array
         Whether it is an array, even of one value.
     place
-        Of its first value among the signals of its kind, or among all constants.
+        Of its first value among the signals of its kind, among all locals, or among all constants.
 
     Examples
     --------
@@ -83,10 +85,10 @@ def placed(variables: Iterable[Variable], *, arrays: bool) -> tuple[Variable, ..
     >>> [v.name for v in placed([r], arrays=False)], placed([r], arrays=True)[1].length
     (['time', 'r[1]', 'r[2]'], 2)
     """
-    next_place = {"real": 0, "whole": 0, "truth": 0, "constant": 0}
+    next_place = {"real": 0, "whole": 0, "truth": 0, "local": 0, "constant": 0}
     out = []
     for variable in (TIME, *(variables if arrays else scalars(variables))):
-        counter = "constant" if variable.role == "constant" else variable.kind
+        counter = variable.role if variable.role in ("local", "constant") else variable.kind
         out.append(replace(variable, place=0 if variable.role == "time" else next_place[counter]))
         next_place[counter] += variable.length if variable.role != "time" else 0
     return tuple(out)
@@ -103,8 +105,8 @@ def scalars(variables: Iterable[Variable]) -> Iterator[Variable]:
 
 
 def count(variables: Sequence[Variable], kind: Kind) -> int:
-    """Number of signals of a kind, constants and time not counted."""
-    return sum(v.length for v in variables if v.kind == kind and v.role in ("input", "output"))
+    """Number of signals of a kind, parameters among them; locals, constants and time not counted."""
+    return sum(v.length for v in variables if v.kind == kind and v.role in ("input", "output", "parameter"))
 
 
 def constants(variables: Sequence[Variable]) -> list[float]:
@@ -196,6 +198,8 @@ class Description:
         Proposed communication step. [s]
     end
         Proposed end of a first run. [s]
+    single
+        Whether real numbers but time are of type Float32.
     """
 
     name: str
@@ -206,6 +210,7 @@ class Description:
     period: float | None
     step: float
     end: float
+    single: bool = False
 
 
 def model_description(about: Description, version: Version) -> bytes:
@@ -224,7 +229,7 @@ def model_description(about: Description, version: Version) -> bytes:
     variables = Xml.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(about.variables):
         if version == 3:
-            _variable_3(variables, reference, variable)
+            _variable_3(variables, reference, variable, about.single and is_single(variable))
         elif variable.role != "time":  # optional there, and one importer takes it for a fault
             _variable_2(variables, reference, variable)
     (_structure_2 if version == 2 else _structure_3)(root, about.variables)
@@ -242,9 +247,20 @@ def build_description(name: str) -> bytes:
     return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
 
-def number(value: float) -> str:
-    """Shortest text that is this double again."""
-    return repr(float(value))
+def number(value: float, single: bool = False) -> str:
+    """Shortest text that is this double, or this float, again.
+
+    Examples
+    --------
+    >>> number(0.1), number(0.1 + 1e-12), number(0.1 + 1e-12, single=True)
+    ('0.1', '0.100000000001', '0.1')
+    """
+    return str(np.float32(value)) if single else repr(float(value))
+
+
+def is_single(variable: Variable) -> bool:
+    """Whether a variable is a Float32 in an FMU of single precision: time is none, steps of it would be lost."""
+    return variable.kind == "real" and variable.role != "time"
 
 
 def one_line(text: str) -> str:
@@ -311,27 +327,29 @@ def _place(variable: Variable) -> dict[str, str]:
         return {"causality": "independent", "variability": "continuous"}
     if variable.role == "constant":
         return {"causality": "local", "variability": "constant", "initial": "exact"}
+    if variable.role == "parameter":
+        return {"causality": "parameter", "variability": "tunable", "initial": "exact"}
     moving = {"variability": "continuous" if variable.kind == "real" else "discrete"}
-    return {"causality": variable.role, **moving} | ({"initial": "calculated"} if variable.role == "output" else {})
+    return {"causality": variable.role, **moving} | ({} if variable.role == "input" else {"initial": "calculated"})
 
 
-def _values(variable: Variable) -> dict[str, str]:
+def _values(variable: Variable, single: bool = False) -> dict[str, str]:
     """Attributes that belong to the type."""
     said: dict[str, str] = {}
     if one_line(variable.unit):
         said["unit"] = one_line(variable.unit)
-    if variable.kind == "real" and variable.role in ("input", "output"):
+    if variable.kind == "real" and variable.role in ("input", "output", "parameter"):
         limits = {"min": variable.low, "max": variable.high, "nominal": variable.nominal}
-        said |= {key: number(value) for key, value in limits.items() if value is not None}
-    if variable.start and variable.role != "output":
-        said["start"] = " ".join(_text(variable, value) for value in variable.start)
+        said |= {key: number(value, single) for key, value in limits.items() if value is not None}
+    if variable.start and variable.role not in ("output", "local"):
+        said["start"] = " ".join(_text(variable, value, single) for value in variable.start)
     return said
 
 
-def _text(variable: Variable, value: float) -> str:
+def _text(variable: Variable, value: float, single: bool) -> str:
     if variable.kind == "truth":
         return "true" if value else "false"
-    return str(int(value)) if variable.kind == "whole" else number(value)
+    return str(int(value)) if variable.kind == "whole" else number(value, single)
 
 
 def _variable_2(parent: Xml.Element, reference: int, variable: Variable) -> None:
@@ -340,12 +358,13 @@ def _variable_2(parent: Xml.Element, reference: int, variable: Variable) -> None
     Xml.SubElement(scalar, _TYPES[2][variable.kind], _values(variable))
 
 
-def _variable_3(parent: Xml.Element, reference: int, variable: Variable) -> None:
+def _variable_3(parent: Xml.Element, reference: int, variable: Variable, single: bool) -> None:
     head = {"name": variable.name, "valueReference": str(reference), "description": one_line(variable.description)}
     place = _place(variable)
     if variable.role == "input":
         place["initial"] = "exact"
-    element = Xml.SubElement(parent, _TYPES[3][variable.kind], head | place | _values(variable))
+    kind = "Float32" if single else _TYPES[3][variable.kind]
+    element = Xml.SubElement(parent, kind, head | place | _values(variable, single))
     if variable.array:
         Xml.SubElement(element, "Dimension", start=str(variable.length))
 

@@ -75,7 +75,10 @@ def interface(subject: Subject) -> tuple[Variable, ...]:
 def _block(subject: Subject) -> tuple[Variable, ...]:
     numbers = subject.block
     assert numbers is not None  # a subject without joint has a block
+    numbered = (*_parameters_of(numbers, subject), *_states(numbers, subject.input.unit),
+                *_limits(numbers, subject), *_constants(numbers, subject.input.unit))  # fmt: skip
     taken = {"time", "enable", "flags", *_BLOCK_FLAGS, "input", "output", *dict(subject.more)}
+    taken |= {variable.name for variable in numbered}
     source = _name(subject.input.name, "input", taken)
     result = _name(subject.output.name, "output", taken | {source})
     low, high = numbers.input_low, numbers.input_high
@@ -98,8 +101,7 @@ def _block(subject: Subject) -> tuple[Variable, ...]:
             for name, text in _BLOCK_FLAGS.items()
         ),
         Variable("flags", "whole", "output", "1 rejected, 2 rejected ever, 4 limited, 8 limited ever", "", (0.0,)),
-        *_limits(numbers, subject),
-        *_constants(numbers, subject.input.unit),
+        *numbered,
     )
 
 
@@ -111,6 +113,49 @@ def start_input(numbers: UnitNumbers) -> float:
 def _name(name: str, otherwise: str, taken: Iterable[str]) -> str:
     """Name of a signal as importers can use it: its own if that is a plain word."""
     return name if _PLAIN.fullmatch(name) and name not in taken else otherwise
+
+
+def tuned(subject: Subject) -> bool:
+    """Whether the unit has parameters; an offset that follows the last cycle and a tuned one would fight each other."""
+    return subject.block is not None and subject.block.offset is None
+
+
+def _parameters_of(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
+    """What may be set between steps; its start changes no bit of an answer, so the offset is -0."""
+    if not tuned(subject):
+        return
+    unit, ends = subject.output.unit, (numbers.output_low, numbers.output_high)
+    for name, text, of, start, low, high in (
+        (
+            "output_scale",
+            "the output is output_offset + output_scale times that of the model; above 0",
+            "",
+            1.0,
+            0.0,
+            None,
+        ),
+        ("output_offset", "added to the scaled output, within the limits", unit, -0.0, None, None),
+        ("output_low", "no output lies below", unit, ends[0], *ends),
+        ("output_high", "no output lies above", unit, ends[1], *ends),
+        ("fade", "share of a switching on or off that one sample makes; above 0", "", numbers.fade, 0.0, 1.0),
+    ):
+        yield Variable(name, "real", "parameter", text, unit=of, start=(start,), low=low, high=high)
+
+
+def _states(numbers: UnitNumbers, unit: str) -> Iterable[Variable]:
+    """What the unit remembers, to be read; `unit` is that of the input."""
+    model = numbers.model
+    if isinstance(model, ModelNumbers):
+        yield _local("play_states", model.parts, "states of the play operators", "" if model.before else unit)
+    elif isinstance(model, ElementNumbers):
+        yield _local("element_states", numbers.parts, "states of the elements, in the order of `kind`")
+    elif model.memory:
+        text = "lowest and highest plays of the stops, then path lags, their doubts, creep lags, their doubts"
+        yield _local("lag_states", model.memory, text)
+
+
+def _local(name: str, length: int, text: str, unit: str = "") -> Variable:
+    return Variable(name, "real", "local", text, unit, (0.0,) * length, array=True)
 
 
 def _limits(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
@@ -125,6 +170,8 @@ def _limits(numbers: UnitNumbers, subject: Subject) -> Iterable[Variable]:
         ("fade", "", "share of a switching that one sample makes"),
     ):
         value = {"output_low": numbers.least, "output_high": numbers.most}.get(name, getattr(numbers, name))
+        if tuned(subject) and name in ("output_low", "output_high", "fade"):
+            continue  # parameters
         yield Variable(name, "real", "constant", text, unit, (float(value),))
 
 
@@ -189,6 +236,7 @@ def _joint(subject: Subject) -> tuple[Variable, ...]:
             for name, bit in FLAGS.items()
         ),
         Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)),
+        *([_local("compensator_play_states", compensator.parts, "its play states")] if compensator else []),
         *_parameters(told),
         *(_of_plays(compensator, "", "compensator_") if compensator else ()),
     )

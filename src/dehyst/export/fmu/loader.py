@@ -14,10 +14,22 @@ from xml.etree import ElementTree as Xml
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.fmu.sources import LINUX, TARGETS, this_machine
 
-_KINDS = {"Real": "real", "Integer": "whole", "Boolean": "truth", "Float64": "real", "Int32": "whole"}
+_KINDS = {
+    "Real": "real",
+    "Integer": "whole",
+    "Boolean": "truth",
+    "Float64": "real",
+    "Float32": "single",
+    "Int32": "whole",
+}
 _CALLS = {
     2: {"real": ("Real", c.c_double), "whole": ("Integer", c.c_int), "truth": ("Boolean", c.c_int)},
-    3: {"real": ("Float64", c.c_double), "whole": ("Int32", c.c_int32), "truth": ("Boolean", c.c_bool)},
+    3: {
+        "real": ("Float64", c.c_double),
+        "single": ("Float32", c.c_float),
+        "whole": ("Int32", c.c_int32),
+        "truth": ("Boolean", c.c_bool),
+    },
 }
 _LOGGER_2 = c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p, c.c_char_p)
 _LOGGER_3 = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_char_p, c.c_char_p)
@@ -98,7 +110,7 @@ class Instance:
 
     def _instantiate(self) -> int:
         def say(*values: Any) -> None:
-            self._messages.append(" ".join(v.decode() for v in values if isinstance(v, bytes)))
+            self._messages.append(" ".join(v.decode() for v in values if isinstance(v, bytes) and v != b"%s"))
 
         name, token = b"instance", self._token.encode()
         if self._version == 2:
@@ -161,7 +173,7 @@ class Instance:
         return tuple(values)
 
     def set(self, name: str, values: Sequence[float]) -> None:
-        """Set an input.
+        """Set an input or a parameter.
 
         Raises
         ------
@@ -172,7 +184,7 @@ class Instance:
         """
         kind, reference, length = self._variable(name)
         call, of = _CALLS[self._version][kind]
-        given = (of * length)(*(v if kind == "real" else int(v) for v in values))  # type: ignore[operator]
+        given = (of * length)(*(v if kind in ("real", "single") else int(v) for v in values))  # type: ignore[operator]
         self._good(f"Set{call}", c.byref(c.c_uint32(reference)), c.c_size_t(1), given, *self._size(length))
 
     def _variable(self, name: str) -> tuple[str, int, int]:

@@ -14,10 +14,12 @@ from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
 from dehyst.export.c import unit_files
 from dehyst.export.fmu.description import Description, Variable, Version, build_description, model_description, placed
-from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input
+from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input, tuned
 from dehyst.export.fmu.sources import Binaries, Unit, compile_binaries, hexadecimal, sources
+from dehyst.export.fmu.terminals import PICTURE, picture, terminals
+from dehyst.export.numbers import UnitNumbers
 from dehyst.export.rendering import TEMPLATES
-from dehyst.export.subject import Subject
+from dehyst.export.subject import TUNING, Subject
 from dehyst.version import __version__
 
 STEP = 2.0**-10  # communication step of the examples where the unit has no period: times add up without rounding [s]
@@ -79,8 +81,9 @@ def package(subject: Subject, version: Version) -> Package:
     """Write the sources, compile them where a compiler is found, and put the FMU together."""
     variables = placed(interface(subject), arrays=version == 3)
     unit = Unit(
-        subject.name, subject.title, *_part(subject), core=_core(subject), variables=variables, period=subject.period
-    )
+        subject.name, subject.title, *_part(subject, variables), core=_core(subject), variables=variables,
+        period=subject.period, single=single_of(subject, version),
+    )  # fmt: skip
     digest = hashlib.sha256()
     for path, content in sources(unit, version, "", 0).items():
         digest.update(path.encode() + b"\0" + content + b"\0")
@@ -90,10 +93,18 @@ def package(subject: Subject, version: Version) -> Package:
     files = {f"sources/{path}": content for path, content in texts.items()} | binaries.files
     if version == 3:
         files["sources/buildDescription.xml"] = build_description(subject.name)
-    files["modelDescription.xml"] = model_description(_description(subject, token, variables), version)
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(variables)
+        files["terminalsAndIcons/icon.svg"] = PICTURE.encode()
+    files["terminalsAndIcons/icon.png" if version == 3 else "model.png"] = picture()
+    files["modelDescription.xml"] = model_description(_description(subject, token, variables, version), version)
     files["documentation/index.html"] = _page(subject, variables).encode()
     files["documentation/licenses/license.txt"] = (TEMPLATES / "LICENSE").read_bytes()
     return Package(subject, version, variables, token, texts, binaries, archive(files))
+
+
+def single_of(subject: Subject, version: Version) -> bool:
+    """Whether real variables but time are of type Float32: FMI 2.0 has doubles only."""
+    return version == 3 and subject.real == "float"
 
 
 def step_of(subject: Subject) -> float:
@@ -102,26 +113,39 @@ def step_of(subject: Subject) -> float:
 
 
 def _core(subject: Subject) -> dict[str, str]:
-    core = core_files.needed(subject.numbers.functions)
-    return core | unit_files(subject)
+    tuning = TUNING if tuned(subject) else ()
+    return core_files.needed((*subject.numbers.functions, *tuning)) | unit_files(subject, given=tuned(subject))
 
 
-def _part(subject: Subject) -> tuple[str, dict[str, object]]:
+def _part(subject: Subject, variables: tuple[Variable, ...]) -> tuple[str, dict[str, object]]:
     """Template of what is inside, and its values."""
     words = f"{subject.name.upper()}_IMAGE_WORDS"
+    starts_of = [hexadecimal(v.start[0]) for v in variables if v.role == "parameter"]
+    states = any(v.role == "local" for v in variables)
     if subject.block:
         starts = {
             "start_output": hexadecimal(subject.start_output),
             "starts": [hexadecimal(value) for value in (start_input(subject.block), *subject.middle[1:])],
         }
-        return "fmu/unit_block.h.j2", {"words": words, "beyond": BEYOND[subject.real], "b": subject.block, **starts}
+        memory = subject.block.memory[0][1] if states else ""
+        common = {"words": words, "beyond": BEYOND[subject.real], "b": subject.block, "states": memory}
+        return "fmu/unit_block.h.j2", {**common, **starts, "parameters": starts_of, "rule": _rule(subject.block)}
     assert subject.parameters is not None  # a joint controller has them
     inputs = [hexadecimal(value) for value in joint_starts(subject.parameters).values()]
     bits = {"switches": list(SWITCHES.values()), "flags": list(FLAGS.values())}
-    return "fmu/unit_joint.h.j2", {"words": words, "inputs": len(inputs), "starts": inputs, **bits}
+    common = {"words": words, "states": "z" if states else "", "parameters": ()}
+    return "fmu/unit_joint.h.j2", {**common, "inputs": len(inputs), "starts": inputs, **bits}
 
 
-def _description(subject: Subject, token: str, variables: tuple[Variable, ...]) -> Description:
+def _rule(block: UnitNumbers) -> str:
+    """What parameters can be, for messages: the condition of c/tunable.j2."""
+    return (
+        "parameters are finite numbers, output_scale and fade above 0, fade at most 1, and "
+        f"{block.output_low:.9g} <= output_low <= output_high <= {block.output_high:.9g}"
+    )
+
+
+def _description(subject: Subject, token: str, variables: tuple[Variable, ...], version: Version) -> Description:
     step = step_of(subject)
     return Description(
         name=subject.name,
@@ -132,6 +156,7 @@ def _description(subject: Subject, token: str, variables: tuple[Variable, ...]) 
         period=subject.period,
         step=step,
         end=step * subject.test.samples,
+        single=single_of(subject, version),
     )
 
 

@@ -18,7 +18,8 @@ from pathlib import Path
 
 from dehyst.errors import OutputError
 from dehyst.export.compilers import plain_environment
-from dehyst.export.fmu.description import Variable, Version, constants, count
+from dehyst.export.core_files import CONFIG
+from dehyst.export.fmu.description import Variable, Version, constants, count, is_single
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.version import __version__
 
@@ -47,6 +48,8 @@ class Unit:
         By value reference.
     period
         Of the samples, None if every communication step is one. [s]
+    single
+        Whether real numbers but time are of type Float32.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Unit:
     core: Mapping[str, str]
     variables: tuple[Variable, ...]
     period: float | None
+    single: bool
 
 
 def sources(unit: Unit, version: Version, token: str, content: int) -> dict[str, bytes]:
@@ -70,6 +74,7 @@ def sources(unit: Unit, version: Version, token: str, content: int) -> dict[str,
         period=hexadecimal(unit.period or 0.0),
         counts={kind: max(count(unit.variables, kind), 1) for kind in ("real", "whole", "truth")},
         variables=unit.variables,
+        singles=[v for v in unit.variables if unit.single and is_single(v)],
         constants=[hexadecimal(value) for value in constants(unit.variables)] or ["0"],
     )
     texts = {f"core/{name}": text for name, text in unit.core.items()}
@@ -77,7 +82,12 @@ def sources(unit: Unit, version: Version, token: str, content: int) -> dict[str,
     for name in ("fmu.h", f"fmi{version}.h", f"fmi{version}.c"):
         texts[name] = (TEMPLATES / "fmu" / name).read_text(encoding="utf-8")
     texts["all.c"] = render(
-        "fmu/all.c.j2", fmi=version, name=unit.name, functions=functions(unit.core), core=included(unit.core)
+        "fmu/all.c.j2",
+        fmi=version,
+        name=unit.name,
+        functions=functions(unit.core),
+        suffix="_float" if "_float\n" in unit.core[CONFIG] else "",
+        core=included(unit.core),
     )
     return {path: text.encode() for path, text in sorted(texts.items())}
 

@@ -90,12 +90,7 @@ FMI2(fmi2Status, fmi2EnterInitializationMode)(fmi2Component c)
 FMI2(fmi2Status, fmi2ExitInitializationMode)(fmi2Component c)
 {
     fmu_instance *fmu = fmu_in(c, 1u << FMU_INITIALIZING, "fmi2ExitInitializationMode");
-    if (!fmu) {
-        return fmi2Error;
-    }
-    fmu_unit_reset(&fmu->unit);
-    fmu->mode = FMU_STEPPING;
-    return fmi2OK;
+    return fmu ? (fmi2Status)fmu_go(fmu) : fmi2Error;
 }
 
 FMI2(fmi2Status, fmi2Terminate)(fmi2Component c)
@@ -123,7 +118,7 @@ FMI2(fmi2Status, fmi2Reset)(fmi2Component c)
 FMI2(fmi2Status, fmi2GetReal)(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Real value[])
 {
     fmu_instance *fmu = fmu_in(c, ANY, "fmi2GetReal");
-    return fmu ? (fmi2Status)fmu_get_real(fmu, vr, count, value, count) : fmi2Error;
+    return fmu ? (fmi2Status)fmu_get_real(fmu, FMU_REAL, vr, count, value, count) : fmi2Error;
 }
 
 FMI2(fmi2Status, fmi2GetInteger)(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Integer value[])
@@ -155,7 +150,7 @@ FMI2(fmi2Status, fmi2GetString)(fmi2Component c, const fmi2ValueReference vr[], 
 FMI2(fmi2Status, fmi2SetReal)(fmi2Component c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[])
 {
     fmu_instance *fmu = fmu_in(c, SETTABLE, "fmi2SetReal");
-    return fmu ? (fmi2Status)fmu_set_real(fmu, vr, count, value, count) : fmi2Error;
+    return fmu ? (fmi2Status)fmu_set_real(fmu, FMU_REAL, vr, count, value, count) : fmi2Error;
 }
 
 FMI2(fmi2Status, fmi2SetInteger)(fmi2Component c, const fmi2ValueReference vr[], size_t count,

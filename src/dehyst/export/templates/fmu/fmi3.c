@@ -101,12 +101,7 @@ FMI3_STATUS(fmi3EnterInitializationMode)(fmi3Instance c, fmi3Boolean has_toleran
 FMI3_STATUS(fmi3ExitInitializationMode)(fmi3Instance c)
 {
     fmu_instance *fmu = fmu_in(c, 1u << FMU_INITIALIZING, "fmi3ExitInitializationMode");
-    if (!fmu) {
-        return fmi3Error;
-    }
-    fmu_unit_reset(&fmu->unit);
-    fmu->mode = FMU_STEPPING;
-    return fmi3OK;
+    return fmu ? (fmi3Status)fmu_go(fmu) : fmi3Error;
 }
 
 FMI3_STATUS(fmi3Terminate)(fmi3Instance c)
@@ -129,19 +124,22 @@ FMI3_STATUS(fmi3Reset)(fmi3Instance c)
     return fmi3OK;
 }
 
-/* ---- Variables: Float64, Int32 and Boolean. */
+/* ---- Variables: Float64, Float32, Int32 and Boolean. */
 
-FMI3_GET(Float64)
-{
-    fmu_instance *fmu = fmu_in(c, ANY, "fmi3GetFloat64");
-    return fmu ? (fmi3Status)fmu_get_real(fmu, vr, count, value, values) : fmi3Error;
-}
+#define REALS(name, type)                                                                                             \
+    FMI3_GET(name)                                                                                                    \
+    {                                                                                                                 \
+        fmu_instance *fmu = fmu_in(c, ANY, "fmi3Get" #name);                                                          \
+        return fmu ? (fmi3Status)fmu_get_real(fmu, type, vr, count, value, values) : fmi3Error;                       \
+    }                                                                                                                 \
+    FMI3_SET(name)                                                                                                    \
+    {                                                                                                                 \
+        fmu_instance *fmu = fmu_in(c, SETTABLE, "fmi3Set" #name);                                                     \
+        return fmu ? (fmi3Status)fmu_set_real(fmu, type, vr, count, value, values) : fmi3Error;                       \
+    }
 
-FMI3_SET(Float64)
-{
-    fmu_instance *fmu = fmu_in(c, SETTABLE, "fmi3SetFloat64");
-    return fmu ? (fmi3Status)fmu_set_real(fmu, vr, count, value, values) : fmi3Error;
-}
+REALS(Float64, FMU_REAL)
+REALS(Float32, FMU_SINGLE)
 
 FMI3_GET(Int32)
 {
@@ -195,7 +193,6 @@ static fmi3Status none_3(fmi3Instance c, unsigned modes, const fmi3ValueReferenc
     NO_VARIABLE_TO_SET(type)
 
 NO_VARIABLE_TO_SET(Int32) /* there are some, but no input */
-NO_VARIABLE(Float32)
 NO_VARIABLE(Int8)
 NO_VARIABLE(UInt8)
 NO_VARIABLE(Int16)

@@ -190,8 +190,8 @@ static int fmu_check(fmu_instance *fmu, int type, int writing, const uint32_t *r
             return fmu_say(fmu, FMU_ERROR, "no variable of this type has the value reference %lu",
                            (unsigned long)reference[i]);
         }
-        if (writing && v->role != FMU_INPUT) {
-            return fmu_say(fmu, FMU_ERROR, "the variable with value reference %lu is no input: it cannot be set",
+        if (writing && v->role != FMU_INPUT && v->role != FMU_PARAMETER) {
+            return fmu_say(fmu, FMU_ERROR, "the variable with value reference %lu is no input and no parameter: it cannot be set",
                            (unsigned long)reference[i]);
         }
         total += v->length;
@@ -203,26 +203,69 @@ static int fmu_check(fmu_instance *fmu, int type, int writing, const uint32_t *r
     return FMU_OK;
 }
 
-static int fmu_get_real(fmu_instance *fmu, const uint32_t *reference, size_t count, double *value, size_t values)
+static double fmu_value(const fmu_instance *fmu, const fmu_variable *v, uint32_t k)
 {
-    const int status = fmu_check(fmu, FMU_REAL, 0, reference, count, value, values);
+    return v->role == FMU_TIME       ? fmu->time
+           : v->role == FMU_CONSTANT ? fmu_constants[v->place + k]
+           : v->role == FMU_LOCAL    ? fmu_unit_local(&fmu->unit, v->place + k)
+                                     : fmu->unit.real[v->place + k];
+}
+
+/* Of type FMU_REAL, doubles, or FMU_SINGLE, floats. */
+static int fmu_get_real(fmu_instance *fmu, int type, const uint32_t *reference, size_t count, void *value, size_t values)
+{
+    const int status = fmu_check(fmu, type, 0, reference, count, value, values);
+    size_t n = 0;
     for (size_t i = 0; i < count && status == FMU_OK; ++i) {
         const fmu_variable *v = &fmu_variables[reference[i]];
-        const double *from = v->role == FMU_TIME       ? &fmu->time
-                             : v->role == FMU_CONSTANT ? &fmu_constants[v->place]
-                                                       : &fmu->unit.real[v->place];
-        for (uint32_t k = 0; k < v->length; ++k) {
-            *value++ = from[k];
+        for (uint32_t k = 0; k < v->length; ++k, ++n) {
+            if (type == FMU_SINGLE) {
+                ((float *)value)[n] = (float)fmu_value(fmu, v, k);
+            } else {
+                ((double *)value)[n] = fmu_value(fmu, v, k);
+            }
         }
     }
     return status;
 }
 
-static int fmu_set_real(fmu_instance *fmu, const uint32_t *reference, size_t count, const double *value, size_t values)
+static double fmu_given(int type, const void *value, size_t i)
 {
-    const int status = fmu_check(fmu, FMU_REAL, 1, reference, count, value, values);
+    return type == FMU_SINGLE ? (double)((const float *)value)[i] : ((const double *)value)[i];
+}
+
+/* An input may be anything: the core's guard judges it. A parameter that cannot be is refused, and all others with it. */
+static int fmu_set_real(fmu_instance *fmu, int type, const uint32_t *reference, size_t count, const void *value,
+                        size_t values)
+{
+    int status = fmu_check(fmu, type, 1, reference, count, value, values);
     for (size_t i = 0; i < count && status == FMU_OK; ++i) {
-        fmu->unit.real[fmu_variables[reference[i]].place] = value[i]; /* whatever it is: the core's guard judges it */
+        const fmu_variable *v = &fmu_variables[reference[i]];
+        if (v->role == FMU_PARAMETER && !fmu_unit_takes(v->place, fmu_given(type, value, i))) {
+            status = fmu_say(fmu, FMU_ERROR, "the parameter with value reference %lu cannot be %g: " FMU_REFUSES,
+                             (unsigned long)reference[i], fmu_given(type, value, i));
+        }
+    }
+    for (size_t i = 0; i < count && status == FMU_OK; ++i) {
+        fmu->unit.real[fmu_variables[reference[i]].place] = fmu_given(type, value, i);
+    }
+    return status;
+}
+
+static int fmu_ready(fmu_instance *fmu)
+{
+    return fmu_unit_ready(&fmu->unit)
+               ? FMU_OK
+               : fmu_say(fmu, FMU_ERROR, "parameters contradict each other: " FMU_REFUSES);
+}
+
+/* The state is that of the start, and steps may follow. */
+static int fmu_go(fmu_instance *fmu)
+{
+    const int status = fmu_ready(fmu);
+    if (status == FMU_OK) {
+        fmu_unit_reset(&fmu->unit);
+        fmu->mode = FMU_STEPPING;
     }
     return status;
 }
@@ -271,7 +314,7 @@ static int fmu_check_times(const fmu_instance *fmu, double time, double length)
 
 static int fmu_step(fmu_instance *fmu, double time, double length)
 {
-    if (fmu_check_times(fmu, time, length) != FMU_OK) {
+    if (fmu_check_times(fmu, time, length) != FMU_OK || fmu_ready(fmu) != FMU_OK) {
         return FMU_ERROR;
     }
     const int32_t samples = fmu_samples(fmu, length);
