@@ -177,7 +177,7 @@ enum { /* answers */
 #define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
 #define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
 #define DEHYST_JOINT_WORDS(n, memory)                                                                                 \
-    (16 + DEHYST_REAL_WORDS * ((n) + 40 + ((memory) < 0 ? 0 : 17 + 9 * DEHYST_GROUPS + 2 * (memory))))
+    (16 + DEHYST_REAL_WORDS * ((n) + 40 + DEHYST_FIT_REALS + ((memory) < 0 ? 0 : 18 + 9 * DEHYST_GROUPS + 2 * (memory))))
 
 /* Reals of memory that the parameters of an image need. */
 #define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
@@ -630,6 +630,7 @@ typedef struct dehyst_learning {
     dehyst_real scale[DEHYST_GROUPS];   /* learned */
     dehyst_real offset;
     dehyst_real applied[DEHYST_GROUPS]; /* in use */
+    dehyst_real curve;                  /* scale of the curve, in use: 1, or that of all if the model does not fit */
     dehyst_real applied_offset;
     dehyst_real error;                  /* mean square error of what was learned, [u^2] */
     dehyst_real error_before;           /* of the model as it was identified */
@@ -640,11 +641,14 @@ typedef struct dehyst_learning {
 /* As identified. */
 void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning);
 
+/* Learn anew: what is in use fades to the model as it was identified. */
+void dehyst_learning_forget(const dehyst_adaptation *adaptation, dehyst_learning *learning);
+
 /* One sample at a period [s]: what the actuator needed, `measured`, beside the model's answer at the measured output. While
  * `frozen` nothing is learned, and what is in use still goes towards what was. Returns 1 if something was. */
 int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups,
                          dehyst_real period, dehyst_real curve, const dehyst_real *part, dehyst_real measured,
-                         int frozen);
+                         dehyst_real fitting, int frozen);
 
 /* ---- One joint of two antagonistic muscles: position controller, static characteristic, compensator, pressure loops.
  *
@@ -717,7 +721,9 @@ enum { /* flags of the output */
     DEHYST_VALVE_LIMIT = 32u,      /* a valve was limited */
     DEHYST_REFERENCE_FAULT = 64u,  /* reference not finite: the last good one is held */
     DEHYST_FAULT_EVER = 128u,      /* some sensor or reference fault since the reset (sticky) */
-    DEHYST_LEARNED = 256u          /* this period taught the adaptation something */
+    DEHYST_LEARNED = 256u,         /* this period taught the adaptation something */
+    DEHYST_STALE = 512u,           /* the compensator's model does not fit: it is scaled down to what there is */
+    DEHYST_SHIFTED = 1024u         /* an offset of the torque, the same both ways: a pressure sensor or a weight */
 };
 
 typedef struct dehyst_joint_reference {
@@ -768,6 +774,33 @@ typedef struct dehyst_sensor {
     int32_t faulty;   /* bridged samples: + 1 for a faulty one, - 1 for a good one, >= 0 */
 } dehyst_sensor;
 
+/* How well the compensator's torque h and the observed one l agree: see dehyst_fit_step. */
+#define DEHYST_FIT_SUMS 6
+#define DEHYST_FIT_REALS (22 + 2 * DEHYST_FIT_SUMS) /* of the structure: nothing else is in it */
+typedef struct dehyst_fit {
+    dehyst_real torque[4];               /* lags of h, the last one as the position loop answers, [Nm] */
+    dehyst_real load[4];                 /* of l, [Nm] */
+    dehyst_real angle[4];                /* of q, [rad] */
+    dehyst_real stroke[DEHYST_FIT_SUMS]; /* integrals of hh, hl, ll, hq, lq, qq since the last turning point */
+    dehyst_real sum[DEHYST_FIT_SUMS];    /* of the strokes before, forgotten */
+    dehyst_real strokes;                 /* number of these, forgotten alike */
+    dehyst_real way;                     /* -1, 0, 1 of the joint */
+    dehyst_real rest, time;              /* integral of l - h since the last turning point, [Nm s], and time, [s] */
+    dehyst_real mean;                    /* of l - h over the stroke before, [Nm] */
+    dehyst_real offset;                  /* of l - h, the same both ways, [Nm] */
+    dehyst_real shifted;                 /* 1: it is large: of a pressure sensor, or a weight that is not known */
+    dehyst_real found;                   /* hysteresis that there is over that of the model */
+    dehyst_real scale;                   /* of the compensator, in use: 1 while the model fits */
+    dehyst_real stale;                   /* 1: the model does not fit */
+} dehyst_fit;
+
+typedef struct dehyst_compared {
+    dehyst_real torque, load;    /* h and l, [Nm] */
+    dehyst_real angle, velocity; /* [rad], [rad/s] */
+    dehyst_real largest;         /* torque of the joint, [Nm] */
+    int position;                /* under position control */
+} dehyst_compared;
+
 typedef struct dehyst_characteristic {
     dehyst_real a, b, c; /* A [Nm/Pa], B [Nm/Pa], C [Nm] at one angle */
 } dehyst_characteristic;
@@ -786,6 +819,7 @@ typedef struct dehyst_joint_state {
     dehyst_direct_state seen;         /* along the measured q */
     dehyst_delayed delayed;
     dehyst_learning learning;
+    dehyst_fit fit;
     dehyst_real torque_direct;        /* of `direct` at q_d, [Nm] */
     dehyst_real contact;              /* [Nm] */
     dehyst_real disturbance;          /* what of it is fed back, [Nm] */
@@ -870,8 +904,8 @@ int dehyst_sensor_fault(dehyst_sensor *sensor, dehyst_real reading, dehyst_real 
 /* Guard the sensors, bridge faulty ones and advance the observer. Returns flags of the output. */
 uint32_t dehyst_joint_sense(const dehyst_joint *joint, dehyst_joint_state *state, const dehyst_joint_sensors *sensors);
 
-/* unit H^-1[q_d] - shear q_d of the last reference, 0 without compensator, [Pa] */
-dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state);
+/* scale (unit H^-1[q_d] - shear q_d) of the last reference, 0 without compensator, [Pa] */
+dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state, dehyst_real scale);
 
 /* Move the memory of `direct` along the measured angle, learn from it if that is switched on, and write the contact torque.
  * Returns flags of the output. */
@@ -879,6 +913,10 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
 
 /* Move the memory of `direct` along q_d, or along the measured angle without position control, and write its torque. */
 void dehyst_joint_direct(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches);
+
+/* Compare the torques of compensator and observer of a period; `good`: they can be compared. */
+void dehyst_fit_reset(dehyst_fit *fit);
+void dehyst_fit_step(const dehyst_joint *joint, dehyst_fit *fit, const dehyst_compared *seen, int good);
 
 /* `share` a `part` nearer to 0 or 1. */
 dehyst_real dehyst_share_step(dehyst_real share, int on, dehyst_real part);

@@ -24,11 +24,13 @@ typedef struct span {
     size_t offset;
     int32_t count;
 } span;
-#define SPANS 22
+#define SPANS 23
+static const span fit_reals = {AT(fit), DEHYST_FIT_REALS};
 static const span direct_reals[SPANS] = {
     {AT(wanted.last), 1}, {AT(wanted.curve), 1}, {AT(wanted.part), DEHYST_GROUPS}, {AT(wanted.doubt), DEHYST_GROUPS},
     {AT(seen.last), 1}, {AT(seen.curve), 1}, {AT(seen.part), DEHYST_GROUPS}, {AT(seen.doubt), DEHYST_GROUPS},
     {AT(delayed.curve), 3}, {AT(delayed.part), 3 * DEHYST_GROUPS}, {AT(learning.scale), DEHYST_GROUPS}, {AT(learning.applied), DEHYST_GROUPS},
+    {AT(learning.curve), 1},
     {AT(learning.offset), 1}, {AT(learning.applied_offset), 1}, {AT(learning.error), 1},
     {AT(learning.error_before), 1}, {AT(learning.usual), 1}, {AT(learning.resting), 1}, {AT(torque_direct), 1},
     {AT(contact), 1}, {AT(disturbance), 1},
@@ -128,6 +130,7 @@ int32_t dehyst_joint_save(const dehyst_joint *joint, const dehyst_joint_state *s
     for (int32_t i = 0; i < REALS; ++i) {
         at = dehyst_image_put(at, member_of(state, where[i]), 1);
     }
+    at = dehyst_image_put(at, member_of(state, fit_reals.offset), fit_reals.count);
     at = dehyst_image_put(at, state->compensator.z, n);
     (void)put_direct(joint, state, at);
     image[words - 1] = dehyst_image_sum(image, words - 1);
@@ -239,6 +242,17 @@ static int memory_is_good(const dehyst_direct *direct, dehyst_real last, const u
     return good;
 }
 
+/* All of them are numbers, and the scale in use is one. */
+static int fit_is_good(const uint32_t *at)
+{
+    int good = 1;
+    for (int32_t i = 0; i < DEHYST_FIT_REALS; ++i) {
+        const int scale = AT(fit) + (size_t)i * sizeof(dehyst_real) == AT(fit.scale);
+        good = next_within(&at, scale ? (dehyst_real)0 : -DEHYST_INPUT_LIMIT, scale ? (dehyst_real)1 : DEHYST_INPUT_LIMIT) && good;
+    }
+    return good;
+}
+
 static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
 {
     if (!joint->direct) {
@@ -253,11 +267,12 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
         dehyst_real high = DEHYST_INPUT_LIMIT;
         if (place == AT(learning.scale) || place == AT(learning.applied)) {
             low = learning->lowest < 1 ? learning->lowest : (dehyst_real)1; /* an adaptation that is off has no bounds */
+            low = place == AT(learning.applied) && low > 0 ? (dehyst_real)0 : low; /* a model that does not fit */
             high = learning->highest > 1 ? learning->highest : (dehyst_real)1;
         } else if (place == AT(learning.offset) || place == AT(learning.applied_offset)) {
             low = -learning->offset_limit;
             high = learning->offset_limit;
-        } else if (place == AT(disturbance_share)) {
+        } else if (place == AT(disturbance_share) || place == AT(learning.curve)) {
             low = 0;
             high = 1;
         } else if (place == AT(learning.error) || place == AT(learning.error_before) || place == AT(learning.usual)) {
@@ -301,15 +316,17 @@ int32_t dehyst_joint_restore(const dehyst_joint *joint, dehyst_joint_state *stat
         return fault;
     }
     const uint32_t *reals = image + 3 + COUNTS;
-    const uint32_t *plays = reals + REALS * DEHYST_REAL_WORDS;
+    const uint32_t *fit = reals + REALS * DEHYST_REAL_WORDS;
+    const uint32_t *plays = fit + fit_reals.count * DEHYST_REAL_WORDS;
     const uint32_t *direct = plays + n * DEHYST_REAL_WORDS;
-    if (!reals_are_good(joint, reals) || !fades_are_good(reals) || !plays_are_good(joint, plays) ||
+    if (!reals_are_good(joint, reals) || !fit_is_good(fit) || !fades_are_good(reals) || !plays_are_good(joint, plays) ||
         !direct_is_good(joint, direct)) {
         return DEHYST_IMAGE_INVALID;
     }
     for (int32_t i = 0; i < REALS; ++i) {
         (void)dehyst_image_get(reals + i * DEHYST_REAL_WORDS, member(state, where[i]), 1);
     }
+    (void)dehyst_image_get(fit, member(state, fit_reals.offset), fit_reals.count);
     (void)dehyst_image_get(plays, state->compensator.z, n);
     take_direct(joint, state, direct);
     take_counts(state, image + 3);

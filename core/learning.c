@@ -6,18 +6,26 @@ static dehyst_real square_within(dehyst_real x)
     return size * size;
 }
 
-void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning)
+void dehyst_learning_forget(const dehyst_adaptation *adaptation, dehyst_learning *learning)
 {
     for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
         learning->scale[g] = 1;
-        learning->applied[g] = 1;
     }
     learning->offset = 0;
-    learning->applied_offset = 0;
     learning->error = 0;
     learning->error_before = 0;
     learning->usual = square_within(adaptation->first_error);
     learning->resting = 0;
+}
+
+void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning)
+{
+    dehyst_learning_forget(adaptation, learning);
+    for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
+        learning->applied[g] = 1;
+    }
+    learning->curve = 1;
+    learning->applied_offset = 0;
 }
 
 static dehyst_real part_of(dehyst_real period, dehyst_real time)
@@ -65,36 +73,42 @@ static void learn(const dehyst_adaptation *adaptation, dehyst_learning *learning
 }
 
 /* What is in use goes towards what is better. */
-static void apply(dehyst_learning *learning, int32_t groups, dehyst_real part_of_it)
+static void apply(dehyst_learning *learning, int32_t groups, dehyst_real part_of_it, dehyst_real fitting)
 {
-    const int better = learning->error < learning->error_before;
+    /* of a model that does not fit little is left to be learned: with care, the more the less it fits */
+    const dehyst_real care = fitting < 1 ? (dehyst_real)0.5 * fitting : (dehyst_real)1;
+    const int better = learning->error < care * learning->error_before;
+    const dehyst_real quick = dehyst_within(10 * part_of_it, 0, 1);
+    const dehyst_real shared = !better && fitting < 1 ? quick : part_of_it;
     for (int32_t g = 0; g < groups; ++g) {
-        const dehyst_real target = better ? learning->scale[g] : (dehyst_real)1;
-        learning->applied[g] += part_of_it * (target - learning->applied[g]);
+        const dehyst_real target = better ? learning->scale[g] : fitting;
+        learning->applied[g] += shared * (target - learning->applied[g]);
     }
     const dehyst_real target = better ? learning->offset : (dehyst_real)0;
-    learning->applied_offset += part_of_it * (target - learning->applied_offset);
+    learning->applied_offset += shared * (target - learning->applied_offset);
+    learning->curve += shared * ((better ? (dehyst_real)1 : fitting) - learning->curve);
 }
 
 int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups,
                          dehyst_real period, dehyst_real curve, const dehyst_real *part, dehyst_real measured,
-                         int frozen)
+                         dehyst_real fitting, int frozen)
 {
-    dehyst_real before = measured - curve;
-    dehyst_real error = before - learning->offset;
+    dehyst_real before = measured - fitting * curve;
+    before -= fitting < 1 ? learning->offset : (dehyst_real)0; /* scales alone are compared */
+    dehyst_real error = measured - curve - learning->offset;
     for (int32_t g = 0; g < groups; ++g) {
-        before -= part[g];
+        before -= fitting * part[g];
         error -= learning->scale[g] * part[g];
     }
     const dehyst_real part_of_it = part_of(period, adaptation->memory);
     if (frozen || !dehyst_accept(error) || is_contact(adaptation, learning, period, error)) {
-        apply(learning, groups, part_of_it);
+        apply(learning, groups, part_of_it, fitting);
         return 0;
     }
     learning->error += part_of_it * (square_within(error) - learning->error);
     learning->error_before += part_of_it * (square_within(before) - learning->error_before);
     const dehyst_real most = adaptation->rate * period;
     learn(adaptation, learning, groups, most < 1 ? most : (dehyst_real)1, part, error);
-    apply(learning, groups, part_of_it);
+    apply(learning, groups, part_of_it, fitting);
     return 1;
 }

@@ -1,9 +1,10 @@
 #include "dehyst.h"
 
-dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state)
+dehyst_real dehyst_compensator_term(const dehyst_joint *joint, const dehyst_joint_state *state,
+                                     dehyst_real scale)
 {
-    return joint->compensator ? joint->compensator_unit * state->compensator.output -
-                                    joint->shear * state->reference.angle
+    return joint->compensator ? scale * (joint->compensator_unit * state->compensator.output -
+                                         joint->shear * state->reference.angle)
                               : (dehyst_real)0;
 }
 
@@ -84,6 +85,7 @@ void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, co
                     good ? sensors->pressure[1] : (dehyst_real)0);
     reset_reference(state);
     reset_direct(joint, state);
+    dehyst_fit_reset(&state->fit);
     dehyst_fade_start(&state->integrator, 0, 1);
     dehyst_fade_start(&state->difference, 0, 1);
     dehyst_fade_start(&state->mean, 0, 1);
@@ -99,7 +101,7 @@ void dehyst_joint_reset(const dehyst_joint *joint, dehyst_joint_state *state, co
 void dehyst_joint_exchange(dehyst_joint *joint, dehyst_joint_state *state, const dehyst_model *compensator,
                            dehyst_real unit, dehyst_real shear, dehyst_real *z, const dehyst_real *z0)
 {
-    const dehyst_real before = dehyst_compensator_term(joint, state) + state->exchanged.value;
+    const dehyst_real before = dehyst_compensator_term(joint, state, state->fit.scale) + state->exchanged.value;
     joint->compensator = compensator;
     joint->compensator_unit = unit;
     joint->shear = shear;
@@ -109,5 +111,5 @@ void dehyst_joint_exchange(dehyst_joint *joint, dehyst_joint_state *state, const
         (void)dehyst_model_step(compensator, &state->compensator, state->reference.angle);
     }
     dehyst_fade_start(&state->exchanged,
-                      dehyst_bounded(before - dehyst_compensator_term(joint, state), 8 * dehyst_pressure_range(joint)), dehyst_fade_part(joint));
+                      dehyst_bounded(before - dehyst_compensator_term(joint, state, state->fit.scale), 8 * dehyst_pressure_range(joint)), dehyst_fade_part(joint));
 }

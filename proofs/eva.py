@@ -37,6 +37,7 @@ JOINT = (
     "direct.c",
     "learning.c",
     "estimate.c",
+    "fit.c",
 )
 # Functions whose conditions must be kept apart: a reading that is good in one state is used in another place.
 APART = ("take_reference:300", "dehyst_sensor_fault:100", "take_pressures:100", "dehyst_joint_reset:100",

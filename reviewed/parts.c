@@ -15,7 +15,7 @@ dehyst_real reviewed_compensation(const dehyst_joint *joint, dehyst_joint_state 
     if (joint->compensator) {
         (void)dehyst_model_step(joint->compensator, &state->compensator, state->reference.angle);
     }
-    const dehyst_real term = dehyst_compensator_term(joint, state) + state->exchanged.value + state->reference.extra;
+    const dehyst_real term = dehyst_compensator_term(joint, state, state->fit.scale) + state->exchanged.value + state->reference.extra;
     const dehyst_real share = state->compensator_share;
     state->compensator_share =
         dehyst_share_step(share, (switches & (uint32_t)DEHYST_COMPENSATOR) != 0, dehyst_fade_part(joint));

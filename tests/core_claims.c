@@ -172,19 +172,19 @@ static void learning(void)
     part[1] = 0;
     for (int error = -1; error < 2; ++error) { /* within the dead zone nothing is learned */
         dehyst_learning_reset(&adaptation, &state);
-        CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + 0.4 * error, 0) == 1);
+        CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + 0.4 * error, 1, 0) == 1);
         CLAIM(state.scale[0] == 1 && state.scale[1] == 1 && state.offset == 0);
     }
     for (int sign = -1; sign < 2; sign += 2) { /* beyond it the step of a projection, at most a whole one */
         for (int whole = 0; whole < 2; ++whole) {
             adaptation.rate = whole ? 30 : 1;
             dehyst_learning_reset(&adaptation, &state);
-            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + sign, 0) == 1);
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5 + sign, 1, 0) == 1);
             CLAIM(near(state.scale[0], 1 + (whole ? 1 : 0.25) * sign * 0.5 * 2 / (1 + 4)) && state.scale[1] == 1);
         }
     }
     const dehyst_learning before = state; /* what is no number teaches nothing and is no contact */
-    CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, NAN, 0) == 0);
+    CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, NAN, 1, 0) == 0);
     CLAIM(state.scale[0] == before.scale[0] && state.error == before.error && state.usual == before.usual && state.resting == before.resting);
     free(part);
 }
@@ -269,7 +269,7 @@ static void images_of_joints(void)
 {
     const double weight[1] = {1};
     dehyst_direct direct = {.coefficients = 1, .groups = 1, .weight = weight, .input_low = -1, .input_high = 1, .output_low = -9, .output_high = 9};
-    enum { WORDS = DEHYST_JOINT_WORDS(0, 0), SCALE = 4 + 2 * DEHYST_GROUPS + 2 * DEHYST_GROUPS + 3 + 3 * DEHYST_GROUPS };
+    enum { WORDS = DEHYST_JOINT_WORDS(0, 0), SCALE = 4 + 2 * DEHYST_GROUPS + 2 * DEHYST_GROUPS + 3 + 3 * DEHYST_GROUPS + DEHYST_FIT_REALS };
     static uint32_t image[WORDS], again[WORDS];
     double none[1] = {0};
     dehyst_joint joint = joint_of(&direct);

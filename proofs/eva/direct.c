@@ -24,9 +24,10 @@ int main(void)
         for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
             part[g] = any_real();
         }
+        const dehyst_real share = dehyst_within(any_real(), 0, 1);
         dehyst_direct_step(&direct, &state, any_real(), any_real(), given);
         (void)dehyst_learning_step(&adaptation, &learning, direct.groups, (dehyst_real)5e-4, any_real(), part, any_real(),
-                                   Frama_C_nondet(0, 1));
+                                   share, Frama_C_nondet(0, 1));
         const dehyst_real u = dehyst_direct_output(&direct, &state, learning.applied);
         //@ assert output: \is_finite(u) && -60 <= u <= 60;
         for (int32_t i = 0; i < 2 * STOPS; ++i) {

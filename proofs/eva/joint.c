@@ -81,6 +81,7 @@ int main(void)
         }
         //@ assert rest: \is_finite(output.torque) && \is_finite(output.integrator) && \is_finite(output.compensation);
         //@ assert seen: \is_finite(output.angle) && \is_finite(output.velocity) && \is_finite(output.load);
+        //@ assert scale: \is_finite(state.fit.scale) && 0 <= state.fit.scale <= 1;
         //@ assert difference: \is_finite(output.pressure_difference);
 #ifdef DIRECT
         for (int32_t g = 0; g < 4; ++g) {

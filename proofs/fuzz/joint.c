@@ -13,10 +13,10 @@
 #define MARK 7u
 #ifdef DIRECT
 #define PLAYS 0
-#define REALS (40 + 17 + 9 * DEHYST_GROUPS + 2 * MEMORY)
+#define REALS (40 + DEHYST_FIT_REALS + 18 + 9 * DEHYST_GROUPS + 2 * MEMORY)
 #else
 #define PLAYS N
-#define REALS (N + 40)
+#define REALS (N + 40 + DEHYST_FIT_REALS)
 #endif
 
 static const dehyst_joint joint = {

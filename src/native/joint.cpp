@@ -65,6 +65,8 @@ nb::dict flags()
     names["reference-fault"] = static_cast<uint32_t>(DEHYST_REFERENCE_FAULT);
     names["fault-ever"] = static_cast<uint32_t>(DEHYST_FAULT_EVER);
     names["learned"] = static_cast<uint32_t>(DEHYST_LEARNED);
+    names["stale"] = static_cast<uint32_t>(DEHYST_STALE);
+    names["shifted"] = static_cast<uint32_t>(DEHYST_SHIFTED);
     return names;
 }
 

@@ -19,7 +19,7 @@ using Log = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 
 // angle, velocity, acceleration, load, mean pressure, pressure difference, extra, torque hung on the joint
 constexpr std::size_t kReference = 8;
-constexpr std::size_t kColumns = 14;
+constexpr std::size_t kColumns = 17 + DEHYST_GROUPS;
 
 // Servo of an electric module: it knows its own angle and is far stiffer than any muscle.
 struct Electric {
@@ -238,6 +238,9 @@ class ClosedLoop {
             row[0] = reference.angle, row[1] = q, row[3] = torque;
             row[6] = out.pressure_difference, row[7] = out.compensation, row[8] = out.integrator;
             row[9] = out.torque, row[10] = out.load, row[11] = out.contact, row[12] = out.doubt;
+            const dehyst_joint_state &c = axis.control->state;
+            row[14] = c.fit.found, row[15] = c.fit.offset, row[16] = c.fit.scale;
+            for (int32_t g = 0; g < DEHYST_GROUPS; ++g) row[17 + g] = c.learning.applied[g];
         }
         row[2] += share * reading.angle;
         row[4] += share * reading.pressure_1;
@@ -297,5 +300,5 @@ void bind_robot(nb::module_ &m)
         .def("learned", &ClosedLoop::learned, "axis"_a,
              "Lowest and highest scale, largest offset of any period so far, and whether all were finite.")
         .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "ticks"_a, "every"_a,
-             "Log (rows, n, 14) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
+             "Log (rows, n, 25) of a run along reference knots (K, n, 8) that lie `ticks` periods apart.");
 }

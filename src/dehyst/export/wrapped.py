@@ -36,6 +36,8 @@ FLAG_WORDS = (
     ("REFERENCE_FAULT", "Flag: the reference is no number; the last good one is held."),
     ("FAULT_EVER", "Flag: there was some fault since the reset."),
     ("LEARNED", "Flag: this period taught the adaptation something."),
+    ("STALE", "Flag: the compensator does not fit: it is scaled down to the hysteresis that there is."),
+    ("SHIFTED", "Flag: an offset of the torque, the same both ways: a pressure sensor or a weight."),
 )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from dehyst.control import JointControllerParameters
+from dehyst.control.parameters import OFF
 from dehyst.export.numbers import DirectNumbers, ModelNumbers
 from dehyst.export.st.blocks import (
     GROUPS,
@@ -66,13 +67,18 @@ def joint_block(
     past = () if direct is None else (*direct_states(real, direct, "Wanted"), *direct_states(real, direct, "Seen"))
     tables = () if model is None else (*model_tables(real, model), *model_variables(real, len(model.threshold)))
     variables = (
-        *_interface(real, direct is not None),
+        *_interface(real, direct is not None, direct is not None or model is not None),
         Variable("VAR", "Remembered", "BOOL", ("FALSE",), comment="what is retained is of a call before"),
         *tables,
         *_parameters(real, parameters),
         *(() if direct is None else (*direct_tables(real, direct), *_learning(real, adaptation))),
         *past,
         *(() if direct is None else direct_work(real)),
+        *(
+            ()
+            if direct is None and model is None
+            else _fit(real, adaptation if direct else OFF.as_dict(), direct is not None)
+        ),
         *_states(real),
         *_work(real, tables),
         *_constants(real),
@@ -84,16 +90,20 @@ def joint_block(
     return block_of(name, variables, body, about)
 
 
-LEARNED = names("LearnedScale AppliedScale LearnedOffset AppliedOffset UsualError LearnedError ErrorBefore")
+LEARNED = names("LearnedScale AppliedScale LearnedOffset AppliedOffset UsualError LearnedError ErrorBefore CurveScale")
 
 
+FINDINGS = (
+    ("Stale", "BOOL", "the compensator does not fit: it is scaled down to the hysteresis that there is"),
+    ("Shifted", "BOOL", "an offset of the torque, the same both ways: a pressure sensor or a weight"),
+)
 DIRECT_SWITCHES = (
     ("Learning", "BOOL", "the direct inverse learns; may change at any time"),
     ("Resisting", "BOOL", "the contact torque is fed back; may change at any time"),
 )
 
 
-def _interface(real: str, direct: bool) -> tuple[Variable, ...]:
+def _interface(real: str, direct: bool, compared: bool) -> tuple[Variable, ...]:
     inputs = (
         ("Angle", real, "q [rad]"),
         ("Pressure1", real, "gauge [Pa]"),
@@ -129,10 +139,12 @@ def _interface(real: str, direct: bool) -> tuple[Variable, ...]:
         ("PressureLimit", "BOOL", "desired pressures were limited"),
         ("ValveLimit", "BOOL", "a valve was limited"),
         *((("Learned", "BOOL", "this period taught the adaptation something"),) if direct else ()),
+        *(FINDINGS if compared else ()),
         (
             "FlagWord",
             "UDINT",
-            "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned; added",
+            "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned, 512 stale, 1024 "
+            "offset; added",
         ),
     )
     return (
@@ -203,7 +215,7 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
     )
     reals = names(
         "LearnedOffset AppliedOffset LearnedError ErrorBefore UsualError Resting LearnedShare DirectTorque "
-        "Disturbance DisturbanceShare LateShare Explained Before OffsetUnit"
+        "Disturbance DisturbanceShare LateShare Explained Before OffsetUnit CurveScale"
     )
     return (
         *(number(name, real, adaptation[key], text) for name, key, text in told),
@@ -215,7 +227,30 @@ def _learning(real: str, adaptation: Mapping[str, float]) -> tuple[Variable, ...
         Variable("VAR", "DelayedCurve", real, ("0.0",) * 3, 3, "as late as the observer"),
         Variable("VAR", "DelayedPart", real, ("0.0",) * (3 * GROUPS), 3 * GROUPS),
         *(Variable("VAR", name, real, ("0.0",)) for name in reals),
-        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in names("Teaching Better")),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in names("Teaching Better ShiftedBefore")),
+    )
+
+
+def _fit(real: str, adaptation: Mapping[str, float], direct: bool) -> tuple[Variable, ...]:
+    """Constants and states of the comparison of the compensator with what the observer sees."""
+    constants = {
+        "FitMost": 1e3, "FitMost2": 2e3, "FitLeast": 1e-3, "FitHighest": 1e9, "FitSmallest": 1e-12, "FitKept": 0.8,
+        "FitWhole": 0.1, "FitHomed": 3.2, "FitGross": 4e-3, "FitOwnShare": 0.1, "FitFar": 0.15, "FitNear": 0.1,
+        "FitShift": 0.01, "FitLess": 0.15,
+    }  # fmt: skip
+    tables = {"FitTorque": 4, "FitLoad": 4, "FitAngle": 4, "FitStroke": 6, "FitSum": 6, "FitAll": 6}
+    reals = names(
+        "FitStrokes FitWay FitRest FitTime FitMean FitOffset FitNow FitLargest FitLate FitGain FitSlope FitElastic "
+        "FitOwn FitBoth"
+    )
+    speed = () if direct else (number("LeastSpeed", real, adaptation["least_speed"], "[rad/s]"),)
+    return (
+        *(number(name, real, value) for name, value in constants.items()),
+        *speed,
+        *(Variable("VAR", name, real, ("0.0",) * n, n) for name, n in tables.items()),
+        *(Variable("VAR", name, real, ("0.0",)) for name in reals),
+        *(Variable("VAR", name, real, ("1.0",)) for name in names("FitScale FitFound")),
+        *(Variable("VAR", name, "BOOL", ("FALSE",)) for name in names("BothWays Loud")),
     )
 
 
@@ -265,6 +300,7 @@ def _constants(real: str) -> tuple[Variable, ...]:
         "TwentyFourth": 1.0 / 24.0,
         "Eighth": 0.125,
         "Margin": 4.0,
+        "Ten": 10.0,
         "Smoothing": 1e-3,
         "StepsUnseen": 20.0,
         "Smallest": 1e-9,

@@ -157,6 +157,11 @@ class ArmLog:
         Integrator's part, desired torque, observed disturbance. [Nm]
     contact, doubt
         What of the disturbance a direct inverse does not explain, and what its torque can be wrong by. [Nm]
+    hysteresis, offset
+        What there is of the hysteresis over that of the compensator's model, 1 until it is known; torque beyond the
+        model that is the same both ways. [Nm]
+    scale, scales
+        Of the compensator while its model does not fit; of the groups of a direct inverse, (T, n, groups), in use.
     flags
         Flags of the controllers, collected since the row before.
     """
@@ -174,15 +179,20 @@ class ArmLog:
     load: Array
     contact: Array
     doubt: Array
+    hysteresis: Array
+    offset: Array
+    scale: Array
+    scales: Array
     flags: npt.NDArray[np.int64]
 
     @classmethod
     def unpack(cls, time: Array, log: Array) -> ArmLog:
-        """From the loop's own order of columns, (T, n, 14)."""
+        """From the loop's own order of columns, (T, n, 25)."""
         column = np.moveaxis(log, 2, 0)
         return cls(
             time, column[0], column[1], column[2], column[3], log[:, :, 4:6], column[6], column[7], column[8],
-            column[9], column[10], column[11], column[12], column[13].astype(np.int64),
+            column[9], column[10], column[11], column[12], column[14], column[15], column[16], log[:, :, 17:],
+            column[13].astype(np.int64),
         )  # fmt: skip
 
     def until(self, end: float) -> ArmLog:

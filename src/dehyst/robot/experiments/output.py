@@ -147,6 +147,12 @@ def trial_columns(run: TrialRun) -> Mapping[str, Array]:
         columns[f"joint{number}_pressure_difference_desired_bar"] = run.pressure_difference[:, i] / BAR
         columns[f"joint{number}_compensation_bar"] = run.compensation[:, i] / BAR
         columns[f"joint{number}_integrator_Nm"] = run.integrator[:, i]
+        if not run.scale[:, i].any():
+            continue  # locked
+        told = {"contact_Nm": run.contact, "doubt_Nm": run.doubt, "offset_Nm": run.offset}
+        told |= {"hysteresis_of_model": run.hysteresis, "scale": run.scale}
+        told |= {f"scale_{g + 1}": run.scales[:, :, g] for g in range(run.scales.shape[2])}
+        columns |= {f"joint{number}_{name}": values[:, i] for name, values in told.items()}
     for axis, name in enumerate("xyz"):
         columns[f"tool_desired_{name}_m"] = run.tool_desired[:, axis]
         columns[f"tool_{name}_m"] = run.tool[:, axis]

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
+from dehyst.control.joint import FLAGS
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.data.plotted import Plotted
 from dehyst.fields import Key, entries
@@ -224,6 +225,12 @@ class TrialRun(Plotted):
         (T,) number of the cycle, from 0.
     flags
         (T, n) flags of the joint controllers (see core/dehyst.h).
+    contact, doubt
+        (T, n) torque that a direct inverse does not explain, and what its own torque can be wrong by. [Nm]
+    hysteresis, offset, scale, scales
+        (T, n) what there is of the hysteresis over that of the compensator's model; torque beyond the model that is the
+        same both ways [Nm]; scale of a compensator whose model does not fit, else 1; (T, n, groups) scales of the
+        groups of a direct inverse, in use.
     frames
         (K, n + 1, 3) for the picture: where the joints and the tool centre point were at about 120 moments of the first
         cycle, in the same frame as `tool`. Empty for a run without the arm. [m]
@@ -247,6 +254,12 @@ class TrialRun(Plotted):
     figures: tuple[str, ...]
     cycle: npt.NDArray[np.int64]
     flags: npt.NDArray[np.int64]
+    contact: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    doubt: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    hysteresis: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    offset: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    scale: Array = field(default_factory=lambda: np.zeros((0, 7)))
+    scales: Array = field(default_factory=lambda: np.zeros((0, 7, 0)))
     frames: Array = field(default_factory=lambda: np.zeros((0, 8, 3)))
     frame_time: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -265,6 +278,31 @@ class TrialRun(Plotted):
     def error(self) -> Array:
         """q_d - q, (T, n). [rad]"""
         return self.desired - self.angle
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the joint controllers found out about their models while the compensators were on, a line each."""
+        said = []
+        for j in range(self.flags.shape[1] if self.compensator != "off" else 0):
+            for name, text in (("stale", self._stale), ("shifted", self._shifted)):
+                when = np.flatnonzero(self.flags[:, j] & FLAGS[name])
+                if when.size:
+                    said.append(f"joint {j + 1}, from {self.time[when[0]]:.1f} s: {text(j, int(when[-1]))}")
+        return tuple(said)
+
+    def _stale(self, j: int, last: int) -> str:
+        return (
+            f"the compensator's model does not fit: {self.hysteresis[last, j]:.2f} of its hysteresis is there, where "
+            f"0.85 to 1.15 is usual. It is scaled by {self.scale[last, j]:.2f} to do no harm. Identify again, as warm "
+            f"and at the pressure at which it runs."
+        )
+
+    def _shifted(self, j: int, last: int) -> str:
+        return (
+            f"{self.offset[last, j]:.1f} Nm are missing that are the same both ways, so no hysteresis: a pressure "
+            f"sensor with an offset, or a weight that the controller does not know. Scales are learned without it. Vent "
+            f"the muscles and read both sensors, then weigh the tool."
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -133,7 +134,10 @@ def follow_path(
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + along_path.duration
-    return _trial_run(arm, motion, log, trial, compensator), simulated / spent
+    run = _trial_run(arm, motion, log, trial, compensator)
+    for text in run.warnings:
+        warnings.warn(f"{trial} trial, compensator '{compensator}', {text}", UserWarning, stacklevel=2)
+    return run, simulated / spent
 
 
 def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
@@ -292,6 +296,12 @@ def _trial_run(arm: Arm, motion: Timing, log: ArmLog, trial: str, compensator: s
         figures=motion.figure_names,
         cycle=motion.cycle(log.time),
         flags=full(log.flags),
+        contact=full(log.contact),
+        doubt=full(log.doubt),
+        hysteresis=full(log.hysteresis),
+        offset=full(log.offset),
+        scale=full(log.scale),
+        scales=full(log.scales),
         frames=joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
     )
