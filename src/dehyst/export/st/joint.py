@@ -143,8 +143,8 @@ def _interface(real: str, direct: bool, compared: bool) -> tuple[Variable, ...]:
         (
             "FlagWord",
             "UDINT",
-            "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned, 512 stale, 1024 "
-            "offset; added",
+            "1 angle, 2 and 4 pressures, 8 failed, 16 and 32 limits, 64 reference, 128 ever, 256 learned, 512 stale, "
+            "1024 offset; added",
         ),
     )
     return (

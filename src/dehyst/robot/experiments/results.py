@@ -300,8 +300,8 @@ class TrialRun(Plotted):
     def _shifted(self, j: int, last: int) -> str:
         return (
             f"{self.offset[last, j]:.1f} Nm are missing that are the same both ways, so no hysteresis: a pressure "
-            f"sensor with an offset, or a weight that the controller does not know. Scales are learned without it. Vent "
-            f"the muscles and read both sensors, then weigh the tool."
+            f"sensor with an offset, or a weight that the controller does not know. Scales are learned without it. "
+            f"Vent the muscles and read both sensors, then weigh the tool."
         )
 
 
