@@ -252,3 +252,12 @@ def test_quick_changes_nothing_of_the_plant():
     assert changed == {"calibration", "identification", "homing", "path"}
     same = ("fast_speed_m_s", "acceleration_m_s2", "jerk_m_s3", "cube_m", "rounding_m")
     assert all(quick["path"][key] == full["path"][key] for key in same)
+
+
+def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
+    from dehyst.app.requests import ReproduceRequest
+
+    robot = command._robot(ReproduceRequest(quick=True, conditions="realistic", out=tmp_path))
+    assert robot == load_robot(conditions="realistic").with_changes(QUICK)
+    line = command._line(ReproduceRequest(quick=True, conditions="realistic", out=tmp_path))
+    assert "--conditions realistic" in line
