@@ -1,15 +1,27 @@
 """Rigs and arms of one's own: any number of joints, links from model files, references of the joints."""
 
+import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from dehyst.errors import ParameterError
+from dehyst.app.reproduce import QUICK
+from dehyst.app.requests import RigRequest
+from dehyst.app.rig import run_rig
+from dehyst.errors import OutputError, ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
+from dehyst.robot.arm.parameters import sources
+from dehyst.robot.experiments.calibration import nominal_characteristic
+from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.reference import Moves, drawn_moves, read_moves
+from dehyst.robot.experiments.reproduce import Request, reproduce
+from dehyst.robot.experiments.rig import cautions, check_rig, new_rig
+from dehyst.robot.experiments.trials import run_trial
+from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.arm import plane_of
 
 PACKAGED = load_robot()
@@ -199,3 +211,92 @@ def test_the_plane_of_an_arc_is_found():
     turn = np.linspace(-0.5, 0.5, 20)
     right, up = plane_of(np.column_stack([np.cos(turn), 0 * turn, np.sin(turn)]))
     assert abs(right[1]) < 1e-9 and abs(up[1]) < 1e-9
+
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "rigs"
+SHORT = {"path.cycles_fast": 1, "homing.cycles": 3, "homing.period_s": 2.0, "reference": {"moves": 2, "move_s": 1.0}}
+
+
+def off(robot):
+    """The fast trial with what data sheets tell."""
+    kit = equip(robot, {n: nominal_characteristic(robot, n) for n in robot.pneumatic}, {})
+    return run_trial(robot, plan_path(robot), kit, "fast", "off")[0]
+
+
+def test_the_one_joint_rig_follows_its_reference_to_two_degrees():
+    run = off(load_robot(EXAMPLES / "one_joint.toml", SHORT))
+    assert run.angle.shape[1] == 1 and run.frames.shape[1:] == (2, 3) and run.figures == ("moves",)
+    assert np.degrees(np.abs(run.error)).max() < 2.0 < 0.2 * np.degrees(np.ptp(run.desired))
+    np.testing.assert_allclose(np.linalg.norm(run.tool - run.frames[0, 0], axis=1), 0.25, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["one_joint", "planar_arm", "tendon_arm"])
+def test_dehyst_reproduces_on_the_example_and_best_halves_every_error(name, tmp_path):
+    robot = load_robot(EXAMPLES / f"{name}.toml", {**QUICK, "path.cycles_fast": 1})
+    request = Request(plants=("preisach",), compensators=("best",), seeds=(0,), trials=("fast",), studies=False)
+    result = reproduce(robot, request, tmp_path)
+    joints = result.plants["preisach"].figures[0]["joints"]
+    assert list(joints) == [str(n) for n in robot.pneumatic]
+    for one in joints.values():
+        assert one["trials"]["fast"]["best"]["rms_deg"] < 0.5 * one["trials"]["fast"]["off"]["rms_deg"]
+    page = write_reproduction_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Errors of the tool" in page and 'id="arm"' in page and "By ISO 9283" not in page
+
+
+@pytest.mark.parametrize("joints", [1, 3, 12])
+def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_path, joints):
+    file = tmp_path / "new.toml"
+    file.write_text(new_rig(file, joints), encoding="utf-8")
+    robot = load_robot(file)
+    found = check_rig(robot)
+    assert list(found) == list(range(1, joints + 1))
+    assert not any("cannot be held" in words for words in cautions(robot, found))
+    own = {key: said for key, said in sources(file).items() if key.startswith("joint.") and not key.endswith("axis")}
+    assert own and all("assumption" in said or "weak" in said for said in own.values())
+
+
+def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file(tmp_path):
+    (tmp_path / "two.urdf").write_text(URDF, encoding="utf-8")
+    file = tmp_path / "new.toml"
+    file.write_text(new_rig(file, body=tmp_path / "two.urdf"), encoding="utf-8")
+    robot = load_robot(file)
+    assert [joint.body_joint for joint in robot.joints.values()] == ["shoulder", "elbow"]
+    np.testing.assert_allclose([joint.zero for joint in robot.joints.values()], [0.5, 1.0], rtol=1e-3)
+    with pytest.raises(ParameterError, match=r"has 0 hinges"):
+        new_rig(file, body=_written(tmp_path / "none.xml", "<mujoco/>"))
+
+
+def _written(file, text):
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_torques_of_a_check_are_force_times_radius_and_its_frequency_that_of_a_spring(tmp_path):
+    robot = load_robot(rig(tmp_path))
+    check = check_rig(robot)[1]
+    assert (np.diff(check.pulls, axis=0) >= 0).all() and (np.diff(check.pulls, axis=1) <= 1e-9).all()
+    assert check.frequency == pytest.approx(np.sqrt(check.stiffness / check.inertia) / (2 * np.pi))
+    heavy = robot.with_changes({"joint.1.link_mass_kg": 30.0, "joint.1.pole_1_s": 0.5})
+    said = " ".join(cautions(heavy, check_rig(heavy)))
+    assert "cannot be held" in said and "softer than its own muscles" in said
+
+
+def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_rig(RigRequest("new", Path("rig.toml"), joints=2))
+    run_rig(RigRequest("check", Path("rig.toml"), figure=Path("rig.svg")))
+    printed = capsys.readouterr().out
+    assert "natural" in printed and "numbers are assumptions" in printed and Path("rig.svg").stat().st_size > 1000
+    run_rig(RigRequest("check", Path("rig.toml"), json=True))
+    assert json.loads(capsys.readouterr().out)["joints"]["2"]["drive"] == "dmsp20"
+    for request, says in (
+        (RigRequest("fit", Path("rig.toml")), "Type one of: new, check"),
+        (RigRequest("new", Path("other.toml"), joints=13), "1 to 12"),
+        (RigRequest("new", Path("other.toml"), joints=1, from_urdf=Path("a.urdf")), "Type one of them"),
+        (RigRequest("new", Path("other.toml"), from_urdf=Path("a.urdf")), "is not there"),
+    ):
+        with pytest.raises(ParameterError, match=says):
+            run_rig(request)
+    with pytest.raises(OutputError, match="exists already"):
+        run_rig(RigRequest("new", Path("rig.toml")))

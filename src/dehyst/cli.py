@@ -23,6 +23,7 @@ COMMANDS: dict[str, type[Any]] = {  # module of `dehyst.app` and the function th
     "doctor:run_doctor": requests.DoctorRequest,
     "design:run_design": requests.DesignRequest,
     "reproduce:run_reproduce": requests.ReproduceRequest,
+    "rig:run_rig": requests.RigRequest,
     "sweep:run_sweep_command": requests.SweepRequest,
     "drift:run_drift": requests.DriftRequest,
     "export:run_export": requests.ExportRequest,

@@ -212,6 +212,20 @@ class ReproduceRequest:
 
 
 @dataclass(frozen=True, eq=False)
+class RigRequest:
+    """Write the file of a robot of one's own (new), or say what it can do before anything runs on it (check)."""
+
+    action: str = argument("new or check.", metavar="ACTION")
+    file: Path = argument("Parameter file of the robot.", metavar="ROBOT.toml")
+    joints: int | None = option("new: joints of a chain; 1 without it.")
+    from_urdf: Path | None = option("new: take links and joints from this URDF file.")
+    from_mjcf: Path | None = option("new: take links and joints from this MJCF file.")
+    figure: Path | None = option()
+    json: bool = option(default=False)
+    overwrite: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class SweepRequest:
     """Run the simulated experiment over many parameters; goes on where it was stopped. Status 1 if runs failed."""
 

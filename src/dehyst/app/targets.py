@@ -23,6 +23,7 @@ BAND = "dehyst band: "
 FAMILIES = "dehyst compare: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
+RIGS = "dehyst rig: "
 REPRODUCTION = '"format": "dehyst-reproduction"'
 OTHERS = {
     MODEL: "no dehyst model",
@@ -33,9 +34,10 @@ OTHERS = {
     FAMILIES: "no picture of dehyst compare",
     MUSCLE: "no muscle of dehyst",
     MUSCLES: "no picture of dehyst muscle",
+    RIGS: "no picture of dehyst rig",
     REPRODUCTION: "no result of dehyst reproduce",
 }
-PICTURES = (EXCITATION, FAMILIES, MUSCLES)
+PICTURES = (EXCITATION, FAMILIES, MUSCLES, RIGS)
 MARKED = 2000  # characters at the beginning of a file, in which the mark stands
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,11 +51,7 @@ def body_model(
     except ValueError as fault:
         if isinstance(fault, ParameterError):
             raise
-        raise ParameterError(
-            f"MuJoCo cannot use the body file '{file}': {' '.join(str(fault).split())} Look at it with: python -m "
-            f"mujoco.viewer --mjcf={file}",
-            file=file,
-        ) from None
+        raise _unreadable(file, fault) from None
     for joint in robot.joints.values():
         if joint.damping is not None and angles[str(joint.body_joint)] is None:
             model.dof_damping[model.joint(joint.body_joint).dofadr] = joint.damping
@@ -62,6 +59,24 @@ def body_model(
         values *= scale
     lib.mj_setConst(model, lib.MjData(model))
     return model
+
+
+def hinges_of(lib: Any, file: Path) -> list[tuple[str, float, float]]:
+    """Return name and range [rad] of every hinge of a body file, from the base outwards; 0, 0 without a range."""
+    try:
+        model = lib.MjSpec.from_file(str(file)).compile()
+    except ValueError as fault:
+        raise _unreadable(file.name, fault) from None
+    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == lib.mjtJoint.mjJNT_HINGE]
+    return [(model.joint(k).name, *(model.jnt_limited[k] * model.jnt_range[k]).tolist()) for k in hinges]
+
+
+def _unreadable(file: str, fault: Exception) -> ParameterError:
+    return ParameterError(
+        f"MuJoCo cannot use the body file '{file}': {' '.join(str(fault).split())} Look at it with: python -m "
+        f"mujoco.viewer --mjcf={file}",
+        file=file,
+    )
 
 
 def _read(lib: Any, robot: Robot) -> tuple[Any, MjModel]:

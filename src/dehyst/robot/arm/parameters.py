@@ -8,7 +8,6 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
@@ -171,6 +170,18 @@ def load_robot(
     dehyst.errors.ParameterError: ... Did you mean joint.1.radius_m? ...
     """
     values, name = (_read(path), Path(path).name) if path is not None else ({"extends": "default"}, PACKAGED.name)
+    return robot_of(values, name, Path() if path is None else Path(path).parent, changes, conditions)
+
+
+def robot_of(
+    values: Mapping[str, Any],
+    name: str,
+    folder: Path = Path(),
+    changes: Mapping[str, object] | None = None,
+    conditions: str | None = None,
+) -> Robot:
+    """Return the robot of a parameter file's contents; `name` and `folder` are the file's, the rest of `load_robot`."""
+    values = dict(values)
     base = values.pop("extends", None)
     if base not in (None, "default", "parts", *CONDITIONS):
         raise ParameterError(
@@ -194,7 +205,6 @@ def load_robot(
     for key in OF_ITS_JOINTS if base == "parts" else ():
         table, _, inner = key.rpartition(".")
         del (packaged[table] if table else packaged)[inner]
-    folder = Path() if path is None else Path(path).parent
     return _robot(_merged(packaged, values), changes or {}, name, folder)
 
 
@@ -274,9 +284,8 @@ _TABLE = re.compile(r"\[([\w.-]+)\]")
 _VALUE = re.compile(r"([\w-]+)\s*=\s*[^#]*#\s*(.*)")
 
 
-@cache
-def sources() -> dict[str, str]:
-    """Return what the packaged files say beside each number: dotted key -> meaning, source or "assumption".
+def sources(file: Path | None = None) -> dict[str, str]:
+    """Return what a file, else the packaged ones, says beside each number: dotted key -> meaning, source, "assumption".
 
     Examples
     --------
@@ -285,7 +294,8 @@ def sources() -> dict[str, str]:
     """
     found: dict[str, str] = {}
     table = ""
-    for line in (PACKAGED.read_text(encoding="utf-8") + REALISTIC.read_text(encoding="utf-8")).splitlines():
+    files = (PACKAGED, REALISTIC) if file is None else (file,)
+    for line in "".join(each.read_text(encoding="utf-8") for each in files).splitlines():
         if heading := _TABLE.match(line):
             table = heading[1]
         elif value := _VALUE.match(line):

@@ -1,0 +1,45 @@
+"""Picture of what the joints of a robot can do: torque over the range at 1 to 6 bar, and what gravity takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from dehyst.report.drawing import Line, chart
+from dehyst.report.parts import Axes, Draw, Figure, Panel
+from dehyst.report.svg import write_picture
+from dehyst.report.text import short
+from dehyst.report.theme import MUTED, TEST, TRAIN
+from dehyst.robot.experiments.rig import PRESSURES, JointCheck
+
+TITLE = "dehyst rig: "  # by which a picture is known that may be drawn anew
+
+
+def write_rig_figure(path: str | PathLike[str], name: str, found: Mapping[int, JointCheck]) -> Path:
+    """Write the picture: a panel a joint with muscles."""
+    panels = tuple(
+        Panel(f"joint {number}", _torques(check), f"Torque of joint {number} over its angle at 1 to 6 bar.")
+        for number, check in found.items()
+        if check.pulls.size
+    )
+    title = f"Torque of {short(name, 60)}: one muscle at 1 to 6 bar, the other at its lowest pressure"
+    return write_picture(Figure("rig", title, "", panels, columns=3), path, f"{TITLE}{name}", headed=True)
+
+
+def _torques(check: JointCheck) -> Draw:
+    angle = np.degrees(check.angle)
+    lines = [
+        Line(
+            angle, side * pull[::side], token, f"muscle {muscle}" if k == len(PRESSURES) - 1 else "", 1.2, 0.4 + 0.1 * k
+        )
+        for muscle, side, token in ((1, 1, TRAIN), (2, -1, TEST))
+        for k, pull in enumerate(check.pulls)
+    ]
+
+    def gravity(axes: Axes) -> None:
+        axes.axhspan(*check.gravity, color=MUTED.light, alpha=0.25, lw=0, label="gravity takes")
+
+    return chart("angle [°]", "torque [Nm]", lines, zero=True, include=check.gravity, also=gravity)
