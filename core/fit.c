@@ -12,7 +12,7 @@
 #define WHOLE ((dehyst_real)0.1)   /* share of a usual stroke's sum that makes a stroke */
 #define STROKES ((dehyst_real)2)   /* before anything is said: three, those before forgotten a little */
 #define HOMED ((dehyst_real)3.2)   /* the same where only pressures are applied: five */
-#define GROSS ((dehyst_real)4e-3)  /* share of the largest torque, times a second: of h h that shows a loop */
+#define GROSS ((dehyst_real)2e-3)  /* share of the largest torque, times a second: of h h that shows a loop */
 #define OWN ((dehyst_real)0.1)     /* share of h h that does not follow the angle: with less nothing can be said */
 #define FAR ((dehyst_real)0.15)    /* distance of the scale from 1 that is none of noise */
 #define NEAR ((dehyst_real)0.1)    /* and that ends it */

@@ -123,6 +123,16 @@ def test_scales_of_another_actuator_are_learned(scales):
     assert rms(contact[-3000:]) < 0.3 * rms(untaught[-3000:])
 
 
+def test_a_model_that_no_longer_fits_is_flagged_and_scaled_down_and_one_that_fits_is_not():
+    still, off = Adaptation(rate=0.0), 2 * np.pi / 0.8  # nothing is learned; seconds of a stroke up and one down
+    fits, _ = quasistatic(MODEL, adaptation=still)
+    assert fits.applied.tolist() == [1.0] * len(fits.applied)
+    for scale in (0.0, 0.5):
+        controller, _ = quasistatic(MODEL.scaled((scale,) * 4), seconds=3 * off, adaptation=still)
+        assert (controller.applied < scale + 0.1).all()
+        assert (controller.applied >= 0.0).all()
+
+
 def test_an_offset_is_learned():
     controller, _ = quasistatic(MODEL.scaled((1.0, 1.0, 1.0, 1.0), offset=0.4))
     assert controller.offset == pytest.approx(0.4, abs=0.1)
