@@ -60,6 +60,7 @@ HOMES = {
     "distributed": {"robot"},
     "fmpy": {"export"},
     "mujoco": {"robot"},
+    "gymnasium": {"robot"},
     "mink": {"robot"},
     "numpy": set(FLOOR),
 }

@@ -66,10 +66,12 @@ if TYPE_CHECKING:
     from dehyst.report import write_drift_report as write_drift_report
     from dehyst.report import write_report as write_report
     from dehyst.robot.arm import Arm as Arm
+    from dehyst.robot.arm import Drives as Drives
     from dehyst.robot.arm import Mechanism as Mechanism
     from dehyst.robot.arm import Reference as Reference
     from dehyst.robot.arm import Robot as Robot
     from dehyst.robot.arm import load_robot as load_robot
+    from dehyst.robot.environment import gym as gym
     from dehyst.robot.experiments.calibration import calibrate as calibrate
     from dehyst.robot.experiments.equipment import Equipment as Equipment
     from dehyst.robot.experiments.equipment import equip as equip
@@ -119,7 +121,8 @@ _ROOMS = {
     "dehyst.monitoring": "Drift drift",
     "dehyst.monitoring.evaluate": "Evaluation evaluate",
     "dehyst.report": "as_html plot write_comparison_report write_drift_report write_report",
-    "dehyst.robot.arm": "Arm Mechanism Reference Robot load_robot",
+    "dehyst.robot.arm": "Arm Drives Mechanism Reference Robot load_robot",
+    "dehyst.robot.environment": "gym",
     "dehyst.robot.experiments.calibration": "calibrate",
     "dehyst.robot.experiments.equipment": "Equipment equip",
     "dehyst.robot.experiments.identification": "identify_joint",

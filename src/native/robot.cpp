@@ -14,6 +14,7 @@ namespace {
 
 using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using Switches = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Commands = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Log = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 
@@ -94,7 +95,7 @@ class ClosedLoop {
     {
         Axis axis;
         axis.plant = nb::cast<PneumaticJoint *>(plant);
-        axis.control = nb::cast<JointController *>(control);
+        axis.control = control.is_none() ? nullptr : nb::cast<JointController *>(control);
         axis.keep_plant = std::move(plant);
         axis.keep_control = std::move(control);
         axes_.push_back(std::move(axis));
@@ -132,6 +133,7 @@ class ClosedLoop {
         require(knots.shape(0) >= 2 && knots.shape(1) == n && knots.shape(2) == kReference, "knots must be (K, n, 8)");
         require(switches.shape(0) == knots.shape(0) && switches.shape(1) == n, "switches must be (K, n)");
         require(ticks > 0 && every > 0, "ticks and every must be positive");
+        for (const Axis &axis : axes_) require(axis.plant == nullptr || axis.control != nullptr, "a joint has no controller");
         const std::size_t total = (knots.shape(0) - 1) * ticks;
         const std::size_t rows = (total + every - 1) / every;
         auto log = std::make_unique<std::vector<double>>(rows * n * kColumns);
@@ -145,6 +147,39 @@ class ClosedLoop {
         auto *kept = log.release();
         nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
         return Log(kept->data(), {rows, n, kColumns}, owner);
+    }
+
+    // What the sensors show, (n, 3): angle and both pressures of a joint with muscles, the angle alone of another one.
+    Matrix sense()
+    {
+        std::vector<double> seen(3 * axes_.size());
+        look(seen.data());
+        return given(std::move(seen));
+    }
+
+    // Commands (n, 2), held for `ticks` periods: of valves, -1..1, or with `pressures` pressures [Pa] in their place; of an
+    // electric joint its angle. Every period ends with a look at the sensors; the last one is returned.
+    Matrix act(const Commands &commands, bool pressures, std::size_t ticks)
+    {
+        const std::size_t n = axes_.size();
+        require(n == position_.size(), "every joint needs a drive");
+        require(commands.shape(0) == n && commands.shape(1) == 2 && ticks > 0, "commands must be (n, 2), ticks positive");
+        std::vector<double> seen(3 * n);
+        {
+            nb::gil_scoped_release release;
+            Patience patience(20000);
+            for (std::size_t k = 0; k < ticks && !patience.stops(); ++k) {
+                for (std::size_t j = 0; j < n; ++j)
+                    force_.data()[j] = obey(axes_[j], j, commands.data() + 2 * j, pressures);
+                breathe(nullptr);
+                step_(model_, data_);
+                look(seen.data());
+            }
+        }
+        raise_if_stopped();
+        for (Axis &axis : axes_)
+            if (axis.plant != nullptr) axis.plant->raise();
+        return given(std::move(seen));
     }
 
     nb::tuple learned(std::size_t j) const
@@ -167,6 +202,33 @@ class ClosedLoop {
 
   private:
     using Step = void (*)(const void *, void *);
+
+    static Matrix given(std::vector<double> &&values)
+    {
+        auto *kept = new std::vector<double>(std::move(values));
+        nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<double> *>(p); });
+        return Matrix(kept->data(), {kept->size() / 3, 3}, owner);
+    }
+
+    void look(double *seen)
+    {
+        for (std::size_t j = 0; j < axes_.size(); ++j, seen += 3) {
+            Axis &axis = axes_[j];
+            const double q = position_.data()[j];
+            plant_reading reading{};
+            if (axis.plant != nullptr) plant_joint_sense(&axis.plant->joint, &axis.plant->state, q, period_, &reading);
+            seen[0] = axis.plant != nullptr ? reading.angle : q;
+            seen[1] = reading.pressure_1, seen[2] = reading.pressure_2;
+        }
+    }
+
+    double obey(Axis &axis, std::size_t j, const double *command, bool pressures)
+    {
+        const double q = position_.data()[j], v = velocity_.data()[j];
+        if (axis.plant == nullptr) return axis.electric.stiffness * (command[0] - q) - axis.electric.damping * v;
+        const auto advance = pressures ? &plant_joint_impose : &plant_joint_step;
+        return advance(&axis.plant->joint, &axis.plant->state, q, v, command, period_);
+    }
 
     void loop(const double *knots, const uint32_t *switches, std::size_t n, std::size_t total, std::size_t ticks,
               std::size_t every, double *log)
@@ -202,7 +264,7 @@ class ClosedLoop {
             if (axes_[j].plant == nullptr) continue;
             if (first == nullptr) first = axes_[j].plant;
             drawn += axes_[j].plant->drawn();
-            failing |= (switches[j] & kSupplyLost) != 0;
+            failing |= switches != nullptr && (switches[j] & kSupplyLost) != 0;
         }
         if (first == nullptr || !(first->joint.air.supply_volume > 0)) return;
         const double next = plant_supply_step(&first->joint.air, first->state.muscle[0].supply, drawn, period_, failing);
@@ -294,7 +356,10 @@ void bind_robot(nb::module_ &m)
         .def(nb::init<std::uintptr_t, std::uintptr_t, std::uintptr_t, const Vector &, const Vector &, const Vector &,
                       double>(),
              "step"_a, "model"_a, "data"_a, "position"_a, "velocity"_a, "force"_a, "period"_a)
-        .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a)
+        .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a.none())
+        .def("sense", &ClosedLoop::sense, "What the sensors show, (n, 3).")
+        .def("act", &ClosedLoop::act, "commands"_a, "pressures"_a, "ticks"_a,
+             "Commands (n, 2) for `ticks` periods without controllers; what the sensors show then, (n, 3).")
         .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
         .def("reset_controllers", &ClosedLoop::reset_controllers, "blind"_a)
         .def("learned", &ClosedLoop::learned, "axis"_a,

@@ -20,10 +20,10 @@ from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.control.joint import native_controller
 from dehyst.control.reviewed import Law
 from dehyst.control.storage import refuse_image
-from dehyst.errors import ParameterError, SimulationError
+from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.models.model import Model
-from dehyst.robot.arm.joints import built_plant, noise_seed
+from dehyst.robot.arm.joints import built_plant, noise_seed, refuse_beyond
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import (
@@ -38,7 +38,6 @@ from dehyst.robot.arm.rigid_body import (
 Switches = npt.NDArray[np.uint32]
 
 SEEDS = 1 << 32
-BEYOND = 1.25  # times its range is where the simulation of a joint ends
 _WRONG = "angle_lost angle_jump angle_frozen pressure_lost pressure_jump pressure_frozen reference_lost supply_lost"
 # Added to the switches of a knot: what goes wrong from there to the next.
 FAULTS: Mapping[str, int] = MappingProxyType({name: 1 << (16 + bit) for bit, name in enumerate(_WRONG.split())})
@@ -381,7 +380,7 @@ class Arm:
             every,
         )
         found = ArmLog.unpack(np.asarray(np.arange(log.shape[0]) * (every * period)), log)
-        self._refuse_beyond(np.vstack([found.angle, self.data.qpos]))
+        refuse_beyond(self.robot, self.moving, np.vstack([found.angle, self.data.qpos]))
         return found
 
     def _ticks(self, reference: Reference, every_s: float) -> int:
@@ -416,23 +415,6 @@ class Arm:
         if not every_s > 0:
             raise ParameterError(f"a row every {every_s} s is no log. Pass a positive time.", every_s=every_s)
         return ticks
-
-    def _refuse_beyond(self, angles: Array) -> None:
-        """Where a muscle is stretched or slack beyond measure, its map is no muscle; end stops are not simulated."""
-        allowed = BEYOND * np.array([self.robot.joint(number).range for number in self.moving])
-        reached = np.abs(angles).max(axis=0)
-        worst = int(np.argmax(np.nan_to_num(reached / allowed, nan=np.inf)))
-        if reached[worst] <= allowed[worst]:
-            return
-        number = self.moving[worst]
-        raise SimulationError(
-            f"joint {number} went to {np.degrees(reached[worst]):.0f} deg, its range ends at "
-            f"{np.degrees(self.robot.joint(number).range):.0f} deg: what is simulated there is no arm any more. A gain "
-            f"is too high, a path too fast or a parameter out of proportion: change back controller.pole_1_s, "
-            f"path.fast_speed_m_s or what was changed last.",
-            joint=number,
-            angle=float(reached[worst]),
-        )
 
     def gravity(self, angles: Array) -> Array:
         """Torque that holds the arm still at angles (K, n) against gravity, exactly. [Nm]"""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from dehyst._native import PneumaticJoint
 from dehyst.arrays import Array
-from dehyst.errors import ParameterError
+from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import Mechanism, Parameters, dahl, foreign, maxwell_slip, none, preisach
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, mujoco, new_data
@@ -28,6 +28,7 @@ SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7)}  # coeffi
 FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6)}
 BUILDERS: dict[str, Callable[..., Parameters]] = {"maxwell-slip": maxwell_slip, "preisach": preisach, "dahl": dahl}
 WIDEST_DEAD_BAND = 0.9
+BEYOND = 1.25  # times its range is where the simulation of a joint ends
 WIDEST_DRAW = 2.5  # tolerances end somewhere: no muscle leaves the maker's test bench further off, in rms
 
 
@@ -341,6 +342,24 @@ def _joint(parameters: dict[str, Any], mechanisms: Sequence[Mechanism]) -> Pneum
     for muscle, mechanism in enumerate(mechanisms):
         joint.attach(muscle, mechanism)
     return joint
+
+
+def refuse_beyond(robot: Robot, moving: Sequence[int], angles: Array) -> None:
+    """Where a muscle is stretched or slack beyond measure, its map is no muscle; end stops are not simulated."""
+    allowed = BEYOND * np.array([robot.joint(number).range for number in moving])
+    reached = np.abs(angles).max(axis=0)
+    worst = int(np.argmax(np.nan_to_num(reached / allowed, nan=np.inf)))
+    if reached[worst] <= allowed[worst]:
+        return
+    number = moving[worst]
+    raise SimulationError(
+        f"joint {number} went to {np.degrees(reached[worst]):.0f} deg, its range ends at "
+        f"{np.degrees(robot.joint(number).range):.0f} deg: what is simulated there is no arm any more. A gain "
+        f"is too high, a path too fast or a parameter out of proportion: change back controller.pole_1_s, "
+        f"path.fast_speed_m_s or what was changed last.",
+        joint=number,
+        angle=float(reached[worst]),
+    )
 
 
 class Reading(NamedTuple):
