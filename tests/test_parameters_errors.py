@@ -47,7 +47,7 @@ def test_no_value_outside_its_physical_range_is_taken(key):
         ({"joint.1.drive": "dmsp400"}, "Did you mean dmsp40?"),
         ({"joint.1.valve": "mpy"}, "Did you mean mpye?"),
         ({"joint.3.drive": "dmsp40"}, "valve, radius_m, contraction"),
-        ({"joint.8": {"zero_deg": 0.0}}, "lacks joint.8.drive, joint.8.range_deg"),
+        ({"joint.8": {"zero_deg": 0.0}}, "lacks joint.8.range_deg"),
         (
             {"joint.12": {"zero_deg": 0.0}},
             "no joint.12; [joint] has 1, 2, 3, 4, 5, 6, 7, 8, numbered",

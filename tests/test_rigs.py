@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,9 @@ from dehyst.app.rig import run_rig
 from dehyst.errors import OutputError, ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
-from dehyst.robot.arm.parameters import sources
-from dehyst.robot.experiments.calibration import nominal_characteristic
+from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
+from dehyst.robot.arm.parameters import robot_of, sources
+from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.reference import Moves, drawn_moves, read_moves
@@ -48,6 +50,7 @@ URDF = """<robot name="two"><link name="base"/>
 <limit lower="-1" upper="2" effort="100" velocity="10"/><dynamics damping="0.3"/></joint>
 <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.3 0 0"/>
 <axis xyz="0 1 0"/><limit lower="0" upper="2" effort="100" velocity="10"/></joint></robot>"""
+DRIVE = 'drive = "dmsp20"'
 RNG = np.random.default_rng(3)
 
 
@@ -93,7 +96,7 @@ def test_the_joints_of_the_paper_that_are_compensated_are_the_large_ones():
     [
         (1, JOINT.format(n=3), "[joint] has 1, 2, numbered without a gap up to 12"),
         (13, "", "no joint.13"),
-        (0, "", "lacks joint.1.drive"),
+        (0, "", "lacks joint.1.range_deg"),
         (2, "[path]\ncenter_m = [0.3, 0.0, 0.8]", "path.center_m"),
         (2, "[path]\nposture_weights = [1.0]", "one weight for each of the 2 joints"),
         (2, "[compensator]\njoints = [3]", "names joint 3; there are 1, 2"),
@@ -289,7 +292,7 @@ def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     assert "natural" in printed and "numbers are assumptions" in printed and Path("rig.svg").stat().st_size > 1000
     run_rig(RigRequest("check", Path("rig.toml"), json=True))
-    assert json.loads(capsys.readouterr().out)["joints"]["2"]["drive"] == "dmsp20"
+    assert json.loads(capsys.readouterr().out)["joints"]["2"]["drives"] == ["dmsp20", "dmsp20"]
     for request, says in (
         (RigRequest("fit", Path("rig.toml")), "Type one of: new, check"),
         (RigRequest("new", Path("other.toml"), joints=13), "1 to 12"),
@@ -300,3 +303,45 @@ def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
             run_rig(request)
     with pytest.raises(OutputError, match="exists already"):
         run_rig(RigRequest("new", Path("rig.toml")))
+
+
+def test_two_muscles_side_by_side_are_twice_one_in_force_loop_and_air(tmp_path):
+    robot = load_robot(rig(tmp_path))
+    twice = robot.with_changes({"joint.1.parallel": 2})
+    q = 0.3 * np.sin(np.linspace(0.0, 12.0, 400))
+    p = np.full((400, 2), 2e5)
+    one, two = (run_pressures(pneumatic_joint_parameters(each, 1, 0), q, p, 0.05) for each in (robot, twice))
+    np.testing.assert_allclose(two.torque, 2 * one.torque, rtol=1e-9)
+    np.testing.assert_allclose(two.friction, 2 * one.friction, rtol=1e-9)
+    plan = [nominal_characteristic(each, 1) for each in (robot, twice)]
+    np.testing.assert_allclose(plan[1].b, 2 * plan[0].b)
+    volumes = [controller_parameters(each, 1, plan[0]).volume for each in (robot, twice)]
+    np.testing.assert_allclose(volumes[1], 2 * np.array(volumes[0]))
+
+
+def test_each_muscle_of_a_joint_has_its_own_type(tmp_path):
+    robot = load_robot(rig(tmp_path))
+    mixed = robot_of(
+        tomllib.loads((tmp_path / "rig.toml").read_text().replace(DRIVE, 'drives = ["dmsp20", "dmsp40"]')),
+        "mixed.toml",
+    )
+    q, p = np.linspace(-0.3, 0.3, 20), np.full((20, 2), 2e5)
+    first, both = (run_pressures(pneumatic_joint_parameters(each, 1, 0), q, p, 9.0) for each in (robot, mixed))
+    np.testing.assert_allclose(both.force[:, 0], first.force[:, 0])
+    assert (both.force[:, 1] > 2 * first.force[:, 1]).all()
+    assert [len(check.pulls) for check in check_rig(mixed).values()] == [6]
+
+
+@pytest.mark.parametrize(
+    ("said", "says"),
+    [
+        ("", "lacks joint.1.drive"),
+        ('drives = ["dmsp20", "electric"]', "joint.1.drives"),
+        ('drives = ["dmsp20"]', "of 2"),
+    ],
+)
+def test_drives_that_are_none_are_refused(tmp_path, said, says):
+    text = rig(tmp_path).read_text().replace(DRIVE, said)
+    with pytest.raises(ParameterError) as caught:
+        robot_of(tomllib.loads(text), "rig.toml")
+    assert says in str(caught.value)

@@ -65,7 +65,7 @@ ACTIONS = {"new": _new, "check": _check}
 
 def _figures(robot: Robot, number: int, check: JointCheck) -> dict[str, Any]:
     return {
-        "drive": robot.joint(number).drive,
+        "drives": list(robot.joint(number).driven),
         "range_deg": np.degrees(robot.joint(number).range),
         "held_Nm": [float(pull.min()) for pull in check.pulls],
         "middle_Nm": [float(pull[pull.size // 2]) for pull in check.pulls],
@@ -85,7 +85,9 @@ def _print(robot: Robot, found: dict[int, JointCheck]) -> None:
         muscles = [f"{check.stiffness:.3g}", f"{check.frequency:.3g}"] if check.pulls.size else ["", ""]
         gravity = f"{check.gravity[0]:.3g} .. {check.gravity[1]:.3g}"
         reach = f"±{np.degrees(robot.joint(number).range):.3g}"
-        rows.append([str(number), robot.joint(number).drive, reach, gravity, f"{check.inertia:.3g}", *muscles])
+        drive = ", ".join(dict.fromkeys(robot.joint(number).driven))
+        drive += f" x {robot.joint(number).parallel}" if robot.joint(number).parallel > 1 else ""
+        rows.append([str(number), drive, reach, gravity, f"{check.inertia:.3g}", *muscles])
     mean = robot.controller.mean_pressure / 1e5
     out.print(table(heads, [units, *rows], title=f"{robot.name}: what moves; muscles at {mean:g} bar"))
     pulled = [

@@ -61,7 +61,7 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
         raise ParameterError(
             f"joint {number} is electric: it has no muscles. Joints with muscles: {robot.pneumatic}.", joint=number
         )
-    muscle, valve, air = robot.muscle(joint.drive), robot.valve(joint.valve), robot.air
+    valve, air = robot.valve(joint.valve), robot.air
     fitted = fitting_scatter(robot, number, seed)
     return {
         "air": {
@@ -75,8 +75,10 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
             "supply_conductance": air.supply_conductance,
         },
         "muscle": [
-            _muscle(robot, muscle, *scatter, each.shape, each.shift)
-            for scatter, each in zip(muscle_scatter(robot, number, seed), fitted, strict=True)
+            _side_by_side(_muscle(robot, muscle, *scatter, each.shape, each.shift), joint.parallel)
+            for muscle, scatter, each in zip(
+                robot.muscles_of(number), muscle_scatter(robot, number, seed), fitted, strict=True
+            )
         ],
         "valve": [_valve(valve, each) for each in fitted],
         "sensors": _sensors(robot.sensors),
@@ -168,6 +170,24 @@ def _muscle(
         **{name: getattr(muscle, name) for name in ("tendon", "tendon_time", "warming", "warming_time",
                                                     "warm_stiffness")},
     }  # fmt: skip
+
+
+# What as many times as large is, of muscles side by side; the loss that warms each is its share.
+OF_EACH = ("volume", "dead_volume", "viscous_force", "creep_force", "creep_pressure", "tendon")
+
+
+def _side_by_side(muscle: dict[str, Any], count: int) -> dict[str, Any]:
+    """Return `count` equal muscles as one: contraction and pressure the same, forces and volumes that much larger."""
+    if count == 1:
+        return muscle
+    form = next(name for name, number in FORMS.items() if number == muscle["map"])
+    found = {**muscle, "coefficient": list(muscle["coefficient"]), "hysteresis": dict(muscle["hysteresis"])}
+    for index in FORCES[form]:
+        found["coefficient"][index] *= count
+    for key in OF_EACH:
+        found[key] = [count * each for each in muscle[key]] if isinstance(muscle[key], list) else count * muscle[key]
+    found["hysteresis"]["size"] *= count
+    return {**found, "warming": muscle["warming"] / count}
 
 
 def _hysteresis(robot: Robot, size: float) -> dict[str, Any]:

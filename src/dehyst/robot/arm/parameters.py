@@ -67,6 +67,11 @@ class Robot(Tables):
         """Return the type of muscle of this name, e.g. that of a joint's ``drive``."""
         return _member(self.muscles, name, "muscle")
 
+    def muscles_of(self, number: int) -> tuple[Muscle, ...]:
+        """Return the types of muscle 1 and 2 of a joint; none if it is electric."""
+        joint = self.joint(number)
+        return tuple(self.muscle(name) for name in joint.driven) if joint.pneumatic else ()
+
     def valve(self, name: str | None) -> Valve:
         """Return the valve of this name."""
         return _member(self.valves, name, "valve")
@@ -104,7 +109,7 @@ class Robot(Tables):
         return hashlib.sha256(text + body).hexdigest()[:16]
 
     def __repr__(self) -> str:
-        drives = ", ".join(f"{number} {joint.drive}" for number, joint in self.joints.items())
+        drives = ", ".join(f"{n} {' and '.join(dict.fromkeys(joint.driven))}" for n, joint in self.joints.items())
         return f"<Robot {self.name!r}: joints {drives}; {self.hysteresis.mechanism}; {self.fingerprint}>"
 
     def __eq__(self, other: object) -> bool:
@@ -385,7 +390,15 @@ def _known(word: str, names: Iterable[str], key: str, source: str) -> None:
 def _check_joint(robot: Robot, number: int, source: str) -> None:
     joint = robot.joints[number]
     where = f"joint.{number}"
-    _known(joint.drive, ["electric", *robot.muscles], f"{where}.drive", source)
+    if (joint.drive is None) == (joint.drives is None):
+        raise ParameterError(
+            f'{source} lacks {where}.drive. Write one of drive = "electric", the type of both muscles, or drives = '
+            f'["dmsp40", "dmsp20"] for muscle 1 and 2.',
+            key=f"{where}.drive",
+        )
+    for name in joint.driven:
+        types = [*robot.muscles] if joint.drives else ["electric", *robot.muscles]
+        _known(name, types, f"{where}.drive{'s' if joint.drives else ''}", source)
     chain = ("axis", "damping_Nm_s", "link_length_m", "link_radius_m", "link_mass_kg")
     needed = chain if robot.body is None else ("body_joint",)
     if lacking := [key for key in needed if key not in robot.raw["joint"][str(number)]]:
@@ -407,7 +420,7 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
     assert joint.radius is not None
     assert joint.contraction is not None
     _known(joint.valve, list(robot.valves), f"{where}.valve", source)
-    stroke = joint.radius * joint.range / robot.muscles[joint.drive].length
+    stroke = joint.radius * joint.range / min(muscle.length for muscle in robot.muscles_of(number))
     low, high = joint.contraction - stroke, joint.contraction + stroke
     if low < LEAST_CONTRACTION or high > MOST_CONTRACTION:
         raise ParameterError(

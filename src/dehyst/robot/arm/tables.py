@@ -152,11 +152,15 @@ class Body:
 class Joint:
     """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero.
 
+    ``drive`` is "electric" or the type of both muscles, ``drives`` those of muscle 1 and 2; ``parallel`` such muscles
+    lie side by side in the place of each and share its valve.
+
     Of a [body], ``body_joint`` is the name there, its angle at ``zero`` is zero here, ``damping`` None is that of the
     file, and axis and link are the file's. ``pole``, if given, replaces that of the [controller] table for this joint.
     """
 
-    drive: Annotated[str, Key()]
+    drive: Annotated[str | None, Key()]
+    drives: tuple[str, str] | None
     axis: Annotated[str | None, Key(choices=("yaw", "pitch", "roll"))]
     range: Annotated[float, Key("deg", 1.0, 175.0)]
     damping: Annotated[float | None, Key("Nm_s", 0.0, 1000.0)]
@@ -169,6 +173,7 @@ class Joint:
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
     zero: Annotated[float, Key("deg", -180.0, 180.0)] = 0.0
+    parallel: Annotated[int, Key("", 1, 12)] = 1
     backlash: Annotated[float, Key("deg", 0.0, 5.0)] = 0.0
     backlash_damping: Annotated[float, Key("Nm_s", 0.0, 100.0)] = 0.0
 
@@ -186,6 +191,11 @@ class Joint:
     def pneumatic(self) -> bool:
         """Whether muscles drive the joint."""
         return self.drive != "electric"
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """Types of muscle 1 and 2; of an electric joint its drive alone."""
+        return self.drives or ((self.drive or "",) * (1 + self.pneumatic))
 
 
 @dataclass(frozen=True)

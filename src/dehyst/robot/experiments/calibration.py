@@ -47,11 +47,11 @@ def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
 def nominal_forces(robot: Robot, number: int, angle: Array, pressure: Array) -> Array:
     """Forces (T, 2) of a joint's muscles at angles (T,) and gauge pressures (T, 2) by the same bench map. [N]"""
     joint = robot.joint(number)
-    muscle = robot.muscle(joint.drive)
     a1, a2, a3, a4, a5, a6 = BENCH
-    turn = joint.lever / muscle.length * angle
-    k = joint.middle + np.stack([turn, -turn], axis=1)
-    scale = muscle.volume[0] / BENCH_VOLUME
+    muscles = robot.muscles_of(number)
+    turns = (side * (joint.lever / muscle.length * angle) for side, muscle in zip((1, -1), muscles, strict=True))
+    k = joint.middle + np.stack([*turns], axis=1)
+    scale = joint.parallel * np.array([muscle.volume[0] / BENCH_VOLUME for muscle in muscles])
     return np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
 
 
@@ -68,11 +68,13 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
         A, B, C of that joint.
     """
     joint, control = robot.joint(number), robot.controller
-    muscle, valve = robot.muscle(joint.drive), robot.valve(joint.valve)
+    valve = robot.valve(joint.valve)
     inertia = joint_inertia(arm_model(robot))[number - 1]
-    kappa = np.polynomial.Polynomial([joint.middle, joint.lever / muscle.length])
-    mirrored = np.polynomial.Polynomial([joint.middle, -joint.lever / muscle.length])
-    volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
+    volumes = []
+    for side, muscle in zip((1, -1), robot.muscles_of(number), strict=True):
+        kappa = np.polynomial.Polynomial([joint.middle, side * joint.lever / muscle.length])
+        volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
+        volumes.append(tuple(map(float, joint.parallel * np.asarray(volume(kappa).coef, np.float64))))
     air = robot.air
     return JointControllerParameters(
         period=robot.simulation.period,
@@ -84,7 +86,7 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
         a=tuple(characteristic.a),
         b=tuple(characteristic.b),
         c=tuple(characteristic.c),
-        volume=(tuple(volume(kappa).coef), tuple(volume(mirrored).coef)),
+        volume=(volumes[0], volumes[1]),
         angle_low=characteristic.low,
         angle_high=characteristic.high,
         pressure_low=control.pressure_low,
