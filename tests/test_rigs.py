@@ -266,7 +266,7 @@ def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file
     robot = load_robot(file)
     assert [joint.body_joint for joint in robot.joints.values()] == ["shoulder", "elbow"]
     np.testing.assert_allclose([joint.zero for joint in robot.joints.values()], [0.5, 1.0], rtol=1e-3)
-    with pytest.raises(ParameterError, match=r"has 0 hinges"):
+    with pytest.raises(ParameterError, match=r"has 0 hinges with names"):
         new_rig(file, body=_written(tmp_path / "none.xml", "<mujoco/>"))
 
 

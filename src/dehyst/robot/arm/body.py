@@ -62,12 +62,13 @@ def body_model(
 
 
 def hinges_of(lib: Any, file: Path) -> list[tuple[str, float, float]]:
-    """Return name and range [rad] of every hinge of a body file, from the base outwards; 0, 0 without a range."""
+    """Return name and range [rad], else 0, 0, of every hinge with a name in a body file, from the base outwards."""
     try:
         model = lib.MjSpec.from_file(str(file)).compile()
     except ValueError as fault:
         raise _unreadable(file.name, fault) from None
-    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == lib.mjtJoint.mjJNT_HINGE]
+    hinge = lib.mjtJoint.mjJNT_HINGE
+    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge and model.joint(k).name]
     return [(model.joint(k).name, *(model.jnt_limited[k] * model.jnt_range[k]).tolist()) for k in hinges]
 
 

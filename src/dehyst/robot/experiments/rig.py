@@ -168,8 +168,8 @@ def new_rig(file: Path, joints: int = 1, body: Path | None = None) -> str:
     hinges = [] if body is None else hinges_of(mujoco(), body)
     if body is not None and not 1 <= len(hinges) <= 12:
         raise ParameterError(
-            f"'{body.name}' has {len(hinges)} hinges; a robot has 1 to 12 joints. Write [joint.N] for those that count "
-            f"by hand: dehyst rig new {file.name}, and [body] in it.",
+            f"'{body.name}' has {len(hinges)} hinges with names; a robot has 1 to 12 joints. Write [joint.N] for "
+            f"those that count by hand: dehyst rig new {file.name}, and [body] in it.",
             joints=len(hinges),
         )
     count = len(hinges) or joints
