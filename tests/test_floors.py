@@ -53,6 +53,8 @@ HOMES = {
     "asammdf": {"io"},
     "polars": {"io"},
     "narwhals": {"io", "data"},
+    "paho": {"io"},
+    "asyncua": {"io"},
     "control": {"neighbours"},
     "sklearn": {"neighbours"},
     "python_calamine": {"io"},

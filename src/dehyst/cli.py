@@ -26,6 +26,7 @@ COMMANDS: dict[str, type[Any]] = {  # module of `dehyst.app` and the function th
     "rig:run_rig": requests.RigRequest,
     "sweep:run_sweep_command": requests.SweepRequest,
     "drift:run_drift": requests.DriftRequest,
+    "watch:run_watch": requests.WatchRequest,
     "export:run_export": requests.ExportRequest,
     "verify:run_verify": requests.VerifyRequest,
     "compare:run_compare": requests.CompareRequest,

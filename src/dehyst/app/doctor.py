@@ -26,6 +26,7 @@ EXTRAS = {  # of dehyst -> what it is for
     "scikit": "models as regressors of scikit-learn",
     "benchmarks": "logs of nonlinear_benchmarks",
     "plant": "the simulated robot: reproduce, sweep, design --joint",
+    "watch": "watch: MQTT and OPC UA",
     "gym": "the robot as a Gymnasium environment",
     "dask": "sweeps on several machines",
     "fmi": "FMUs for other platforms, and running FMUs in verify",

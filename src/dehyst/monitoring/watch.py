@@ -1,0 +1,218 @@
+"""Watches an actuator while it runs: keeps its last cycles and asks `drift` about them, again and again."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.data.loops import TURN_FRACTION, turning_points
+from dehyst.data.recording import Recording
+from dehyst.errors import DehystError, ModelFileError, ParameterError
+from dehyst.files import write_atomically
+from dehyst.models import Model
+from dehyst.models.storage import model_to_dict
+from dehyst.monitoring.procedure import drift
+
+PER_CYCLE = 400  # samples kept of a cycle: a sine keeps its tips to 3e-5 of its range
+MOST = 40_000  # samples kept before cycles are known
+GAP = 20.0  # median steps without a sample: what happened in between is not known
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found over the last cycles.
+
+    Attributes
+    ----------
+    time
+        Of the last sample. [s]
+    status
+        "unchanged", "drifted", "cannot tell" or "not comparable".
+    alarm
+        Whether the status has just become another one, the first "unchanged" left out.
+    cycles
+        Cycles that were looked at.
+    error_percent
+        RMS of the model's error, percent of the response's range; None where nothing is comparable.
+    changes
+        Part -> change, for example "gain" [%], "hysteresis" [%], "offset" [unit], with its interval.
+    words
+        The verdict.
+    """
+
+    time: float
+    status: str
+    alarm: bool
+    cycles: int
+    error_percent: float | None
+    changes: Mapping[str, tuple[float, float, float, str]]
+    words: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values, a line of JSON."""
+        named = {
+            part: {"estimate": value, "low": low, "high": high, "unit": unit}
+            for part, (value, low, high, unit) in self.changes.items()
+        }
+        return {**vars(self), "changes": named}
+
+
+class Watch:
+    """Samples in, now and then a report out; memory and time a sample do not grow.
+
+    A report comes each `every` cycles and is about the last `cycles`. Samples are thinned to about 400 a cycle. A gap
+    in time is a break: the memory behind it is taken for unknown.
+
+    Parameters
+    ----------
+    model
+        As it was identified; what `drift` takes.
+    cycles, every
+        Cycles that are looked at, and from report to report.
+    state
+        File that keeps samples and status over restarts; None: nothing is kept.
+    **settings
+        false_alarm, least and ignore of `dehyst.drift`.
+
+    Raises
+    ------
+    ParameterError
+        If a setting lies outside what is possible.
+    ModelFileError
+        If the state file is damaged, or of another model.
+
+    Examples
+    --------
+    >>> import dehyst
+    >>> t = 0.01 * np.arange(6000)
+    >>> x = np.sin(2 * np.pi * t) * (1 - 0.3 * np.sin(0.6 * t))
+    >>> model = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
+    >>> watch = Watch(model, cycles=20, every=10)
+    >>> [report.status for report in watch.feed(t, x, 1.1 * model.simulate(x))][-1]
+    'drifted'
+    """
+
+    def __init__(
+        self, model: Model, *, cycles: int = 24, every: int = 6, state: Path | None = None, **settings: Any
+    ) -> None:
+        if not 8 <= cycles <= 1000 or not 1 <= every <= cycles:
+            raise ParameterError(
+                f"cycles = {cycles}, every = {every}: a report looks at 8 to 1000 cycles and comes after 1 to "
+                f"`cycles`; fewer cycles decide nothing.",
+                cycles=cycles,
+                every=every,
+            )
+        self.model, self._cycles, self._every, self._settings = model, cycles, every, settings
+        self._file, self._mark = state, model_to_dict(model)["sha256"]
+        self._rows, self._fresh, self._status = np.zeros((0, 3)), 0, ""
+        self._stride, self._skipped, self._waiting = 1, 0, 1
+        if state is not None and state.exists():
+            self._resume(state)
+
+    def feed(self, time: Array, x: Array, y: Array) -> list[Report]:
+        """Take samples, each (k,), in their order; return the reports that became due.
+
+        Samples that are not finite are left out. Time that runs backward, as after a restart of its clock, begins a
+        new piece.
+        """
+        rows = np.column_stack([time, x, y]).astype(np.float64)
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        reports: list[Report] = []
+        for first in range(0, len(rows), PER_CYCLE):  # a long batch is worth as many reports as short ones
+            reports += self._take(rows[first : first + PER_CYCLE])
+        return reports
+
+    def _take(self, rows: Array) -> list[Report]:
+        kept = rows[(self._skipped + np.arange(len(rows))) % self._stride == 0]
+        self._skipped = (self._skipped + len(rows)) % self._stride
+        self._rows = np.concatenate([self._rows, kept])
+        self._fresh += len(kept)
+        if self._fresh < self._waiting:
+            return []
+        turns = self._turns()
+        whole = max(0, turns.size - 2) // 2
+        if whole:
+            self._thin(int(turns[-2] - turns[0]) // whole)
+            turns = self._turns()
+        if len(self._rows) > MOST:
+            self._thin(2 * PER_CYCLE)
+            turns = self._turns()
+        if turns.size > 2 * self._cycles + 2:
+            self._rows, turns = self._rows[turns[-2 * self._cycles - 2] :], turns[-2 * self._cycles - 2 :]
+        fresh = int(np.sum(turns[:-1] >= len(self._rows) - self._fresh)) // 2
+        if whole < min(self._cycles, 8) or fresh < self._every:
+            self._waiting = self._fresh + PER_CYCLE // 4
+            return []
+        self._fresh, self._waiting = 0, PER_CYCLE // 4
+        return [self._report()]
+
+    def _turns(self) -> Any:
+        card = self.model.card.output if self.model.judged_backward else self.model.card.input
+        values = self._rows[:, 2 if self.model.judged_backward else 1]
+        span = np.ptp(values) if card.low is None or card.high is None else card.high - card.low
+        return turning_points(values, TURN_FRACTION * float(span) or None)
+
+    def _thin(self, length: int) -> None:
+        """Leave out samples of cycles that are `length` samples long."""
+        factor = length // PER_CYCLE
+        if factor >= 2:
+            self._rows, self._stride, self._skipped = self._rows[::factor], self._stride * factor, 0
+            self._fresh //= factor
+
+    def _report(self) -> Report:
+        time, x, y = self._rows.T
+        steps = np.diff(time)
+        median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
+        breaks = tuple((np.flatnonzero((steps <= 0) | (steps > GAP * median)) + 1).tolist())
+        card, log = self.model.card, None
+        try:
+            found = drift(
+                self.model,
+                Recording(
+                    x, y, time, "now", card.input.name, card.output.name, card.input.unit, card.output.unit, breaks
+                ),
+                **self._settings,
+            )
+            log, status, words = found.logs[0], found.status, found.verdict
+        except DehystError as fault:
+            status, words = "not comparable", str(fault)
+        changed = status != self._status and bool(self._status or status != "unchanged")
+        self._status = status
+        return Report(
+            float(time[-1]), status, changed, 0 if log is None else log.cycles,
+            None if log is None else log.error_percent,
+            {c.part: (c.estimate, c.low, c.high, c.unit) for c in (log.changes if log else ())}, words,
+        )  # fmt: skip
+
+    def save(self) -> None:
+        """Write the state file, whole or not at all."""
+        if self._file is None:
+            return
+        told = {"model": self._mark, "status": self._status, "fresh": self._fresh, "stride": self._stride}
+        stream = io.BytesIO()
+        np.savez(stream, rows=self._rows, told=np.array(json.dumps(told)))
+        write_atomically(self._file, stream.getvalue())
+
+    def _resume(self, file: Path) -> None:
+        try:
+            with np.load(file, allow_pickle=False) as kept:
+                rows, told = np.array(kept["rows"], np.float64), json.loads(str(kept["told"]))
+            good = rows.ndim == 2 and rows.shape[1] == 3 and len(rows) <= 2 * MOST and np.isfinite(rows).all()
+            mark, status, fresh, stride = told["model"], str(told["status"]), int(told["fresh"]), int(told["stride"])
+        except (OSError, ValueError, KeyError, TypeError, EOFError) as fault:
+            raise ModelFileError(
+                f"the state '{os.fspath(file)}' cannot be read ({fault!s:.80}). Delete it to begin anew."
+            ) from None
+        if mark != self._mark or not good or not 0 <= fresh <= len(rows) or stride < 1:
+            raise ModelFileError(
+                f"the state '{os.fspath(file)}' is of another model, or damaged. Give another file, or delete this one."
+            )
+        self._rows, self._status, self._fresh, self._stride = rows, status, fresh, stride
