@@ -30,6 +30,7 @@ COMMANDS = {
     "compensate": ("compensate", "model.json", "log.csv", "--output", Y),
     "drift": ("drift", "model.json", "log.csv"),
     "evaluate": ("evaluate", "model.json", "log.csv"),
+    "rig": ("rig", "new", "rig.toml"),
     "watch": ("watch", "model.json", "--follow", "log.csv", "--until-silent", "0.1"),
     "export": ("export", "model.json", "--target", "c-header", "--out", "made"),
     "verify": ("verify", "st"),
