@@ -1,5 +1,6 @@
 """Calibration: the plant's own static map comes back, against that map written a second time in numpy."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,10 +9,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial.polynomial import polyval
 
-from dehyst.errors import ParameterError
+from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm import load_robot
+from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
-from dehyst.robot.experiments.calibration import SLACK, calibrate, fit_characteristic, nominal_forces
+from dehyst.robot.experiments.calibration import (
+    SLACK,
+    calibrate,
+    controller_parameters,
+    fit_characteristic,
+    home,
+    nominal_characteristic,
+    nominal_forces,
+)
 from dehyst.robot.experiments.equipment import local_characteristic
 from experiment_samples import calibrated, robot
 
@@ -188,3 +198,33 @@ def test_without_a_sweep_at_3_bar_the_local_characteristic_goes_through_the_near
     local = local_characteristic(robot(), found)
     for_3_bar = [x.difference(GRID, 3e5) for x in (found, local)]
     assert np.abs(for_3_bar[0] - for_3_bar[1]).max() < 0.3e5  # no more than its hysteresis
+
+
+def homed(changes):
+    arm = load_robot(changes={"homing.cycles": 3, **changes})
+    plan = {2: nominal_characteristic(arm, 2)}
+    joint = Arm(arm, moving=(2,), controllers={2: controller_parameters(arm, 2, plan[2])})
+    home(joint, plan)
+    return joint.angles[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"payload.mass_kg": 20.0}, "what hangs on joint 2 takes up to 1.. Nm.*payload.mass_kg"),
+        ({"air": {"supply_volume_l": 0.5, "supply_conductance_l_s_bar": 0.02}}, "the supply does not keep up"),
+    ],
+)
+def test_a_homing_that_fails_names_the_load_or_the_supply(changes, cause):
+    assert abs(homed({})) < np.radians(3.0)
+    with pytest.raises(SimulationError, match=f"homing failed: .*{cause}"):
+        homed(changes)
+
+
+def test_a_homing_with_a_characteristic_that_is_25_Nm_off_is_none():
+    arm = load_robot(changes={"homing.cycles": 3})
+    known = nominal_characteristic(arm, 4)
+    plan = {4: replace(known, c=known.c + np.eye(known.c.size)[0] * 25.0)}  # [Nm]
+    joint = Arm(arm, moving=(4,), controllers={4: controller_parameters(arm, 4, plan[4])})
+    with pytest.raises(SimulationError, match="ended with joint 4 at"):
+        home(joint, plan)

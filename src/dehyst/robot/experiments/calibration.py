@@ -195,14 +195,63 @@ def home_and_learn(arm: Arm, characteristics: Mapping[int, Characteristic]) -> A
     return _homed(arm, characteristics, SWITCHES["adapt"])
 
 
+ASTRAY = 0.2  # of its range: a joint that ends its homing further from the middle was not homed
+SHORT = 0.3 * BAR  # of the mean pressure: more is no valve's error
+
+
 def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int) -> ArmLog:
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
     share = [homing.range_share * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
-    log = excite(arm, cycle[:, None] * np.array(share), characteristics, every_s=0.05, switches=switches)
+    targets, log = cycle[:, None] * np.array(share), None
+    try:
+        log = excite(arm, targets, characteristics, every_s=0.05, switches=switches)
+        _refuse_astray(arm, characteristics)
+    except SimulationError as fault:
+        cause = _cause(arm, targets, characteristics, log)
+        if cause is None:
+            raise
+        raise SimulationError(f"the homing failed: {cause}", **fault.facts) from fault
     arm.forget()
     return log
+
+
+def _refuse_astray(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
+    for number, angle in zip(arm.moving, arm.angles, strict=True):
+        limit = ASTRAY * arm.robot.joint(number).range
+        if number in characteristics and abs(angle) > limit:
+            raise SimulationError(
+                f"the homing ended with joint {number} at {np.degrees(angle):.1f} deg, more than "
+                f"{np.degrees(limit):.1f} deg from the middle: what its muscles remember is not known. Its "
+                f"characteristic is not that of the joint, or a sensor of pressure is off: calibrate it anew.",
+                joint=number,
+            )
+
+
+def _cause(arm: Arm, targets: Array, characteristics: Mapping[int, Characteristic], log: ArmLog | None) -> str | None:
+    """What a rig's builder would look for first: a load, the supply; None if it is neither."""
+    robot = arm.robot
+    mean, torque = robot.controller.mean_pressure, known_torque(arm, targets)
+    room = pressure_room(robot, mean)
+    for i, number in enumerate(arm.moving):
+        if number not in characteristics:
+            continue
+        asked = np.abs(characteristics[number].difference(targets[:, i], mean, torque[:, i])).max()
+        if asked > room:
+            return (
+                f"what hangs on joint {number} takes up to {np.abs(torque[:, i]).max():.0f} Nm, for which its muscles "
+                f"would need {asked / BAR:.1f} bar of pressure difference; at a mean pressure of {mean / BAR:.2g} bar "
+                f"they have {room / BAR:.1f}. Take load off (payload.mass_kg, link masses) or lower homing.range_share."
+            )
+        short = 0.0 if log is None else mean - float(log.pressure[-len(log.time) // 4 :, i].mean())
+        if short > SHORT:
+            return (
+                f"the muscles of joint {number} got {(mean - short) / BAR:.1f} bar in the mean of {mean / BAR:.2g} bar "
+                f"asked: the supply does not keep up. Raise air.supply_bar, air.supply_conductance_l_s_bar or the "
+                f"valve's conductance_l_s_bar, or home more slowly (homing.period_s)."
+            )
+    return None
 
 
 APPROACH_S = 5.0  # pressures and the hung weight are brought to the beginning of a sweep

@@ -15,8 +15,9 @@ from dehyst.control.joint import DIRECT
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm, Reference
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.experiments.calibration import OBSERVER_RATIO, home
+from dehyst.robot.experiments.calibration import home
 from dehyst.robot.experiments.equipment import Equipment
+from dehyst.robot.experiments.gains import at_pole
 from dehyst.robot.experiments.output import joint_figures
 from dehyst.robot.experiments.path import PlannedPath
 from dehyst.robot.experiments.trials import run_trial
@@ -138,11 +139,7 @@ def _twice(model: DirectInverse) -> DirectInverse:
 
 def high_gains(case: Case, pole: float) -> tuple[float, float]:
     """The position loop is faster or slower: what is left for a compensator."""
-    controllers = {
-        n: replace(c, pole=pole, observer_pole=max(c.observer_pole, OBSERVER_RATIO * pole))
-        for n, c in case.equipment.controllers.items()
-    }
-    return ratio(case, case.robot, replace(case.equipment, controllers=controllers))
+    return ratio(case, case.robot, at_pole(case.equipment, pole))
 
 
 def study_jobs(case: Case) -> dict[Key, Job]:
