@@ -6,7 +6,7 @@
 #include "dehyst.h"
 #include "evaluator.h"
 
-enum { ROOM = EVALUATOR_BLOCK + 8 };
+enum { ROOM = EVALUATOR_BLOCK + 8, LINE = 64 /* of the cache [byte] */ };
 
 static int32_t lane_of(int32_t i) { return (i & ~7) | (7 - (i & 7)); }
 
@@ -14,10 +14,11 @@ int dense_make(engine_evaluator *e)
 {
     dense *d = &e->dense;
     const size_t padded = ((size_t)e->n + 7) / 8 * 8;
-    d->p = aligned_alloc(64, (3 * padded + 4 * ROOM) * sizeof *d->p);
-    if (d->p == NULL) {
+    d->memory = malloc((3 * padded + 4 * ROOM) * sizeof *d->p + LINE); /* Windows has no aligned_alloc */
+    if (d->memory == NULL) {
         return -1;
     }
+    d->p = (double *)(((uintptr_t)d->memory + LINE - 1) / LINE * LINE);
     memset(d->p, 0, 3 * padded * sizeof *d->p);
     d->width = d->p + padded;
     d->weight = d->width + padded;
@@ -29,7 +30,7 @@ int dense_make(engine_evaluator *e)
     return 0;
 }
 
-void dense_free(engine_evaluator *e) { free(e->dense.p); }
+void dense_free(engine_evaluator *e) { free(e->dense.memory); }
 
 void dense_start(engine_evaluator *e, int32_t operators, const double *z)
 {

@@ -14,7 +14,8 @@ enum { EVALUATOR_BLOCK = 1024 }; /* samples that stay in the fastest cache */
 
 /* The first `operators` ones evaluated densely; lane order of lanes/dense.c. */
 typedef struct dense {
-    double *p, *width, *weight; /* (8 * vectors of all,) */
+    void *memory;               /* what all arrays lie in */
+    double *p, *width, *weight; /* (8 * vectors of all,), in whole cache lines */
     double *room;               /* blocks of samples: centred inputs, outputs, the last operator's p, outputs of the rest */
     int32_t operators;          /* 0: not in use */
     double base;                /* offset - sum w r */
