@@ -197,15 +197,16 @@ void bind_models(nb::module_ &m)
           "(fault, r', w', z') of the closed inverse; fault 0, or the index of the offending partial sum.");
     m.def("stop_to_play", &stop_to_play, "slope"_a, "stop_weights"_a, "Play weights of a stop form.");
     m.def("map_values", &map_values, "u"_a, "v"_a, "x"_a, "Values of a piecewise linear map.");
-    nb::class_<Stepper> bound(m, "Stepper", "A model with its state, one call a sample.");
+    nb::class_<Stepper> bound(m, "Stepper", nb::type_slots(Stepper::slots()),
+                                 "A model with its state, one call a sample.");
     bound
         .def(nb::init<const In &, const In &, double, double, const In &, const In &, const In &, const In &,
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
-        .def("__call__", [](Stepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
+        .def("_call", [](Stepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
              "Output for the next sample x; the time since the one before changes nothing.")
-        .def("__call__", [](Stepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
+        .def("_call", [](Stepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
              "period"_a = 0.0,
              "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &Stepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")

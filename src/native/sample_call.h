@@ -3,9 +3,12 @@
 #define DEHYST_NATIVE_SAMPLE_CALL_H
 
 #include <limits>
+#include <stdexcept>
 #include <type_traits>
 
 #include "arrays.h"
+
+#include <structmember.h>
 
 // One number from whatever Python passes; a sensor that has nothing to say gives None, which is a rejected sample.
 inline double sample_of(nb::handle x)
@@ -23,50 +26,68 @@ inline double sample_of(nb::handle x)
     return value;
 }
 
-// First base of a class with `double step(double)` whose objects are called with a float. Python finds `entry` in the
-// object itself (PEP 590); everything but one float, or a second one for the time since then, goes on to the `__call__` that the class is bound with.
+// First base of a class with `double step(double)` whose objects are called with a float, bound with `slots()`. Python
+// finds `entry` in the object itself (PEP 590); everything but one float, or a second one for the time since then, goes on
+// to the `_call` that the class is bound with. Only a type made by a specification of our own can say so in the limited
+// API, hence the base in Python: its flag and offset are inherited, until someone sets `__call__`.
 template <class T>
 class SampleCall {
   protected:
     SampleCall() : entry_(&SampleCall::call) {}
 
   public:
+    static const PyType_Slot *slots()
+    {
+        static PyMemberDef members[] = {{"__vectorcalloffset__", T_PYSSIZET, kOffset, READONLY, nullptr}, {}};
+        static PyType_Slot own[] = {
+            {Py_tp_call, reinterpret_cast<void *>(&PyVectorcall_Call)}, {Py_tp_members, members}, {0, nullptr}};
+        static PyType_Spec spec = {"dehyst._native.SampleCall", static_cast<int>(kOffset + sizeof(vectorcallfunc)), 0,
+                                   Py_TPFLAGS_DEFAULT | Py_TPFLAGS_BASETYPE | Py_TPFLAGS_HAVE_VECTORCALL, own};
+        static PyType_Slot found[] = {
+            {Py_tp_base, PyType_FromSpec(&spec)}, {Py_tp_new, reinterpret_cast<void *>(&SampleCall::blank)}, {0, nullptr}};
+        if (found[0].pfunc == nullptr) throw nb::python_error();
+        return found;
+    }
+
     static void bind(const nb::class_<T> &bound)
     {
         static_assert(std::is_base_of<SampleCall, T>::value, "the class derives from SampleCall of itself");
-        PyTypeObject *type = reinterpret_cast<PyTypeObject *>(bound.ptr());
         const nb::object probe = nb::inst_alloc(bound); // memory without an object: only addresses matter
-        T *inside = nb::inst_ptr<T>(probe);
-        offset_ = reinterpret_cast<char *>(&static_cast<SampleCall *>(inside)->entry_) -
-                  reinterpret_cast<char *>(probe.ptr());
-        made_ = type->tp_new;
-        type->tp_new = &SampleCall::blank;
-        type->tp_vectorcall_offset = offset_;
-        type->tp_call = PyVectorcall_Call;
-        type->tp_flags |= Py_TPFLAGS_HAVE_VECTORCALL;
-        PyType_Modified(type);
+        if (&static_cast<SampleCall *>(nb::inst_ptr<T>(probe))->entry_ != &entry_of(probe.ptr()))
+            throw std::logic_error("nanobind keeps objects elsewhere than SampleCall says");
+#if PY_VERSION_HEX < 0x030C0000 // does not inherit the flag
+        reinterpret_cast<PyTypeObject *>(bound.ptr())->tp_flags |= Py_TPFLAGS_HAVE_VECTORCALL;
+        PyType_Modified(reinterpret_cast<PyTypeObject *>(bound.ptr()));
+#endif
     }
 
   private:
+    static constexpr Py_ssize_t kOffset = sizeof(PyObject) + 8; // nanobind's own 8 bytes come between
+
     static vectorcallfunc &entry_of(PyObject *self)
     {
-        return *reinterpret_cast<vectorcallfunc *>(reinterpret_cast<char *>(self) + offset_);
+        return *reinterpret_cast<vectorcallfunc *>(reinterpret_cast<char *>(self) + kOffset);
     }
 
     // T.__new__(T) without __init__ leaves memory as it is; a call of that must be an error, not a jump.
-    static PyObject *blank(PyTypeObject *type, PyObject *words, PyObject *names)
+    static PyObject *blank(PyTypeObject *type, PyObject *, PyObject *)
     {
-        PyObject *self = made_(type, words, names);
-        if (self != nullptr) entry_of(self) = nullptr;
-        return self;
+        try {
+            PyObject *self = nb::inst_alloc(reinterpret_cast<PyObject *>(type)).release().ptr();
+            entry_of(self) = nullptr;
+            return self;
+        } catch (nb::python_error &fault) {
+            fault.restore();
+            return nullptr;
+        }
     }
 
     static PyObject *call(PyObject *self, PyObject *const *words, std::size_t count, PyObject *names)
     {
         const Py_ssize_t given = PyVectorcall_NARGS(count);
         if (names == nullptr && (given == 1 || (given == 2 && PyFloat_Check(words[1]))) && PyFloat_Check(words[0]))
-            return PyFloat_FromDouble(static_cast<T *>(owner(self))->step(PyFloat_AS_DOUBLE(words[0])));
-        PyObject *method = PyObject_GetAttrString(self, "__call__");
+            return PyFloat_FromDouble(static_cast<T *>(owner(self))->step(PyFloat_AsDouble(words[0])));
+        PyObject *method = PyObject_GetAttrString(self, "_call");
         if (method == nullptr) return nullptr;
         PyObject *result = PyObject_Vectorcall(method, words, count & ~PY_VECTORCALL_ARGUMENTS_OFFSET, names);
         Py_DECREF(method);
@@ -79,8 +100,6 @@ class SampleCall {
     }
 
     vectorcallfunc entry_;
-    static inline Py_ssize_t offset_ = 0;
-    static inline newfunc made_ = nullptr;
 };
 
 #endif

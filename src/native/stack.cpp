@@ -142,15 +142,16 @@ class StackStepper : public SampleCall<StackStepper> {
 
 void bind_stack(nb::module_ &m)
 {
-    nb::class_<StackStepper> bound(m, "StackStepper", "A model with its state, one call a sample, in O(log n).");
+    nb::class_<StackStepper> bound(m, "StackStepper", nb::type_slots(StackStepper::slots()),
+                                      "A model with its state, one call a sample, in O(log n).");
     bound
         .def(nb::init<const In &, const In &, double, double, const In &, const In &, const In &, const In &,
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
-        .def("__call__", [](StackStepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
+        .def("_call", [](StackStepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
              "Output for the next sample x; the time since the one before changes nothing.")
-        .def("__call__", [](StackStepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
+        .def("_call", [](StackStepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
              "period"_a = 0.0,
              "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &StackStepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
