@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test test-slow test-all machines check docs bench bench-quick proofs proofs-quick clean exports
+.PHONY: demo test test-slow test-all machines check docs bench bench-quick proofs proofs-quick wheels clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant preisach,none --compensator paper,best --out demo
@@ -66,6 +66,10 @@ proofs: $(VENV)/installed-proofs
 proofs-quick: $(VENV)/installed-proofs
 	$(BIN)/python proofs/run.py --quick
 
+# Wheels for x86-64 and ARM64 that need no compiler where they are installed, by zig; each is tried where there is none.
+wheels: $(VENV)/installed-wheels
+	$(BIN)/python wheels/make.py
+
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant engine reviewed -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
 
@@ -94,5 +98,10 @@ $(VENV)/installed-proofs: $(VENV)/bin/python proofs/requirements.txt proofs/inst
 	$(PIP) -r proofs/requirements.txt
 	@touch $@
 
+$(VENV)/installed-wheels: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PIP) 'pip>=25.1'
+	$(PIP) --group wheels
+	@touch $@
+
 clean:
-	rm -rf $(VENV) build demo
+	rm -rf $(VENV) build demo dist

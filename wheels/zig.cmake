@@ -1,0 +1,12 @@
+# zig as a compiler for Linux with glibc 2.17 or newer, on any machine: wheels/make.py names it and the processor.
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR $ENV{ZIG_PROCESSOR})
+set(C_mode cc)
+set(CXX_mode c++)
+foreach(language C CXX)
+  set(CMAKE_${language}_COMPILER $ENV{ZIG} ${${language}_mode} -target $ENV{ZIG_PROCESSOR}-linux-gnu.2.17 -fno-sanitize=undefined)
+  set(CMAKE_${language}_ARCHIVE_CREATE "$ENV{ZIG} ar qc <TARGET> <OBJECTS>")
+  set(CMAKE_${language}_ARCHIVE_FINISH "$ENV{ZIG} ranlib <TARGET>")
+endforeach()
+set(CMAKE_SHARED_LINKER_FLAGS_INIT -s)
+set(CMAKE_MODULE_LINKER_FLAGS_INIT -s)
