@@ -203,3 +203,9 @@ def test_models_of_extreme_sizes_make_a_block_or_say_why_not():
                 y, _ = block.run([0.0, 1.0, -1.0, 1e90, -1e90, 1e-300])
                 assert np.all((y >= block.output.low) & (y <= block.output.high))
                 block.restore(block.save())
+
+
+@pytest.mark.parametrize("period", [0.0, -1.0, float("nan")])
+def test_a_period_that_is_none_is_refused_by_plays_too(period):
+    with pytest.raises(ParameterError, match="period"):
+        Block(PrandtlIshlinskii([0.0], [1.0]), range=(-1, 1), period=period)

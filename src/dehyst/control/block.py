@@ -17,7 +17,7 @@ from dehyst.errors import ParameterError
 from dehyst.models.arrays import signal_array
 from dehyst.models.card import ModelCard, SignalCard
 from dehyst.models.machine import Direction, Machine
-from dehyst.models.model import Model, require_model
+from dehyst.models.model import Model, positive_period, require_model
 from dehyst.models.offset import OffsetNumbers, offset_numbers, width
 
 MEASURED = "measured"
@@ -260,7 +260,7 @@ class Block:
         self.ramp = int(ramp)
         self.model = own
         self.direction: Direction = direction
-        made = own.machine(direction, range, self.ramp, period)
+        made = own.machine(direction, range, self.ramp, None if period is None else positive_period(period))
         self._machine = made if follow_offset is None else followed(made, own.card, direction, follow_offset)
         self._native = self._machine.native
 

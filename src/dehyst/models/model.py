@@ -505,7 +505,7 @@ class Steps(ABC):
 
     def __init__(self, model: Model, period: float | None = None) -> None:
         self._needs, self._family, self._timed = model.needs, model.family, model.rate_dependent
-        self.period = model.period if period is None else _positive(period)
+        self.period = model.period if period is None else positive_period(period)
         self.output = 0.0
         if slow := model.too_slow(self.period):
             warnings.warn(slow, UserWarning, stacklevel=3)
@@ -547,7 +547,8 @@ def without_inverse(model: Model) -> InvertibilityError:
     return InvertibilityError(f"this {model.family} model has no inverse: {model.no_inverse}", family=model.family)
 
 
-def _positive(period: float) -> float:
+def positive_period(period: float) -> float:
+    """Return a period in seconds, or refuse one that is none."""
     seconds = parameter_number(period, "period")
     if not seconds > 0.0:
         raise ParameterError(f"a period of {seconds:g} s is none; pass the time between two samples, above 0.")
