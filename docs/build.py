@@ -1,13 +1,13 @@
-"""Build everything in docs/ (and README.md) that is generated: reference pages, shown outputs, figures.
+"""Build everything in docs/ (and README.md) that is generated: reference pages, shown outputs, notebooks, figures.
 
     python docs/build.py            write what is not up to date
-    python docs/build.py PAGE ...   only these pages, without figures, for example docs/explanation/proofs.md
+    python docs/build.py PAGE ...   only these pages or notebooks, for example docs/explanation/proofs.md
     python docs/build.py --check    write nothing; name what is not up to date, exit status 1
     python docs/build.py --headlines    the first line of every module, room by room: the house in words
 
 Idempotent: a second run changes nothing. Reference pages and the page of decisions are written anew; outputs shown on
-a page are replaced where they are no longer true (the rules are in generate/blocks.py); figures carry no date and no
-random id. Figures are not checked: another version of matplotlib draws other bytes of the same picture.
+a page or by a notebook are replaced where they are no longer true (the rules are in generate/blocks.py); figures carry
+no date and no random id. Figures are not checked: another version of matplotlib draws other bytes of the same picture.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from generate import (  # noqa: E402 - found beside this file
     figures,
     findings,
     models,
+    notebooks,
     parameters,
     proofs,
     python_names,
@@ -112,6 +113,11 @@ def written_pages() -> list[Path]:
     return [page for page in pages if page.is_file() and blocks.steps(page.read_text(encoding="utf-8"))]
 
 
+def written_notebooks() -> list[Path]:
+    """Return every notebook below docs/."""
+    return sorted((DOCS / "notebooks").glob("*.ipynb"))
+
+
 def true_text(text: str) -> str:
     """Return the text of a page with the outputs that its code prints now."""
     with tempfile.TemporaryDirectory() as folder:
@@ -141,7 +147,9 @@ def main() -> int:
         return 0
     check, chosen = given.check, {page.resolve() for page in given.pages}
     stale = [path for path, text in generated_pages().items() if _chosen(path, chosen) and _put(path, text, check)]
-    stale += [path for path in written_pages() if _chosen(path, chosen) and _refresh(path, check)]
+    stale += [
+        path for path in [*written_pages(), *written_notebooks()] if _chosen(path, chosen) and _refresh(path, check)
+    ]
     for path in stale:
         print(f"{'not up to date' if check else 'wrote'}: {path.relative_to(ROOT)}")
     if not check and not chosen:
@@ -158,7 +166,7 @@ def _chosen(path: Path, pages: set[Path]) -> bool:
 def _refresh(path: Path, check: bool) -> bool:
     """Bring the shown outputs of a page up to date; leave it alone if it was edited while its code ran."""
     before = path.read_text(encoding="utf-8")
-    text = true_text(before)
+    text = notebooks.true_notebook(before, redraw=not check) if path.suffix == ".ipynb" else true_text(before)
     return path.read_text(encoding="utf-8") == before and _put(path, text, check)
 
 

@@ -145,7 +145,7 @@ def broken_links(page: Path) -> list[str]:
 
 
 def test_every_link_leads_somewhere(tmp_path, monkeypatch):
-    broken = [link for page in PAGES for link in broken_links(page)]
+    broken = [link for page in (*PAGES, *build.written_notebooks()) for link in broken_links(page)]
     assert not broken, "no such file or heading; correct the links:\n" + "\n".join(broken)
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     (tmp_path / "a.md").write_text("# Head\n[x](nowhere.md) [y](#other) [z](#head)\n", encoding="utf-8")
@@ -173,7 +173,8 @@ def test_index_links_every_page_and_every_decision():
     for folder, page in ((models, "index.md"), (DOCS / "decisions", "README.md")):  # link a page each
         listed = (folder / page).read_text(encoding="utf-8")
         linked |= {(folder / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", listed)}
-    missing = [name_of(page) for page in DOCS.rglob("*.md") if page.resolve() not in linked | {DOCS / "index.md"}]
+    pages = [*DOCS.rglob("*.md"), *build.written_notebooks()]
+    missing = [name_of(page) for page in pages if page.resolve() not in linked | {DOCS / "index.md"}]
     assert not missing, STALE
 
 
@@ -184,7 +185,13 @@ PRIVATE = re.compile(
 
 
 def test_no_path_or_host_of_a_machine_is_written_anywhere():
-    files = [*PAGES, *DOCS.rglob("*.py"), *(DOCS / "images").rglob("*.svg"), *(ROOT / "examples").glob("*.py")]
+    files = [
+        *PAGES,
+        *build.written_notebooks(),
+        *DOCS.rglob("*.py"),
+        *(DOCS / "images").rglob("*.svg"),
+        *(ROOT / "examples").glob("*.py"),
+    ]
     found = [
         f"{name_of(path)}: {match[0]}"
         for path in files

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
@@ -40,6 +41,8 @@ FIGURES: Mapping[type, Callable[[Any], Figure]] = {
     Comparison: lambda found: comparison_figures(found)[0],
     Drift: lambda found: drift_figures(found)[0],
 }
+
+_SHOWN = itertools.count()  # names of pictures, which a page must not hold twice
 
 
 def figure_of(thing: object) -> Figure:
@@ -88,11 +91,13 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     ('dp [bar]', 'angle [deg]')
     """
     panel = figure_of(thing).panels[0]
-    with settings(style()):
-        if ax is None:
-            import matplotlib.pyplot as pyplot
+    if ax is None:
+        import matplotlib.pyplot as pyplot
 
-            ax = pyplot.subplots(layout="constrained")[1]
+        # Outside the settings: their end would take back what the first figure of a notebook sets for the next ones.
+        figure = pyplot.figure(layout="constrained")
+    with settings(style()):
+        ax = figure.subplots() if ax is None else ax
         panel.rows[0](ax)
         if panel.legend and ax.get_legend_handles_labels()[1]:
             ax.legend(loc="best")
@@ -110,9 +115,9 @@ def as_html(thing: object) -> str:
     >>> "<svg" in as_html(example_recording())
     True
     """
-    figure = figure_of(thing)
+    figure, shown = figure_of(thing), next(_SHOWN)
     drawn = "".join(
-        f'<div style="flex:1 1 20em;max-width:34em">{panel_svg(panel, f"{figure.key}{id(thing):x}{k}")}</div>'
+        f'<div style="flex:1 1 20em;max-width:34em">{panel_svg(panel, f"{figure.key}{shown}-{k}")}</div>'
         for k, panel in enumerate(figure.panels)
     )
     said = getattr(thing, "verdict", "") or getattr(thing, "name", "") or type(thing).__name__
