@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test test-slow test-all machines check docs bench bench-quick proofs proofs-quick wheels clean exports
+.PHONY: demo test test-slow test-all machines check docs site bench bench-quick proofs proofs-quick wheels clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant preisach,none --compensator paper,best --out demo
@@ -31,6 +31,10 @@ check: $(VENV)/installed-test
 
 docs: $(VENV)/installed-test
 	$(BIN)/python docs/build.py
+
+# The pages as a searchable site that asks no other server for anything: python3 -m http.server --directory site
+site: $(VENV)/installed-site
+	$(BIN)/python docs/generate/site.py
 
 bench: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/startup.py
@@ -93,6 +97,11 @@ $(VENV)/installed-bench: $(VENV)/bin/python $(SOURCES)
 	$(PIP) '.[all,test,bench]'
 	@touch $@ $(VENV)/installed $(VENV)/installed-test
 
+$(VENV)/installed-site: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(PIP) 'pip>=25.1'
+	$(PIP) --group site
+	@touch $@
+
 $(VENV)/installed-proofs: $(VENV)/bin/python proofs/requirements.txt proofs/install.sh constraints.txt
 	sh proofs/install.sh
 	$(PIP) -r proofs/requirements.txt
@@ -104,4 +113,4 @@ $(VENV)/installed-wheels: $(VENV)/bin/python pyproject.toml constraints.txt
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build demo dist
+	rm -rf $(VENV) build demo dist site

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 import tempfile
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +88,8 @@ def as_markdown(path: Path) -> str:
                 picture = "".join(data["image/png"].split())
                 parts.append(f'<img alt="What the cell above draws" src="data:image/png;base64,{picture}">')
             else:
-                parts.append(f"```text\n{_said(output).rstrip()}\n```")
+                lines = _said(output).rstrip().split("\n")
+                wrapped = [textwrap.fill(line, 80) if len(line) > int(WIDTH) else line for line in lines]
+                parts.append("\n".join(["```text", *wrapped, "```"]))
     note = f"*This page is a notebook: [download it]({path.name}), or open it from `docs/notebooks/`.*"
-    return "\n\n".join([parts[0], note, *parts[1:]]) + "\n"
+    return "\n\n".join(["---\nhide: [toc]\n---", parts[0], note, *parts[1:]]) + "\n"
