@@ -294,7 +294,7 @@ def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
     run_rig(RigRequest("check", Path("rig.toml"), json=True))
     assert json.loads(capsys.readouterr().out)["joints"]["2"]["drives"] == ["dmsp20", "dmsp20"]
     for request, says in (
-        (RigRequest("fit", Path("rig.toml")), "Type one of: new, check"),
+        (RigRequest("weld", Path("rig.toml")), "Type one of: new, check"),
         (RigRequest("new", Path("other.toml"), joints=13), "1 to 12"),
         (RigRequest("new", Path("other.toml"), joints=1, from_urdf=Path("a.urdf")), "Type one of them"),
         (RigRequest("new", Path("other.toml"), from_urdf=Path("a.urdf")), "is not there"),

@@ -47,7 +47,8 @@ def read_bench_log(path: Path, request: MuscleRequest, length: float | None) -> 
         time_unit=request.time_unit,
     )  # fmt: skip
     findings = [entry for entry in table.findings if entry.code != "no-time"]
-    moved = (_from_length if role == "length" else _contraction)(table, request.contraction_unit, length, findings)
+    read = contraction_of_length if role == "length" else contraction_of
+    moved = read(table, request.contraction_unit, length, findings)
     pressure = _pressure(table, request, findings)
     force = _force(table, request.force_unit, findings)
     _refuse_range(moved, role)
@@ -73,7 +74,7 @@ def _known(table: Columns, role: str, unit: str, kind: str, flag: str) -> None:
         )
 
 
-def _contraction(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
+def contraction_of(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
     """Contraction as a number, from one, from percent, or from a shortening in a unit of length."""
     values, unit = table.values["contraction"], _unit(table, "contraction", option)
     if unit.lower() in PERCENT or (not unit and _says_percent(table.names["contraction"])):
@@ -118,7 +119,7 @@ def _says_percent(name: str) -> bool:
     return any(name.lower().endswith(word) for word in ("percent", "pct", "prozent", "%"))
 
 
-def _from_length(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
+def contraction_of_length(table: Columns, option: str | None, length: float | None, findings: list[Finding]) -> Array:
     """Contraction from the length of the muscle."""
     values, unit = table.values["length"], _unit(table, "length", option)
     if length is None:

@@ -213,13 +213,19 @@ class ReproduceRequest:
 
 @dataclass(frozen=True, eq=False)
 class RigRequest:
-    """Write the file of a robot of one's own (new), or say what it can do before anything runs on it (check)."""
+    """Write the file of a robot of one's own (new), say what it can do (check), or take its numbers from logs (fit)."""
 
-    action: str = argument("new or check.", metavar="ACTION")
+    action: str = argument("new, check or fit.", metavar="ACTION")
     file: Path = argument("Parameter file of the robot.", metavar="ROBOT.toml")
+    logs: tuple[Path, ...] = argument("fit: logs of a muscle on a bench, or of a joint.", (), metavar="[BENCH]")
     joints: int | None = option("new: joints of a chain; 1 without it.")
     from_urdf: Path | None = option("new: take links and joints from this URDF file.")
     from_mjcf: Path | None = option("new: take links and joints from this MJCF file.")
+    joint: int | None = option("fit: joint of the logs; a muscle alone is its first one. Else the first with muscles.")
+    column: tuple[str, ...] = option("fit: column of a role, e.g. force=LoadCell_N; repeat.", (), metavar="ROLE=NAME")
+    run: str | None = option()
+    test: tuple[Path, ...] = option("fit: a log that is not fitted but tested on; repeat.", ())
+    out: Path | None = option("fit: file of the robot to write, with the numbers found.")
     figure: Path | None = option()
     json: bool = option(default=False)
     overwrite: bool = option(default=False)

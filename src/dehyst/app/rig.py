@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.app.requests import RigRequest
+from dehyst.app.rig_fit import fit
 from dehyst.app.targets import RIGS, refuse_existing
 from dehyst.app.terminal import print_end, print_json, table, terminal
 from dehyst.errors import ParameterError
@@ -20,7 +21,7 @@ from dehyst.shell import quoted
 
 
 def run_rig(request: RigRequest) -> None:
-    """Write a new file, or check one."""
+    """Write a new file, check one, or fit it."""
     if request.action not in ACTIONS:
         raise ParameterError(f"there is no 'dehyst rig {request.action}'. Type one of: {', '.join(ACTIONS)}.")
     ACTIONS[request.action](request)
@@ -60,7 +61,7 @@ def _check(request: RigRequest) -> None:
     print_end(f"dehyst reproduce --quick --robot {quoted(request.file)}", picture=request.figure)
 
 
-ACTIONS = {"new": _new, "check": _check}
+ACTIONS = {"new": _new, "check": _check, "fit": fit}
 
 
 def _figures(robot: Robot, number: int, check: JointCheck) -> dict[str, Any]:
