@@ -228,6 +228,7 @@ def test_a_compensator_of_the_joint_controller_may_come_from_either():
 def test_a_call_takes_what_is_one_number_and_nothing_else(kind):
     parameters = PrandtlIshlinskii([0.0], [2.0]).stepper().parameters
     step = kind(*parameters)
+    assert kind.__flags__ & 1 << 11  # Py_TPFLAGS_HAVE_VECTORCALL: a call makes no tuple
     for sample in (1, True, np.float64(1.0), np.float32(1.0), np.int64(1), np.array(1.0), 1.0):
         assert step(sample) == step(x=sample) == step.__call__(sample) == 2.0
     for sample in ("1.0", [1.0], 1j, {}, np.zeros(2)):

@@ -29,8 +29,6 @@ class Stepper : public SampleCall<Stepper> {
 
     double step(double x) { return dehyst_model_step(&parameters_.view, &state_, x); }
 
-    double step_object(nb::handle x) { return step(sample_of(x)); }
-
     // Long signals go through the engine, which agrees with the steps to rounding; short ones are stepped.
     nb::tuple simulate(const In &x)
     {
@@ -204,11 +202,6 @@ void bind_models(nb::module_ &m)
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
-        .def("_call", [](Stepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
-             "Output for the next sample x; the time since the one before changes nothing.")
-        .def("_call", [](Stepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
-             "period"_a = 0.0,
-             "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &Stepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
         .def("reset", &Stepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &Stepper::save, "Image (n + 2,) of the state for `restore`.")

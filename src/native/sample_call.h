@@ -28,7 +28,7 @@ inline double sample_of(nb::handle x)
 
 // First base of a class with `double step(double)` whose objects are called with a float, bound with `slots()`. Python
 // finds `entry` in the object itself (PEP 590); everything but one float, or a second one for the time since then, goes on
-// to the `_call` that the class is bound with. Only a type made by a specification of our own can say so in the limited
+// to `_call`, which nanobind makes. Only a type made by a specification of our own can say so in the limited
 // API, hence the base in Python: its flag and offset are inherited, until someone sets `__call__`.
 template <class T>
 class SampleCall {
@@ -55,6 +55,11 @@ class SampleCall {
         const nb::object probe = nb::inst_alloc(bound); // memory without an object: only addresses matter
         if (&static_cast<SampleCall *>(nb::inst_ptr<T>(probe))->entry_ != &entry_of(probe.ptr()))
             throw std::logic_error("nanobind keeps objects elsewhere than SampleCall says");
+        bound.attr("_call") = nb::cpp_function(
+            [](T &self, nb::handle x, double) { return self.step(sample_of(x)); }, nb::name("__call__"), nb::is_method(),
+            "x"_a.none(), "period"_a = 0.0,
+            "Output for the next sample; None is a rejected sample: the last good output is held. The time since the one "
+            "before changes nothing.");
 #if PY_VERSION_HEX < 0x030C0000 // does not inherit the flag
         reinterpret_cast<PyTypeObject *>(bound.ptr())->tp_flags |= Py_TPFLAGS_HAVE_VECTORCALL;
         PyType_Modified(reinterpret_cast<PyTypeObject *>(bound.ptr()));

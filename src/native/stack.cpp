@@ -45,8 +45,6 @@ class StackStepper : public SampleCall<StackStepper> {
     StackStepper &operator=(const StackStepper &) = delete;
 
     double step(double x) { return dehyst_stack_step(&tables_, &stack_->state, x); }
-    double step_object(nb::handle x) { return step(sample_of(x)); }
-
     nb::tuple simulate(const In &x)
     {
         Buffer y(x.size());
@@ -149,11 +147,6 @@ void bind_stack(nb::module_ &m)
                       const In &>(),
              "thresholds"_a, "weights"_a, "center"_a, "offset"_a, "before_u"_a, "before_v"_a, "after_u"_a,
              "after_v"_a, "state"_a)
-        .def("_call", [](StackStepper &s, double x, double) { return s.step(x); }, "x"_a, "period"_a = 0.0,
-             "Output for the next sample x; the time since the one before changes nothing.")
-        .def("_call", [](StackStepper &s, nb::handle x, double) { return s.step_object(x); }, "x"_a.none(),
-             "period"_a = 0.0,
-             "Output for the next sample; None is a rejected sample: the last good output is held.")
         .def("simulate", &StackStepper::simulate, "x"_a, "(outputs (T,), number of rejected samples).")
         .def("reset", &StackStepper::reset, "Back to the model's start state, flags cleared.")
         .def("save", &StackStepper::save, "Image of the state for `restore`; it grows with what is remembered.")
