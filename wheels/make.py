@@ -78,9 +78,8 @@ def build(sdist: Path, python: str, processor: str, out: Path) -> Path:
         pip = (sys.executable, "-m", "pip", "--python", python)
         run(*pip, "wheel", "-q", "--no-deps", "-Cinstall.strip=false", "-w", place, sdist, env=environment)
         raw = describe(next(Path(place).glob("*.whl")), environment)
-        goal = ("--plat", f"manylinux_2_17_{processor}", "-w", f"{place}/repaired")
-        run(sys.executable, "-m", "auditwheel", "repair", *goal, raw, env=environment)
-        made = next(Path(place, "repaired").glob("*.whl"))
+        run(sys.executable, "-m", "auditwheel", "repair", "-w", f"{place}/repaired", raw, env=environment)
+        made = next(Path(place, "repaired").glob(f"*manylinux_2_17_{processor}*"))  # what it found, on any machine
         return Path(shutil.move(made, out / made.name))
 
 
