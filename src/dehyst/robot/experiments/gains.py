@@ -1,20 +1,21 @@
-"""The highest stable gains of a joint's position loop, found by one procedure with and without compensator."""
+"""The highest stable gains of position loops, found by one procedure with and without compensator."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control import FLAGS, SWITCHES
+from dehyst.control import FLAGS
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.arm import Reference
-from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.parameters import Robot, listed
 from dehyst.robot.experiments.calibration import OBSERVER_RATIO, SPACING
 from dehyst.robot.experiments.equipment import Equipment
-from dehyst.robot.experiments.trials import trial_arm
+from dehyst.robot.experiments.trials import trial_arm, trial_switches
 
 GAIN = 2.0  # margin: the loop's gain may be this much higher, 6 dB
 DELAY_S = 0.005  # margin: a command may come this much later
@@ -24,22 +25,31 @@ NEAR = 1.02  # ratio of a pole that has the margins to one that has not
 MOVE_S, HOLD_S, JUDGED_S = 1.0, 4.0, 1.5  # of a move, of the hold behind it, and of its end, in which nothing may ring
 
 
-def at_pole(equipment: Equipment, pole: float) -> Equipment:
-    """Return the same equipment with all position loops at another pole, and observers that are fast enough for it."""
+def at_pole(equipment: Equipment, pole: float, joints: Collection[int] | None = None) -> Equipment:
+    """Return the same equipment with the position loops of some joints (None: all) at another pole, and observers that
+    are fast enough for it."""
     told = {
         n: replace(one, pole=pole, observer_pole=max(one.observer_pole, OBSERVER_RATIO * pole))
         for n, one in equipment.controllers.items()
+        if joints is None or n in joints
     }
-    return replace(equipment, controllers=told)
+    return replace(equipment, controllers={**equipment.controllers, **told})
 
 
-def highest_pole(robot: Robot, equipment: Equipment, number: int, compensator: str = "off") -> float:
-    r"""Return the largest pole of a joint's position loop that has both margins, by bisection to 2 %. [1/s]
+def highest_pole(
+    robot: Robot,
+    equipment: Equipment,
+    joints: tuple[int, ...],
+    compensator: str = "off",
+    *,
+    moving: tuple[int, ...] | None = None,
+) -> float:
+    r"""Return the largest pole of position loops that has both margins, by bisection to 2 %. [1/s]
 
     All gains of the loop are powers of the pole :math:`\lambda`: :math:`3 \lambda M, 3 \lambda^2 M, \lambda^3 M`; the
-    observer follows. The joint alone moves to half its range on either side and holds there, twice: once with all three
-    gains doubled (the controller is told twice the inertia M), once with commands that come 5 ms later than they do.
-    It has the margins if it stands still at the end of each hold.
+    observer follows. The joints move to half their range on either side and hold there, twice: once with all three
+    gains doubled (the controllers are told twice the inertia M), once with commands that come 5 ms later than they do.
+    The pole has the margins if they stand still at the end of each hold.
 
     Parameters
     ----------
@@ -47,15 +57,17 @@ def highest_pole(robot: Robot, equipment: Equipment, number: int, compensator: s
         Its delays, valves, tendons and tolerances are those of the loop.
     equipment
         Of `equip`: what the trials get.
-    number
-        Of the joint.
+    joints
+        Whose pole it is: one, or those of an arm that couple.
     compensator
         "off", or the name under which the compensators of `equipment` are switched on, learning included.
+    moving
+        With these, which are held by the gains that they have; the others are locked. None: `joints` alone.
 
     Raises
     ------
     ParameterError
-        If the joint has no controller in `equipment`, or not even a pole of 6 1/s has the margins.
+        If a joint has no controller in `equipment`, or not even a pole of 6 1/s has the margins.
 
     Examples
     --------
@@ -66,70 +78,81 @@ def highest_pole(robot: Robot, equipment: Equipment, number: int, compensator: s
     >>> from dehyst.robot.experiments.equipment import equip
     >>> late = load_robot(changes={"simulation.command_delay_s": 0.01})
     >>> told = {1: nominal_characteristic(late, 1)}
-    >>> kind, slow = (highest_pole(one, equip(one, told, {}), 1) for one in (load_robot(), late))
+    >>> kind, slow = (highest_pole(one, equip(one, told, {}), (1,)) for one in (load_robot(), late))
     >>> bool(slow < 0.5 * kind)
     True
     """
-    if number not in equipment.controllers:
-        raise ParameterError(
-            f"joint {number} has no controller in the equipment, only {sorted(equipment.controllers)}: there is no "
-            f"loop whose gains could be raised. Pass equip(robot, {{{number}: calibrate(robot, {number})}}, {{}}).",
-            joint=number,
-        )
+    for number in joints:
+        if number not in equipment.controllers:
+            raise ParameterError(
+                f"joint {number} has no controller in the equipment, only {sorted(equipment.controllers)}: there is no "
+                f"loop whose gains could be raised. Pass equip(robot, {{{number}: calibrate(robot, {number})}}, {{}}).",
+                joint=number,
+            )
     low, high = LOWEST, HIGHEST
-    if not has_margins(robot, at_pole(equipment, low), number, compensator):
+    if not has_margins(robot, at_pole(equipment, low, joints), joints, compensator, moving=moving):
         raise ParameterError(
-            f"joint {number} oscillates already at a pole of {low:g} 1/s with {GAIN:g} times the gain or a delay of "
-            f"{1e3 * DELAY_S:g} ms more: no position loop of this kind holds it. Make delays smaller, or lower "
+            f"joint {listed(joints)}: a pole of {low:g} 1/s oscillates already with {GAIN:g} times the gain or a delay "
+            f"of {1e3 * DELAY_S:g} ms more: no position loop of this kind holds. Make delays smaller, or lower "
             f"controller.pressure_gain_1_s.",
-            joint=number,
+            joints=joints,
         )
     while high / low > NEAR:
         middle = sqrt(low * high)
-        if has_margins(robot, at_pole(equipment, middle), number, compensator):
+        if has_margins(robot, at_pole(equipment, middle, joints), joints, compensator, moving=moving):
             low = middle
         else:
             high = middle
     return low
 
 
-def has_margins(robot: Robot, equipment: Equipment, number: int, compensator: str = "off") -> bool:
-    """Whether a joint's loop, as its controller is, stands still with doubled gain, and with 5 ms more delay."""
-    own = equipment.controllers[number]
-    tighter = replace(equipment, controllers={number: replace(own, inertia=GAIN * own.inertia)})
+def has_margins(
+    robot: Robot,
+    equipment: Equipment,
+    joints: tuple[int, ...],
+    compensator: str = "off",
+    *,
+    moving: tuple[int, ...] | None = None,
+) -> bool:
+    """Whether loops, as their controllers are, stand still with doubled gains, and with 5 ms more delay."""
+    told, moving = equipment.controllers, moving or joints
+    doubled = {n: replace(told[n], inertia=GAIN * told[n].inertia) for n in joints}
+    tighter = replace(equipment, controllers={**told, **doubled})
     later = robot.with_changes({"simulation.command_delay_s": robot.simulation.command_delay + DELAY_S})
-    return all(_quiet(r, e, number, compensator) for r, e in ((robot, tighter), (later, equipment)))
+    return all(_quiet(r, e, joints, compensator, moving) for r, e in ((robot, tighter), (later, equipment)))
 
 
-def _quiet(robot: Robot, equipment: Equipment, number: int, compensator: str) -> bool:
-    arm = trial_arm(robot, equipment, "slow", (number,))
-    motion = _there_and_back(0.5 * robot.joint(number).range)
-    switches = SWITCHES["position"] | SWITCHES["integrator"]
-    if compensator != "off":
-        switches |= SWITCHES["compensator"] | (SWITCHES["adapt"] if number in equipment.adaptations else 0)
+def _quiet(
+    robot: Robot, equipment: Equipment, joints: tuple[int, ...], compensator: str, moving: tuple[int, ...]
+) -> bool:
+    arm = trial_arm(robot, equipment, "slow", moving)
+    reach = [0.5 * robot.joint(number).range if number in joints else 0.0 for number in moving]
+    motion = _there_and_back(np.array(reach))
+    switches = trial_switches(robot, moving, "slow", compensator, equipment.adaptations)
     load = arm.feedforward(*motion)
     try:
         log = arm.run(Reference.motion(SPACING, motion, load, robot.controller.mean_pressure, switches), every_s=0.002)
     except SimulationError:  # beyond its range
         return False
     ends = [(k + 1) * (MOVE_S + HOLD_S) for k in range(2)]
-    holds = [log.angle[(log.time >= end - JUDGED_S) & (log.time < end), 0] for end in ends]
+    columns = [moving.index(number) for number in joints]
+    holds = [log.angle[(log.time >= end - JUDGED_S) & (log.time < end)][:, columns] for end in ends]
     return not (log.flags & FLAGS["failed"]).any() and all(_rings(hold) < QUIET for hold in holds)
 
 
 def _rings(hold: Array) -> float:
-    """Rms about a parabola: creep and what is left of the move are no oscillation."""
-    t = np.vander(np.linspace(-1.0, 1.0, hold.size), 3)
-    return float(np.std(hold - t @ np.linalg.lstsq(t, hold, rcond=None)[0]))
+    """Largest rms of joints (T, n) about a parabola: creep and what is left of the move are no oscillation."""
+    t = np.vander(np.linspace(-1.0, 1.0, len(hold)), 3)
+    return float(np.std(hold - t @ np.linalg.lstsq(t, hold, rcond=None)[0], axis=0).max())
 
 
-def _there_and_back(reach: float) -> tuple[Array, Array, Array]:
-    """Angle, velocity and acceleration, each (K, 1), to +reach and to -reach, with a hold after each."""
+def _there_and_back(reach: Array) -> tuple[Array, Array, Array]:
+    """Angle, velocity and acceleration, each (K, n), to +reach (n,) and to -reach, with a hold after each."""
     t = SPACING * np.arange(round(2 * (MOVE_S + HOLD_S) / SPACING) + 1)
     q, v, a = np.zeros((3, t.size))
-    for begin, way in ((0.0, reach), (MOVE_S + HOLD_S, -2 * reach)):
+    for begin, way in ((0.0, 1.0), (MOVE_S + HOLD_S, -2.0)):
         u = np.clip((t - begin) / MOVE_S, 0.0, 1.0)
         q += way * u**3 * (10 - 15 * u + 6 * u**2)
         v += way * 30 * u**2 * (1 - u) ** 2 / MOVE_S
         a += way * 60 * u * (1 - u) * (1 - 2 * u) / MOVE_S**2
-    return q[:, None], v[:, None], a[:, None]
+    return q[:, None] * reach, v[:, None] * reach, a[:, None] * reach

@@ -119,7 +119,7 @@ def follow_path(
     robot, moving = arm.robot, arm.moving
     motion = trial_motion(robot, path, trial)
     cycles = robot.path.cycles_slow if trial in SLOW else robot.path.cycles_fast
-    switches = _switches(robot, moving, trial, compensator, equipment.adaptations)
+    switches = trial_switches(robot, moving, trial, compensator, equipment.adaptations)
     begin = time.perf_counter()
     equipment.history(arm, equipment.characteristics)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
@@ -160,7 +160,7 @@ def trial_motion(robot: Robot, path: PlannedPath, trial: str) -> Timing:
     return timing.slower(robot.path.slow_factor) if trial in SLOW else timing
 
 
-def _switches(
+def trial_switches(
     robot: Robot, moving: tuple[int, ...], trial: str, compensator: str, adaptive: Collection[int] = ()
 ) -> npt.NDArray[np.uint32]:
     """What is on in each joint; those that get no compensator keep their integrator in the trial without it."""

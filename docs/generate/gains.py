@@ -1,0 +1,104 @@
+"""Tables of explanation/gain-or-compensator.md, from what benchmarks/gains.py measured; it takes an hour, so its result
+lies beside this file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections import defaultdict
+from pathlib import Path
+from statistics import median
+
+RESULT = Path(__file__).with_name("gains.csv")
+CONDITIONS, NAMES, TRIALS = ("realistic", "kind"), ("off", "paper", "best"), ("fast", "slow", "slow_no_integrator")
+HEAD = "fast | slow | slow, no integrator |"
+Key = tuple[str, str, str, str, str]  # conditions, joints that move, joint, mechanism, seed
+Cells = dict[tuple[str, str, str], float]  # compensator, pole or "highest", trial -> rms [mdeg]
+
+
+def read() -> tuple[dict[Key, Cells], dict[Key, dict[str, float]]]:
+    """Return case -> its errors, and case -> compensator -> highest pole."""
+    cells: dict[Key, Cells] = defaultdict(dict)
+    highest: dict[Key, dict[str, float]] = defaultdict(dict)
+    with RESULT.open(encoding="utf-8", newline="") as file:
+        for r in csv.DictReader(file):
+            key, top = (r["conditions"], r["moving"], r["joint"], r["mechanism"], r["seed"]), r["highest"] == "1"
+            pole = "highest" if top else f"{float(r['pole_1_s']):g}"
+            cells[key][r["compensator"], pole, r["trial"]] = float(r["rms_mdeg"])
+            if top:
+                highest[key][r["compensator"]] = float(r["pole_1_s"])
+    return cells, highest
+
+
+def grouped(cells: dict[Key, Cells], parts: int) -> dict[Key, list[Key]]:
+    """Cases of the plants as they are by the first parts of their key: realistic first, joints alone first."""
+    groups: dict[Key, list[Key]] = defaultdict(list)
+    for key in sorted(cells, key=lambda k: (CONDITIONS.index(k[0]) if k[0] in CONDITIONS else 9, len(k[1]), k)):
+        if key[0] in CONDITIONS:
+            groups[key[:parts]].append(key)
+    return groups
+
+
+def over_poles() -> str:
+    """Errors over the poles, medians over mechanisms and seeds."""
+    cells, highest = read()
+    lines = [f"| plant | joint | pole [1/s] | {HEAD}", "|---|---|---|---|---|---|"]
+    for (conditions, moving, joint), keys in grouped(cells, 3).items():
+        top = median(highest[key]["off"] for key in keys)
+        poles = sorted({pole for key in keys for _, pole, _ in cells[key]} - {"highest"}, key=float)
+        for pole in sorted([*poles, "highest"], key=lambda p: top if p == "highest" else float(p)):
+            name = f"**{top:.1f}**, highest" if pole == "highest" else pole
+            name += " (no margins)" if pole != "highest" and float(pole) > top else ""
+            shown = " | ".join(_three([cells[key] for key in keys], pole, trial) for trial in TRIALS)
+            lines.append(f"| {conditions} | {_named(joint, moving)} | {name} | {shown} |")
+    return "\n".join(lines)
+
+
+def _named(joint: str, moving: str) -> str:
+    return joint if joint == moving else f"{joint} of {moving}"
+
+
+def _three(cases: list[Cells], pole: str, trial: str) -> str:
+    found = [[c[name, pole, trial] for c in cases if (name, pole, trial) in c] for name in NAMES]
+    return " → ".join("lost" if not v or any(map(math.isnan, v)) else _digits(median(v)) for v in found)
+
+
+def _digits(value: float) -> str:
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def ratios() -> str:
+    """Best over off at the paper's pole and at the highest, for every plant; medians over seeds, with their range."""
+    cells, highest = read()
+    lines = [
+        "| plant | joint | muscles | seeds | highest pole: off, paper, best | at 6: fast | slow | no integrator |"
+        " highest: fast | slow | no integrator |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for (conditions, moving, joint, mechanism), keys in grouped(cells, 4).items():
+        tops = ", ".join(f"{median(highest[key][name] for key in keys):.1f}" for name in NAMES)
+        shown = " | ".join(_ratio([cells[key] for key in keys], pole, t) for pole in ("6", "highest") for t in TRIALS)
+        lines.append(f"| {conditions} | {_named(joint, moving)} | {mechanism} | {len(keys)} | {tops} | {shown} |")
+    return "\n".join(lines)
+
+
+def _ratio(cases: list[Cells], pole: str, trial: str) -> str:
+    values = sorted(c["best", pole, trial] / c["off", pole, trial] for c in cases)
+    spread = f" ({values[0]:.2f}-{values[-1]:.2f})" if len(values) > 1 else ""
+    return f"{median(values):.2f}{spread}"
+
+
+def effects() -> str:
+    """The realistic plant with one effect switched off, slow trial, between the two plants as they are."""
+    cells, highest = read()
+    of = [key for key in cells if " without " in key[0]]
+    lines = [
+        "| realistic plant without | highest pole | slow at 6: off → paper → best | best/off | slow at the highest |"
+        " best/off |",
+        "|---|---|---|---|---|---|",
+    ]
+    for key in [("realistic", *of[0][1:]), *of, ("kind", *of[0][1:])]:
+        name = {"realistic": "nothing", "kind": "all of it: kind"}.get(key[0], key[0].partition(" without ")[2])
+        shown = [f"{_three([cells[key]], p, 'slow')} | {_ratio([cells[key]], p, 'slow')}" for p in ("6", "highest")]
+        lines.append(f"| {name} | {highest[key]['off']:.1f} | {' | '.join(shown)} |")
+    return "\n".join(lines)
