@@ -139,11 +139,12 @@ def try_arm64(wheel: Path, root: Path) -> None:
         pip = (sys.executable, "-m", "pip", "install", "-q", "--no-index", "--find-links", store, "--target", site)
         run(*pip, *tags, "dehyst[plant]")
         work.mkdir()
-        places = {"PYTHONPATH": str(site), "QEMU_LD_PREFIX": str(root), "PYTHONHOME": str(root / "usr")}
-        options = {"cwd": work, "env": {"PATH": "", "HOME": str(work), **places}}
-        dehyst = (shutil.which("qemu-aarch64"), python, "-m", "dehyst")
+        start = work / "python"  # what sys.executable is then: packages start themselves once more
+        start.write_text(f'#!/bin/sh\nexec {shutil.which("qemu-aarch64")} -L {root} -0 {start} {python} "$@"\n')
+        start.chmod(0o755)
+        places = {"PATH": "", "HOME": str(work), "PYTHONPATH": str(site), "PYTHONHOME": str(root / "usr")}
         for words in TRIED:
-            run(*dehyst, *words, status=words[0] == "verify", **options)
+            run(start, "-m", "dehyst", *words, status=words[0] == "verify", cwd=work, env=places)
 
 
 def size(folder: Path) -> int:
@@ -173,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if processor == platform.machine():
             try_here(path, python)
         elif processor == "aarch64" and given.arm64 and shutil.which("qemu-aarch64") and "cp311" in path.name:
-            try_arm64(path, given.arm64)
+            try_arm64(path, given.arm64.resolve())
         else:
             print(f"{path.name}: not run here; auditwheel has looked at what it links to")
     return 0
