@@ -1,4 +1,4 @@
-/* The muscle, and the joint: two muscles on one pulley. */
+/* The muscle, and the joint: two muscles that pull on it. */
 #include <string.h>
 
 #include "parts.h"
@@ -103,10 +103,24 @@ static plant_unit unit_of(const plant_joint *joint, int m)
     return (plant_unit){&joint->air, &joint->muscle[m], &joint->valve[m], joint->substeps};
 }
 
-static double contraction(const plant_joint *joint, const plant_joint_state *state, int m, double q)
+/* Contraction of a muscle at angle q of the link, and its moment arm there, which is kept: s = int_0 r dq by Horner's rule. */
+static double contraction(const plant_joint *joint, plant_joint_state *state, int m, double q)
 {
-    const double turned = joint->radius * (q + state->gap) / joint->muscle[m].length;
-    return joint->contraction + (m == 0 ? turned : -turned);
+    const double turned = q + state->gap;
+    double arm = 0.0, mean = 0.0; /* r, and s/q */
+    for (int j = PLANT_ARM - 1; j >= 0; --j) {
+        arm = arm * turned + joint->arm[m][j];
+        mean = mean * turned + joint->arm[m][j] / (j + 1);
+    }
+    state->arm[m] = arm;
+    return joint->contraction + mean * turned / joint->muscle[m].length;
+}
+
+/* r_1 F_1 + r_2 F_2, written so that arms of one size lose nothing where the forces are nearly the same. */
+static double torque(plant_joint_state *state)
+{
+    const double *arm = state->arm, second = state->muscle[1].force;
+    return state->torque = arm[0] * (state->muscle[0].force - second) + (arm[0] + arm[1]) * second;
 }
 
 void plant_joint_reset(const plant_joint *joint, plant_joint_state *state, double q, const double p[2], uint64_t seed)
@@ -116,14 +130,14 @@ void plant_joint_reset(const plant_joint *joint, plant_joint_state *state, doubl
         const plant_unit unit = unit_of(joint, m);
         plant_muscle_reset(&unit, &state->muscle[m], contraction(joint, state, m, q), p[m]);
     }
-    state->torque = joint->radius * (state->muscle[0].force - state->muscle[1].force);
+    (void)torque(state);
     plant_sensors_reset(joint, state, q, p, seed);
 }
 
-/* How the pulley's ends stand at the end of a step; an angle that is no number leaves the muscles where they are. The pulley
+/* How far and how fast the muscles are contracted at the end of a step; an angle that is no number leaves the muscles where they are. The pulley
  * has no mass: in its play it moves against a damper, d gap' = Q, and hands on what it gets. */
-static double end_of_step(const plant_joint *joint, plant_joint_state *state, double q, double qd, double period,
-                          double kappa[2])
+static void end_of_step(const plant_joint *joint, plant_joint_state *state, double q, double qd, double period,
+                        double kappa[2], double v[2])
 {
     const int good = usable(q) && usable(qd);
     if (joint->backlash > 0.0)
@@ -134,8 +148,8 @@ static double end_of_step(const plant_joint *joint, plant_joint_state *state, do
         const plant_muscle_state *muscle = &state->muscle[m];
         kappa[m] = good ? contraction(joint, state, m, q + qd * period)
                         : muscle->contraction - shortened(&unit, muscle, 0.0);
+        v[m] = good ? state->arm[m] * qd : 0.0;
     }
-    return good ? joint->radius * qd : 0.0;
 }
 
 double plant_joint_step(const plant_joint *joint, plant_joint_state *state, double q, double qd,
@@ -143,11 +157,11 @@ double plant_joint_step(const plant_joint *joint, plant_joint_state *state, doub
 {
     const plant_unit unit[2] = {unit_of(joint, 0), unit_of(joint, 1)};
     plant_muscle_state *muscle = state->muscle;
-    double kappa[2], u[2], p[2], age = -1.0;
+    double kappa[2], v[2], u[2], p[2], age = -1.0;
     if (joint->command_delay + joint->command_jitter > 0.0)
         age = state->command_age = plant_age(joint->command_delay, joint->command_jitter, &state->computing,
                                              state->command_age, period);
-    const double v = end_of_step(joint, state, q, qd, period, kappa);
+    end_of_step(joint, state, q, qd, period, kappa, v);
     for (int m = 0; m < 2; ++m) {
         prepare(&unit[m], &muscle[m], period);
         kappa[m] = shortened(&unit[m], &muscle[m], kappa[m]);
@@ -155,19 +169,18 @@ double plant_joint_step(const plant_joint *joint, plant_joint_state *state, doub
         p[m] = muscle[m].pressure;
     }
     plant_chambers_step(unit, muscle, kappa, u, period);
-    const double first = pull(&unit[0], &muscle[0], kappa[0], v, muscle[0].pressure - p[0], period);
-    const double second = pull(&unit[1], &muscle[1], kappa[1], -v, muscle[1].pressure - p[1], period);
-    return state->torque = joint->radius * (first - second);
+    for (int m = 0; m < 2; ++m) (void)pull(&unit[m], &muscle[m], kappa[m], v[m], muscle[m].pressure - p[m], period);
+    return torque(state);
 }
 
 double plant_joint_impose(const plant_joint *joint, plant_joint_state *state, double q, double qd, const double p[2],
                           double period)
 {
-    double kappa[2], force[2];
-    const double v = end_of_step(joint, state, q, qd, period, kappa);
+    double kappa[2], v[2];
+    end_of_step(joint, state, q, qd, period, kappa, v);
     for (int m = 0; m < 2; ++m) {
         const plant_unit unit = unit_of(joint, m);
-        force[m] = plant_muscle_impose(&unit, &state->muscle[m], kappa[m], m == 0 ? v : -v, p[m], period);
+        (void)plant_muscle_impose(&unit, &state->muscle[m], kappa[m], v[m], p[m], period);
     }
-    return state->torque = joint->radius * (force[0] - force[1]);
+    return torque(state);
 }

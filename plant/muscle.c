@@ -10,6 +10,7 @@ double plant_muscle_force(const plant_muscle *muscle, double p, double kappa)
     }
     if (muscle->map == PLANT_MAP_EXPONENTIAL) /* a1 a2 a3 a4 a5 a6 */
         return (a[0] * p + a[1]) * exp(a[2] * kappa) + a[3] * kappa * p + a[4] * p + a[5];
+    if (muscle->map == PLANT_MAP_SPRING) return a[0] - a[1] * kappa; /* F0 K */
     const double stretch = 1.0 - a[4] * kappa; /* mu A0 a b ke c1 c2 c3 */
     return a[0] * a[1] * p * (a[2] * stretch * stretch - a[3]) + a[5] * kappa + a[6] * (1.0 - exp(-a[7] * kappa));
 }

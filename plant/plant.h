@@ -2,8 +2,9 @@
  * core/: the plant must not be the controller's own model.
  *
  * A joint is an antagonistic pair of pneumatic muscles, each with its own valve and pressure sensor:
- *   kappa_1,2 = kappa_0 +- r q/l_0        contraction of the muscles, q > 0 shortens muscle 1
- *   Q = r (F_1 - F_2)                     torque on the joint
+ *   kappa_m = kappa_0 + s_m(q)/l_0,m      contraction of the muscles, s_m(0) = 0, q > 0 shortens muscle 1
+ *   r_m(q) = ds_m/dq                      moment arms; on a round pulley r and -r
+ *   Q = r_1(q) F_1 + r_2(q) F_2           torque on the joint, by virtual work
  *   F = max(0, F_map(p, kappa) - F_hysteresis - F_creep - F_viscous)
  *   F_creep = sum_j c_j (kappa - lag_j[kappa]) + d_j (p - lag_j[p])      under a constant load both let the muscle
  *                                                                        go on in the direction of a pressure step
@@ -25,6 +26,7 @@ extern "C" {
 #define PLANT_CREEP 8     /* most branches of creep */
 #define PLANT_TURNS 128   /* most remembered reversals of a Preisach mechanism */
 #define PLANT_RING 64     /* periods that a delay reaches back, a power of two */
+#define PLANT_ARM 8       /* coefficients of a moment arm: degree 7 */
 
 #define PLANT_LIFE_FIELD(name, range) double name;
 
@@ -41,7 +43,8 @@ typedef struct plant_air {
 enum {
     PLANT_MAP_TOOL = 0,        /* Fm (a0 (exp(-a1 k/km) - 1) + p/p_ref exp(-a3 (k/km)^2)): Fm a0 a1 a3 km p_ref */
     PLANT_MAP_EXPONENTIAL = 1, /* (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6:               a1 a2 a3 a4 a5 a6 */
-    PLANT_MAP_GEOMETRIC = 2    /* mu A0 p (a (1 - ke k)^2 - b) + c1 k + c2 (1 - exp(-c3 k)): mu A0 a b ke c1 c2 c3 */
+    PLANT_MAP_GEOMETRIC = 2,   /* mu A0 p (a (1 - ke k)^2 - b) + c1 k + c2 (1 - exp(-c3 k)): mu A0 a b ke c1 c2 c3 */
+    PLANT_MAP_SPRING = 3       /* F0 - K k, a spring in the place of a muscle, whatever p:   F0 K */
 };
 
 enum {
@@ -122,9 +125,9 @@ typedef struct plant_joint {
     plant_muscle muscle[2];
     plant_valve valve[2];
     plant_sensors sensors;
-    double radius;      /* r, [m] */
-    double contraction; /* kappa_0 */
-    int32_t substeps;   /* of valves and chambers in a step */
+    double arm[2][PLANT_ARM]; /* r_m(q) = sum_j arm[m][j] q^j, positive where q shortens the muscle, [m/rad^j] */
+    double contraction;       /* kappa_0 */
+    int32_t substeps;         /* of valves and chambers in a step */
     PLANT_JOINT_LIFE(PLANT_LIFE_FIELD)
 } plant_joint;
 
@@ -190,6 +193,7 @@ typedef struct plant_joint_state {
     double command_age;                /* of the last command, [periods] */
     uint64_t sensing, computing;       /* states of the generators of jitter */
     double gap;                        /* of the pulley before the link, within +- backlash, [rad] */
+    double arm[2];                     /* moment arms at the end of the last step, [m] */
     double torque;                     /* of the last step, [Nm] */
 } plant_joint_state;
 

@@ -48,7 +48,7 @@ def parameters(hysteresis=None, air=(), valve=(), sensors=(), substeps=4, **chan
         "muscle": [muscle(hysteresis, **changes), muscle(hysteresis, **changes)],
         "valve": [{**VALVE, **dict(valve)}, {**VALVE, **dict(valve)}],
         "sensors": {**SENSORS, **dict(sensors)},
-        "radius": 0.05,
+        "arm": [[0.05], [-0.05]],
         "contraction": 0.11,
         "substeps": substeps,
     }

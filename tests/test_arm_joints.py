@@ -84,7 +84,7 @@ def test_without_tolerances_both_muscles_are_those_of_the_file():
     assert one == two
     assert one["hysteresis"]["size"] == 80.0
     assert one["coefficient"][0] == 6398.4
-    assert (joint["radius"], joint["contraction"], joint["substeps"]) == (0.05, 0.11, 4)
+    assert (joint["arm"], joint["contraction"], joint["substeps"]) == ([[0.05], [-0.05]], 0.11, 4)
     assert joint["sensors"]["angle_step"] == 2 * math.pi / 131072
     assert joint["air"]["supply"] == pytest.approx(8.013e5)
     assert one["map"] == FORMS["tool"] == 0

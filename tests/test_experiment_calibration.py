@@ -40,10 +40,10 @@ def map_of_the_plant(arm, number, q, seed=0):
     """A, B and C of a joint from the map at three pairs of pressures: it is affine in them."""
     physics = pneumatic_joint_parameters(arm, number, seed)
     first, second = physics["muscle"]
-    turn = physics["radius"] / first["length"] * q
+    turn = physics["arm"][0][0] / first["length"] * q
 
     def torque(p1, p2):
-        return physics["radius"] * (force(first, p1, 0.11 + turn) - force(second, p2, 0.11 - turn))
+        return physics["arm"][0][0] * (force(first, p1, 0.11 + turn) - force(second, p2, 0.11 - turn))
 
     c = torque(0.0, 0.0)
     return torque(1.0, 1.0) - c, (torque(1.0, -1.0) - c) / 2, c

@@ -52,7 +52,9 @@ def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
         for key, value in table.items():
             yield from leaves(value, f"{prefix}{key}.") if isinstance(value, dict) else [f"{prefix}{key}"]
 
-    own = r"body\..*|reference\..*|joint\..\.(body_joint|drives|parallel)|"  # of robots that are not the packaged one
+    own = (
+        r"body\..*|reference\..*|joint\..\.(body_joint|drives|parallel|routing|lever.*|moment_arm.*|tendons|spring.*)|"
+    )
     optional = re.compile(
         own + r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|joint\.[1-5]\.pole_1_s"
     )

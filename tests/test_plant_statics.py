@@ -119,7 +119,11 @@ def test_the_flow_grows_with_the_opening_and_falls_with_the_pressure():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda p: p.pop("radius"), "missing key: radius"),
+        (lambda p: p.pop("arm"), "missing key: arm"),
+        (lambda p: p.update(arm=[[0.05]]), "arm must hold two lists"),
+        (lambda p: p.update(arm=[[0.05], []]), r"arm\[1\] is empty"),
+        (lambda p: p.update(arm=[[0.05], [-0.05] * 9]), r"arm\[1\] holds 9 numbers, at most 8 fit"),
+        (lambda p: p.update(arm=[[0.05], [0.05]]), "q > 0 shortens muscle 1"),
         (lambda p: p["muscle"][1].pop("length"), r"missing key: muscle\[1\].length"),
         (lambda p: p["muscle"][0]["hysteresis"].update(kind=1), r"missing key: muscle\[0\].hysteresis.size"),
         (lambda p: p["air"].update(suply=8e5), "unknown key: air.suply"),
@@ -129,7 +133,7 @@ def test_the_flow_grows_with_the_opening_and_falls_with_the_pressure():
         (lambda p: p["muscle"][0].update(creep_branches=3), "creep_branches"),
         (lambda p: p["muscle"][0].update(coefficient=[1.0] * 5), r"map 0 takes 6"),
         (lambda p: p["muscle"][0].update(volume=[float("nan")] * 4), r"volume\[0\] must be finite"),
-        (lambda p: p["muscle"][0].update(map=7), r"muscle\[0\].map must be an integer from 0 to 2"),
+        (lambda p: p["muscle"][0].update(map=7), r"muscle\[0\].map must be an integer from 0 to 3"),
         (lambda p: p.update(valve=[p["valve"][0]]), "valve must be a list of two"),
         (lambda p: p.update(sensors=3), "sensors must be a dict"),
         (lambda p: p.update(substeps=0), "substeps must be an integer"),

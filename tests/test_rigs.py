@@ -234,7 +234,7 @@ def test_the_one_joint_rig_follows_its_reference_to_two_degrees():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["one_joint", "planar_arm", "tendon_arm"])
+@pytest.mark.parametrize("name", ["one_joint", "planar_arm", "tendon_arm", "lever_joint"])
 def test_dehyst_reproduces_on_the_example_and_best_halves_every_error(name, tmp_path):
     robot = load_robot(EXAMPLES / f"{name}.toml", {**QUICK, "path.cycles_fast": 1})
     request = Request(plants=("preisach",), compensators=("best",), seeds=(0,), trials=("fast",), studies=False)

@@ -336,7 +336,7 @@ void bind_plant(nb::module_ &m)
     m.def("hysteresis_force", &hysteresis_force, "hysteresis"_a, "start"_a, "contraction"_a, "pressure"_a,
           "Force (T,) of a built-in mechanism that opposes contraction, from nothing remembered at `start`, [N].");
     nb::class_<PneumaticJoint> bound(m, "PneumaticJoint", nb::type_slots(kSlots),
-                               "Two pneumatic muscles on one pulley, with valves and sensors.");
+                               "Two pneumatic muscles that pull on a joint, with valves and sensors.");
     refuse_pickling(bound);
     bound
         .def(nb::init<const nb::dict &, uint64_t>(), "parameters"_a, "seed"_a)
@@ -359,6 +359,8 @@ void bind_plant(nb::module_ &m)
         .def("restore", &restore, "image"_a, "Continue from a saved state.")
         .def_prop_ro("state", &state, "Contraction, absolute pressure, force, friction, spool, mass, stretch of the tendon, warmth and factor of "
                      "the loop's size of both muscles.")
+        .def_prop_ro("torque", [](const PneumaticJoint &self) { return self.state.torque; },
+                     "On the joint after the last step, [Nm].")
         .def_prop_ro("gap", [](const PneumaticJoint &self) { return self.state.gap; },
                      "How far the pulley is before the link, [rad].")
         .def_prop_ro("supply", [](const PneumaticJoint &self) { return self.state.muscle[0].supply; },

@@ -103,7 +103,7 @@ void read_kind(Reader &reader, const std::string &name, plant_kind &kind)
 #undef READ
 }
 
-constexpr int32_t kCoefficients[] = {6, 6, 8}; // of the maps, in the order of their enum
+constexpr int32_t kCoefficients[] = {6, 6, 8, 2}; // of the maps, in the order of their enum
 
 void same_length(Reader &reader, const char *count, int32_t have, const char *list, int32_t expected)
 {
@@ -162,7 +162,7 @@ plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &wh
 {
     Reader reader(parameters, where);
     plant_muscle m{};
-    m.map = reader.integer("map", PLANT_MAP_TOOL, PLANT_MAP_GEOMETRIC);
+    m.map = reader.integer("map", PLANT_MAP_TOOL, PLANT_MAP_SPRING);
     const int32_t given = reader.list("coefficient", m.coefficient, 8);
     if (given != kCoefficients[m.map])
         fail(reader.name("coefficient") + " holds " + std::to_string(given) + " numbers, map " +
@@ -250,7 +250,15 @@ plant_joint plant_read_joint(const nb::dict &parameters)
     PLANT_KINDS(READ)
 #undef READ
     sensors.finish();
-    joint.radius = reader.number("radius", Range::positive);
+    const nb::object arms = reader.get("arm");
+    if (!PySequence_Check(arms.ptr()) || nb::len(arms) != 2) fail("arm must hold two lists, one for each muscle");
+    for (int m = 0; m < 2; ++m) {
+        nb::dict one;
+        one[at("arm", m).c_str()] = arms[m];
+        if (Reader(one, "").list(at("arm", m).c_str(), joint.arm[m], PLANT_ARM) == 0) fail(at("arm", m) + " is empty");
+    }
+    if (!(joint.arm[0][0] > 0 && joint.arm[1][0] < 0))
+        fail("arm[0] must begin with a positive number and arm[1] with a negative one: q > 0 shortens muscle 1");
     joint.contraction = reader.number("contraction");
     joint.substeps = reader.integer("substeps", 1, 1000);
     plant_joint &life = joint;

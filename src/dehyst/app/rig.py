@@ -69,6 +69,7 @@ def _figures(robot: Robot, number: int, check: JointCheck) -> dict[str, Any]:
         "drives": list(robot.joint(number).driven),
         "range_deg": np.degrees(robot.joint(number).range),
         "held_Nm": [float(pull.min()) for pull in check.pulls],
+        "held_back_Nm": [float(pull.min()) for pull in check.back],
         "middle_Nm": [float(pull[pull.size // 2]) for pull in check.pulls],
         "gravity_Nm": list(check.gravity),
         "inertia_kg_m2": check.inertia,

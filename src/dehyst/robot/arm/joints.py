@@ -19,13 +19,13 @@ from dehyst.arrays import Array
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import Mechanism, Parameters, dahl, foreign, maxwell_slip, none, preisach
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import arm_model, mujoco, new_data
+from dehyst.robot.arm.rigid_body import arm_model, moment_arms, mujoco, new_data
 from dehyst.robot.arm.tables import ForceMap, Muscle, Sensors, Valve
 
-FORMS = {"tool": 0, "exponential": 1, "geometric": 2}  # PLANT_MAP_... of plant/plant.h
+FORMS = {"tool": 0, "exponential": 1, "geometric": 2, "spring": 3}  # PLANT_MAP_... of plant/plant.h
 # Coefficients that the force is proportional to, all together.
-SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7)}  # coefficients that bend the map
-FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6)}
+SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7), "spring": ()}  # coefficients that bend the map
+FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6), "spring": ()}
 BUILDERS: dict[str, Callable[..., Parameters]] = {"maxwell-slip": maxwell_slip, "preisach": preisach, "dahl": dahl}
 WIDEST_DEAD_BAND = 0.9
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
@@ -53,16 +53,26 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
     --------
     >>> from dehyst.robot.arm import load_robot
     >>> joint = pneumatic_joint_parameters(load_robot(), 1, seed=0)
-    >>> joint["radius"], joint["air"]["supply"], joint["muscle"][0]["map"]
-    (0.05, 801300.0, 0)
+    >>> joint["arm"], joint["air"]["supply"], joint["muscle"][0]["map"]
+    ([[0.05], [-0.05]], 801300.0, 0)
     """
     joint = robot.joint(number)
-    if joint.radius is None or joint.contraction is None or not joint.pneumatic:
+    if not joint.pneumatic:
         raise ParameterError(
             f"joint {number} is electric: it has no muscles. Joints with muscles: {robot.pneumatic}.", joint=number
         )
     valve, air = robot.valve(joint.valve), robot.air
     fitted = fitting_scatter(robot, number, seed)
+    muscles = [
+        _side_by_side(_muscle(robot, muscle, *scatter, each.shape, each.shift), joint.parallel)
+        for muscle, scatter, each in zip(
+            robot.muscles_of(number), muscle_scatter(robot, number, seed), fitted, strict=True
+        )
+    ]
+    if joint.sprung:  # F = F0 - k s, of its pull at zero and how much it is shorter then
+        stiffness = joint.spring * muscles[1]["length"]
+        law = [joint.spring_preload + stiffness * joint.middle, stiffness]
+        muscles[1] |= {"map": FORMS["spring"], "coefficient": law, "shift": 0.0}
     return {
         "air": {
             "supply": air.supply + air.ambient,
@@ -74,16 +84,11 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
             "supply_volume": air.supply_volume,
             "supply_conductance": air.supply_conductance,
         },
-        "muscle": [
-            _side_by_side(_muscle(robot, muscle, *scatter, each.shape, each.shift), joint.parallel)
-            for muscle, scatter, each in zip(
-                robot.muscles_of(number), muscle_scatter(robot, number, seed), fitted, strict=True
-            )
-        ],
+        "muscle": muscles,
         "valve": [_valve(valve, each) for each in fitted],
         "sensors": _sensors(robot.sensors),
-        "radius": joint.radius,
-        "contraction": joint.contraction,
+        "arm": [arm.tolist() for arm in moment_arms(robot, number)],
+        "contraction": joint.middle,
         "substeps": robot.simulation.substeps,
         "command_delay": robot.simulation.command_delay,
         "command_jitter": robot.simulation.command_jitter,
@@ -224,12 +229,13 @@ def built_plant(robot: Robot, number: int, seed: int, own: Sequence[Mechanism] =
             mechanisms=len(own),
         )
     parameters = pneumatic_joint_parameters(robot, number, seed)
-    for side in range(len(own)):
+    sides = range(len(own) - robot.joint(number).sprung) if own else ()  # a spring has no hysteresis
+    for side in sides:
         parameters["muscle"][side]["hysteresis"] = foreign()
     plant = PneumaticJoint(parameters, noise_seed(seed, number))
-    for side, mechanism in enumerate(own):
+    for side in sides:
         try:
-            plant.attach(side, mechanism)
+            plant.attach(side, own[side])
         except TypeError as fault:
             raise ParameterError(f"muscle {side + 1} of joint {number}: {fault}.", joint=number) from None
     return plant
@@ -319,14 +325,12 @@ def run_pressures(
     q, p = _checked(angle, pressure, period)
     joint = _joint(parameters, mechanisms)
     joint.reset(float(q[0]), float(p[0, 0]), float(p[0, 1]), 0)
-    first = joint.state
+    first, torque = joint.state, joint.torque
     signals = joint.run_imposed(q[:-1], np.diff(q) / period, p[1:], period)
     both = {name: np.vstack([first[name], signals[name]]) for name in ("pressure", "contraction", "force", "friction")}
     both["pressure"] = both["pressure"] - float(parameters["air"]["ambient"])
-    force = both["force"]
-    torque = np.concatenate(([float(parameters["radius"]) * (force[0, 0] - force[0, 1])], signals["torque"]))
     time: Array = np.arange(q.size, dtype=np.float64) * period
-    return Course(time=time, angle=q, torque=torque, **both)
+    return Course(time=time, angle=q, torque=np.append(torque, signals["torque"]), **both)
 
 
 def _checked(angle: npt.ArrayLike, commands: npt.ArrayLike, period: float) -> tuple[Array, Array]:

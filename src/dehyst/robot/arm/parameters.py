@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +15,8 @@ from typing import Any, TypeVar
 from dehyst.errors import ParameterError
 from dehyst.fields import checked, did_you_mean, dotted, entries, record, shown, word_of
 from dehyst.files import document_of, text_of
-from dehyst.robot.arm.tables import Joint, Muscle, Tables, Valve
+from dehyst.robot.arm.routing import NEEDED, refuse_unusable, told_arms
+from dehyst.robot.arm.tables import SPRING, Joint, Muscle, Tables, Valve
 
 PACKAGED = Path(__file__).with_name("arm.toml")
 REALISTIC = PACKAGED.with_name("realistic.toml")
@@ -27,7 +28,7 @@ LACKS = (
 )
 OF_ITS_JOINTS = ("name", "joint", "compensator.joints", "path.center_m", "path.posture_weights")
 # Muscles are pretensioned by at most 5 % and contract by at most 25 %: catalogue of the DMSP.
-LEAST_CONTRACTION, MOST_CONTRACTION = -0.05, 0.30
+CONTRACTIONS = (-0.05, 0.30)
 LEAST_OF_A_PATH = 3  # joints: fewer do not reach all points of a space
 DELAY_PERIODS = 62  # PLANT_RING of plant/plant.h, less what the interpolation needs
 COEFFICIENTS = {"tool": 6, "exponential": 6, "geometric": 8}
@@ -68,9 +69,23 @@ class Robot(Tables):
         return _member(self.muscles, name, "muscle")
 
     def muscles_of(self, number: int) -> tuple[Muscle, ...]:
-        """Return the types of muscle 1 and 2 of a joint; none if it is electric."""
+        """Return the types of muscle 1 and 2 of a joint; none if it is electric.
+
+        A spring is as long as muscle 1 and has no hysteresis and creep; its valve feeds a closed volume as large.
+        """
         joint = self.joint(number)
-        return tuple(self.muscle(name) for name in joint.driven) if joint.pneumatic else ()
+        found = [self.muscle(name) for name in joint.driven if name != SPRING] if joint.pneumatic else []
+        if joint.sprung:
+            of = found[0]
+            found += [replace(of, volume=(0.0,) * 4, dead_volume=of.dead_volume + of.length * of.volume[0],
+                              viscous_force=0.0, creep_time=(), creep_force=(), creep_pressure=(), hysteresis=0.0,
+                              tendon=0.0, warming=0.0, warming_time=0.0, warm_stiffness=0.0)]  # fmt: skip
+        return tuple(found)
+
+    def lengths(self, number: int) -> list[float]:
+        """Return the lengths of a joint's muscles at rest, without that of a spring. [m]"""
+        joint = self.joint(number)
+        return [muscle.length for muscle in self.muscles_of(number)][: 2 - joint.sprung]
 
     def valve(self, name: str | None) -> Valve:
         """Return the valve of this name."""
@@ -342,6 +357,8 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
                 law.coefficients,
                 source,
             )
+    if SPRING in robot.muscles:
+        raise ParameterError(f"{source}: muscle.{SPRING} is called as a spring in drives is. Give it another name.")
     for name, muscle in robot.muscles.items():
         _known(muscle.map, list(robot.maps), f"muscle.{name}.map", source)
         counts = {len(muscle.creep_time), len(muscle.creep_force), len(muscle.creep_pressure)}
@@ -396,8 +413,8 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
             f'["dmsp40", "dmsp20"] for muscle 1 and 2.',
             key=f"{where}.drive",
         )
-    for name in joint.driven:
-        types = [*robot.muscles] if joint.drives else ["electric", *robot.muscles]
+    for m, name in enumerate(joint.driven):
+        types = [*robot.muscles, *[SPRING] * m] if joint.drives else ["electric", *robot.muscles]
         _known(name, types, f"{where}.drive{'s' if joint.drives else ''}", source)
     chain = ("axis", "damping_Nm_s", "link_length_m", "link_radius_m", "link_mass_kg")
     needed = chain if robot.body is None else ("body_joint",)
@@ -407,8 +424,14 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
         raise ParameterError(f"{source} lacks {', '.join(keys)}. Add them{more}.", missing=keys, source=source)
     if not joint.pneumatic:
         return
-    lacking = [key for key, value in (("valve", joint.valve), ("radius_m", joint.radius),
-                                      ("contraction", joint.contraction)) if value is None]  # fmt: skip
+    for routing, names in NEEDED.items():
+        for name in {*names} - {"radius"} if joint.routing != routing else ():
+            if getattr(joint, name) is not None:
+                raise _refused(f"does not route by {name}. Write {where}.routing = {routing!r}, or remove that key.",
+                               f"{where}.routing", joint.routing, source)  # fmt: skip
+    key_of = {entry.field: key for key, entry in entries(Joint).items()}
+    asked = ("valve", *NEEDED[joint.routing], "contraction", *["spring", "spring_preload"] * joint.sprung)
+    lacking = [key_of[name] for name in asked if key_of[name] not in robot.raw["joint"][str(number)]]
     if lacking:
         raise ParameterError(
             f"{source}: {where} is driven by muscles and lacks {', '.join(lacking)}. Add them, or set {where}.drive = "
@@ -417,20 +440,12 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
             missing=lacking,
         )
     assert joint.valve is not None
-    assert joint.radius is not None
-    assert joint.contraction is not None
     _known(joint.valve, list(robot.valves), f"{where}.valve", source)
-    stroke = joint.radius * joint.range / min(muscle.length for muscle in robot.muscles_of(number))
-    low, high = joint.contraction - stroke, joint.contraction + stroke
-    if low < LEAST_CONTRACTION or high > MOST_CONTRACTION:
-        raise ParameterError(
-            f"{source}: at the ends of the range of {where} its muscles contract by {low:.3f} and {high:.3f} of their "
-            f"length, possible are {LEAST_CONTRACTION:g} .. {MOST_CONTRACTION:g}. Make {where}.range_deg or radius_m "
-            f"smaller, the muscle longer, or put contraction in the middle.",
-            key=where,
-            low=low,
-            high=high,
-        )
+    if joint.routing != "tendon":  # those need the body's model: on first use
+        refuse_unusable(joint, told_arms(joint, f"{source}: {where}"), robot.lengths(number), CONTRACTIONS,
+                        f"{source}: {where}")  # fmt: skip
+    elif robot.body is None:
+        raise _refused("needs a [body] whose MJCF file has the tendons.", f"{where}.routing", "tendon", source)
 
 
 def _check_life(robot: Robot, source: str) -> None:

@@ -19,8 +19,10 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import MissingExtraError, ParameterError
+from dehyst.fields import did_you_mean
 from dehyst.robot.arm.body import POINT_INERTIA, body_model
-from dehyst.robot.arm.parameters import Robot, listed
+from dehyst.robot.arm.parameters import CONTRACTIONS, Robot, listed
+from dehyst.robot.arm.routing import Arms, reduced, refuse_unusable, told_arms
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel
@@ -217,6 +219,65 @@ def new_data(model: MjModel) -> MjData:
     data = mujoco().MjData(model)
     data.qpos[:] = 0  # a body's file may have another pose at first
     return data
+
+
+@cache
+def moment_arms(robot: Robot, number: int) -> Arms:
+    """Return the coefficients of both muscles' moment arms, see `dehyst.robot.arm.routing`. [m/rad^j]
+
+    Raises
+    ------
+    ParameterError
+        If a tendon is not there, depends on other joints too or has an arm that is no polynomial.
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm import load_robot
+    >>> moment_arms(load_robot(), 1)[1].tolist()
+    [-0.05]
+    """
+    joint, where = robot.joint(number), f"joint.{number}"
+    if joint.routing != "tendon":
+        return told_arms(joint, where)
+    model = arm_model(robot)
+    first, second = (_tendon_arm(robot, model, number, name) for name in joint.tendons or ())
+    refuse_unusable(joint, (first, second), robot.lengths(number), CONTRACTIONS, where)
+    return first, second
+
+
+SMALL = 1e-5  # of the difference quotient of a tendon's length [rad]
+
+
+def _tendon_arm(robot: Robot, model: MjModel, number: int, name: str) -> Array:
+    """Arm of a spatial tendon that only this joint shortens."""
+    names = [model.tendon(k).name for k in range(model.ntendon)]
+    if name not in names:
+        raise ParameterError(
+            f"joint.{number}.tendons: {name!r} is no spatial tendon of the body's file.{did_you_mean(name, names)} It "
+            f"has {', '.join(names) or 'none'}.",
+            tendon=name,
+        )
+    data, row = new_data(model), list(robot.joints).index(number)
+
+    def lengths(which: int, angles: Array) -> Array:
+        found = []
+        for angle in angles:
+            data.qpos[:] = 0
+            data.qpos[which] = angle
+            mujoco().mj_fwdPosition(model, data)
+            found.append(data.ten_length[names.index(name)])
+        return np.array(found)
+
+    for k, (other, told) in enumerate(robot.joints.items()):
+        if k != row and np.ptp(lengths(k, np.linspace(-told.range, told.range, 21))) > 1e-9:
+            raise ParameterError(
+                f"joint.{number}.tendons: joint {other} ({told.body_joint}) moves the tendon {name!r} too. A muscle of "
+                f"one joint pulls at that joint only: lead the tendon past no other.",
+                tendon=name,
+                joint=other,
+            )
+    reach, h = robot.joint(number).range, SMALL
+    return reduced(lambda q: (lengths(row, q - h) - lengths(row, q + h)) / (2 * h), reach, f"tendon {name!r}")
 
 
 def inverse_dynamics(model: MjModel, angles: Array, velocities: Array, accelerations: Array) -> Array:

@@ -16,6 +16,7 @@ from dehyst.fields import Key
 Numbers = tuple[float, ...]
 Share = Annotated[float, Key("", 0.0, 1.0)]
 Scale = Annotated[float, Key("", 0.0, 100.0)]
+SPRING = "spring"  # in the place of muscle 2
 
 
 @dataclass(frozen=True)
@@ -150,10 +151,11 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and the link that hangs on it. Muscle joints have a valve, a pulley and a contraction at zero.
+    """A joint and the link that hangs on it. Muscle joints have a valve, a routing and a contraction at zero.
 
     ``drive`` is "electric" or the type of both muscles, ``drives`` those of muscle 1 and 2; ``parallel`` such muscles
-    lie side by side in the place of each and share its valve.
+    lie side by side in the place of each and share its valve. In the place of muscle 2 there may be a "spring", which
+    pulls with ``spring_preload`` at zero. What ``routing`` asks for stands in `dehyst.robot.arm.routing`.
 
     Of a [body], ``body_joint`` is the name there, its angle at ``zero`` is zero here, ``damping`` None is that of the
     file, and axis and link are the file's. ``pole``, if given, replaces that of the [controller] table for this joint.
@@ -174,13 +176,16 @@ class Joint:
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
     zero: Annotated[float, Key("deg", -180.0, 180.0)] = 0.0
     parallel: Annotated[int, Key("", 1, 12)] = 1
+    routing: Annotated[str, Key(choices=("pulley", "lever", "polynomial", "tendon"))] = "pulley"
+    lever: Annotated[tuple[float, float] | None, Key("m", 0.002, 2.0)] = None
+    lever_angle: Annotated[float | None, Key("deg", 1.0, 179.0)] = None
+    moment_arm: Annotated[Numbers | None, Key("m", -100.0, 100.0, 1, 8)] = None
+    moment_arm_2: Annotated[Numbers | None, Key("m", -100.0, 100.0, 1, 8)] = None
+    tendons: Annotated[tuple[str, str] | None, Key(most=200)] = None
+    spring: Annotated[float, Key("N_m", 0.0, 1e7)] = 0.0
+    spring_preload: Annotated[float, Key("N", 0.0, 1e6)] = 0.0
     backlash: Annotated[float, Key("deg", 0.0, 5.0)] = 0.0
     backlash_damping: Annotated[float, Key("Nm_s", 0.0, 100.0)] = 0.0
-
-    @property
-    def lever(self) -> float:
-        """Radius of the pulley; nan for an electric joint. [m]"""
-        return math.nan if self.radius is None else self.radius
 
     @property
     def middle(self) -> float:
@@ -196,6 +201,11 @@ class Joint:
     def driven(self) -> tuple[str, ...]:
         """Types of muscle 1 and 2; of an electric joint its drive alone."""
         return self.drives or ((self.drive or "",) * (1 + self.pneumatic))
+
+    @property
+    def sprung(self) -> bool:
+        """Whether a spring is in the place of muscle 2."""
+        return self.driven[-1] == SPRING
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,15 @@ from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.arm import Arm, ArmLog, Reference
 from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.rigid_body import arm_model, joint_inertia
+from dehyst.robot.arm.rigid_body import arm_model, joint_inertia, moment_arms
+from dehyst.robot.arm.routing import contraction
 from dehyst.robot.experiments.results import Characteristic
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
 BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
 BENCH_VOLUME = 1.2566e-3  # of that muscle per length [m^2]; smaller muscles are scaled by their cross section
 DEGREE = 5
+VOLUME_DEGREE = 3  # of a chamber's volume in the controller
 OBSERVER_RATIO = 8.0  # an observer is this much faster than the loop that it serves
 BAR = 1e5
 
@@ -34,25 +36,35 @@ def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
     """Characteristic from a published bench map, some 10 to 20 % beside the plant: good enough to plan sweeps with."""
     joint = robot.joint(number)
     q = np.linspace(-joint.range, joint.range, 81)
-    r = joint.lever
+    r, s = (np.polynomial.polynomial.polyval(q, arm) for arm in moment_arms(robot, number))
     passive = nominal_forces(robot, number, q, np.zeros((q.size, 2)))
     slope = (nominal_forces(robot, number, q, np.full((q.size, 2), BAR)) - passive) / BAR
-    a, b, c = (
-        np.polynomial.polynomial.polyfit(q, y, DEGREE)
-        for y in (r * (slope[:, 0] - slope[:, 1]), r * slope.sum(axis=1) / 2, r * (passive[:, 0] - passive[:, 1]))
+    parts = (  # r F_1 + s F_2 as in plant/joint.c; on a pulley r + s = 0
+        r * (slope[:, 0] - slope[:, 1]) + (r + s) * slope[:, 1],
+        r * slope.sum(axis=1) / 2 - (r + s) * slope[:, 1] / 2,
+        r * (passive[:, 0] - passive[:, 1]) + (r + s) * passive[:, 1],
     )
+    a, b, c = (np.polynomial.polynomial.polyfit(q, y, DEGREE) for y in parts)
     return Characteristic(a, b, c, float(q[0]), float(q[-1]), 0.0)
 
 
 def nominal_forces(robot: Robot, number: int, angle: Array, pressure: Array) -> Array:
-    """Forces (T, 2) of a joint's muscles at angles (T,) and gauge pressures (T, 2) by the same bench map. [N]"""
+    """Forces (T, 2) of a joint's muscles at angles (T,) and gauge pressures (T, 2) by the same bench map. [N]
+
+    That of a spring is its own.
+    """
     joint = robot.joint(number)
     a1, a2, a3, a4, a5, a6 = BENCH
     muscles = robot.muscles_of(number)
-    turns = (side * (joint.lever / muscle.length * angle) for side, muscle in zip((1, -1), muscles, strict=True))
-    k = joint.middle + np.stack([*turns], axis=1)
+    arms = moment_arms(robot, number)
+    k = np.stack(
+        [contraction(arm, m.length, joint.middle)(angle) for arm, m in zip(arms, muscles, strict=True)], axis=1
+    )
     scale = joint.parallel * np.array([muscle.volume[0] / BENCH_VOLUME for muscle in muscles])
-    return np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
+    force = np.asarray(scale * ((a1 * pressure + a2) * np.exp(a3 * k) + a4 * k * pressure + a5 * pressure + a6))
+    if joint.sprung:
+        force[:, 1] = joint.spring_preload - joint.spring * muscles[1].length * (k[:, 1] - joint.middle)
+    return force
 
 
 def controller_parameters(robot: Robot, number: int, characteristic: Characteristic) -> JointControllerParameters:
@@ -71,10 +83,13 @@ def controller_parameters(robot: Robot, number: int, characteristic: Characteris
     valve = robot.valve(joint.valve)
     inertia = joint_inertia(arm_model(robot))[number - 1]
     volumes = []
-    for side, muscle in zip((1, -1), robot.muscles_of(number), strict=True):
-        kappa = np.polynomial.Polynomial([joint.middle, side * joint.lever / muscle.length])
-        volume = np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume
-        volumes.append(tuple(map(float, joint.parallel * np.asarray(volume(kappa).coef, np.float64))))
+    for arm, muscle in zip(moment_arms(robot, number), robot.muscles_of(number), strict=True):
+        kappa = contraction(arm, muscle.length, joint.middle)
+        volume = (np.polynomial.Polynomial(muscle.length * np.asarray(muscle.volume)) + muscle.dead_volume)(kappa)
+        if volume.degree() > VOLUME_DEGREE:
+            q = np.linspace(-joint.range, joint.range, 81)
+            volume = np.polynomial.Polynomial.fit(q, volume(q), VOLUME_DEGREE).convert()
+        volumes.append(tuple(map(float, joint.parallel * np.asarray(volume.coef, np.float64))))
     air = robot.air
     return JointControllerParameters(
         period=robot.simulation.period,

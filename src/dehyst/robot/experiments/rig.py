@@ -36,8 +36,11 @@ class JointCheck:
     angle
         (T,) over the range. [rad]
     pulls
-        (6, T) torque with the first muscle at 1 to 6 bar and the second at the lowest pressure; that of the second is
-        its mirror image. Empty for electric joints. [Nm]
+        (6, T) torque with the first muscle at 1 to 6 bar and the second at the lowest pressure. Empty for electric
+        joints. [Nm]
+    back
+        (6, T) torque the other way with the muscles exchanged; a spring in the place of the second pulls with what it
+        has. [Nm]
     gravity
         Smallest and largest torque that holds the joint in drawn poses of the whole robot. [Nm]
     inertia
@@ -48,6 +51,7 @@ class JointCheck:
 
     angle: Array
     pulls: Array
+    back: Array
     gravity: tuple[float, float]
     inertia: float
     stiffness: float
@@ -59,13 +63,19 @@ class JointCheck:
 
     @property
     def held(self) -> float:
-        """Largest torque that both muscles can give wherever the joint stands, at 6 bar. [Nm]"""
-        return float(self.pulls[-1].min()) if self.pulls.size else math.inf
+        """Largest torque that the weaker muscle can give wherever the joint stands, at 6 bar. [Nm]"""
+        return float(min(self.pulls[-1].min(), self.back[-1].min())) if self.pulls.size else math.inf
 
     @property
     def load(self) -> float:
         """Largest torque that gravity takes, either way. [Nm]"""
         return max(map(abs, self.gravity))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the muscles hold the joint against gravity in all poses, at 6 bar."""
+        low, high = self.gravity
+        return not self.pulls.size or bool(high <= self.pulls[-1].min() and -low <= self.back[-1].min())
 
     @property
     def least_pole(self) -> float:
@@ -90,7 +100,8 @@ def check_rig(robot: Robot) -> dict[int, JointCheck]:
     found = {}
     for k, (number, joint) in enumerate(robot.joints.items()):
         angle = np.linspace(-joint.range, joint.range, PLACES)
-        pulls, stiffness = np.empty((0, PLACES)), math.nan
+        pulls = back = np.empty((0, PLACES))
+        stiffness = math.nan
         if joint.pneumatic:
             physics = pneumatic_joint_parameters(plain, number, 0)
             low, mean = robot.controller.pressure_low, robot.controller.mean_pressure
@@ -100,10 +111,11 @@ def check_rig(robot: Robot) -> dict[int, JointCheck]:
                 return run_pressures(physics, q, both, SLOWLY).torque
 
             pulls = np.stack([torque(pressure, low) for pressure in PRESSURES])
+            back = -np.stack([torque(low, pressure) for pressure in PRESSURES])
             middle = torque(mean, mean)[PLACES // 2 - 1 : PLACES // 2 + 2]
             stiffness = float((middle[0] - middle[2]) / (2 * (angle[1] - angle[0])))
         ends = float(held[:, k].min()), float(held[:, k].max())
-        found[number] = JointCheck(angle, pulls, ends, float(inertia[k]), stiffness)
+        found[number] = JointCheck(angle, pulls, back, ends, float(inertia[k]), stiffness)
     return found
 
 
@@ -111,11 +123,11 @@ def cautions(robot: Robot, found: dict[int, JointCheck]) -> list[str]:
     """Return sentences on joints that cannot work as they are, with the numbers and the keys to change."""
     said = []
     for number, check in found.items():
-        if check.load > check.held:
+        if not check.holds:
             said.append(
-                f"joint {number}: gravity takes up to {check.load:.3g} Nm, and a muscle at its shortest pulls "
-                f"{check.held:.3g} Nm at 6 bar. Some poses cannot be held: change joint.{number}.range_deg, radius_m "
-                f"or drive, or the mass."
+                f"joint {number}: gravity takes {check.gravity[0]:.3g} .. {check.gravity[1]:.3g} Nm, and at the worst "
+                f"angle the joint gives {-check.back[-1].min():.3g} .. {check.pulls[-1].min():.3g} Nm at 6 bar. Some "
+                f"poses cannot be held: change joint.{number}.range_deg, the moment arm, drive or spring, or the mass."
             )
         pole = robot.joint(number).pole or robot.controller.pole
         if check.pulls.size and pole < 0.95 * check.least_pole:

@@ -33,11 +33,9 @@ def write_rig_figure(path: str | PathLike[str], name: str, found: Mapping[int, J
 def _torques(check: JointCheck) -> Draw:
     angle = np.degrees(check.angle)
     lines = [
-        Line(
-            angle, side * pull[::side], token, f"muscle {muscle}" if k == len(PRESSURES) - 1 else "", 1.2, 0.4 + 0.1 * k
-        )
-        for muscle, side, token in ((1, 1, TRAIN), (2, -1, TEST))
-        for k, pull in enumerate(check.pulls)
+        Line(angle, pull, token, f"muscle {muscle}" if k == len(PRESSURES) - 1 else "", 1.2, 0.4 + 0.1 * k)
+        for muscle, pulls, token in ((1, check.pulls, TRAIN), (2, -check.back, TEST))
+        for k, pull in enumerate(pulls)
     ]
 
     def gravity(axes: Axes) -> None:
