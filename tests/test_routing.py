@@ -15,6 +15,7 @@ from dehyst.robot.arm import rigid_body as rb
 from dehyst.robot.arm.joints import built_plant, pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import robot_of
 from dehyst.robot.experiments.calibration import calibrate, controller_parameters, nominal_characteristic
+from dehyst.robot.experiments.plant_fit import RigLog, respond
 from dehyst.robot.experiments.rig import cautions, check_rig
 from test_rigs import DRIVE, EXAMPLES, rig
 
@@ -163,6 +164,13 @@ def test_a_check_tells_both_ways_apart_and_a_weak_spring_is_told(tmp_path):
     assert check.holds and check.held < check.pulls[-1].min() and np.ptp(check.back, axis=0).max() == 0.0
     weak = robot.with_changes({"joint.1.spring_preload_N": 1.0, "joint.1.spring_N_m": 0.0})
     assert any("cannot be held" in words for words in cautions(weak, check_rig(weak)))
+
+
+def test_a_log_of_one_muscle_alone_knows_nothing_of_its_routing(tmp_path):
+    log = RigLog("rest", "force", np.zeros(12), np.full((12, 2), 3e5), np.linspace(0.0, 0.15, 12))
+    one, other = (respond(routed(tmp_path, *how), 1, log) for how in ((RADIUS,), (LEVER, SPRUNG)))
+    np.testing.assert_allclose(other, one, rtol=1e-9)
+    assert one.min() > 0.0
 
 
 def test_mechanisms_of_one_s_own_go_to_muscles_only(tmp_path):

@@ -21,7 +21,7 @@ from dehyst.errors import ParameterError, RecordingError
 from dehyst.fields import entries
 from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.tables import ForceMap, Hysteresis, Joint, Muscle, Valve
+from dehyst.robot.arm.tables import SPRING, ForceMap, Hysteresis, Joint, Muscle, Valve
 
 TABLES: Mapping[str, type] = {
     "map": ForceMap, "hysteresis": Hysteresis, "muscle": Muscle, "valve": Valve, "joint": Joint
@@ -283,10 +283,12 @@ def respond(robot: Robot, number: int, log: RigLog, zero: float = 0.0, load: flo
     if not log.of_joint:
         robot = robot.with_changes({f"joint.{number}.parallel": 1})
     if log.time is None:
-        names = set(robot.joint(number).driven)
+        names = set(robot.joint(number).driven) - {SPRING}
         robot = robot.with_changes({**AT_REST, **{f"muscle.{name}.viscous_force_N": 0.0 for name in names}})
     physics = pneumatic_joint_parameters(robot, number, 0)
-    radius, length = physics["radius"], physics["muscle"][0]["length"]
+    radius, length = physics["arm"][0][0], physics["muscle"][0]["length"]
+    if not log.of_joint:  # how it is led to a joint does not matter
+        physics["arm"] = [[radius], [-radius]]
     angle = log.moved if log.of_joint else (log.moved - physics["contraction"]) * length / radius
     period = 1.0 if log.time is None else float(log.time[1] - log.time[0])
     if log.quantity == "angle":
@@ -301,7 +303,7 @@ def _balanced(physics: dict[str, Any], log: RigLog, period: float, zero: float, 
     """Angles (T,) at which the muscles carry the load, one after the other: the memory of each goes on from there."""
     joint, p, q = PneumaticJoint(physics, 0), log.pressure, float(log.response[0]) + zero
     joint.reset(q, float(p[0, 0]), float(p[0, 1]), 0)
-    found, stiffness = [], 100.0 * physics["radius"]
+    found, stiffness = [], 100.0 * physics["arm"][0][0]
 
     def left(image: bytes, old: float, new: float, k: int) -> float:
         joint.restore(image)
@@ -376,7 +378,8 @@ def _free(robot: Robot, number: int, logs: Sequence[RigLog]) -> list[Free]:
     if muscle.creep_time:
         told += [(f"muscle.{name}.creep_{key}", ALL) for key in ("force_N", "pressure_N_bar")]
     if any(log.of_joint for log in logs):
-        told += [(f"joint.{number}.contraction", None), (f"joint.{number}.radius_m", None)]
+        told += [(f"joint.{number}.contraction", None)]
+        told += [(f"joint.{number}.radius_m", None)] if joint.routing == "pulley" else []
     if any(log.quantity == "pressure" for log in logs):
         told += [(f"valve.{joint.valve}.conductance_l_s_bar", None), (f"muscle.{name}.dead_volume_l", None)]
     found = []
