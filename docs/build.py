@@ -35,6 +35,7 @@ from generate import (  # noqa: E402 - found beside this file
     models,
     notebooks,
     parameters,
+    plant_fit,
     proofs,
     python_names,
     reviewed,
@@ -88,6 +89,7 @@ PARTS = {
     ("explanation/which-model-when.md", "results"): which_model.page,
     ("explanation/which-model-when.md", "black boxes"): black_boxes.page,
     ("explanation/reviewed-controllers.md", "results"): reviewed.page,
+    ("explanation/validate-the-plant.md", "results"): plant_fit.page,
     ("../benchmarks/README.md", "output of speed.py"): speed.console,
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -208,19 +209,15 @@ def _print(found: PlantFit) -> None:
 
 
 def _plain(found: PlantFit, findings: list[Finding]) -> dict[str, Any]:
-    numbers = [
-        {"name": named(number.key, number.place), "file": number.before, "found": number.found if number.told else None,
-         "interval": number.interval if number.told else None, "told": number.told, "why": number.why,
-         "what_would_tell": "" if number.told else _tells(number)}
-        for number in found.numbers
-    ]  # fmt: skip
-    logs = [
-        {"log": each.log.name, "kinds": each.log.kinds, "quantity": each.log.quantity, "unit": "SI",
-         "tested": each.log.tested, "rms": each.errors}
-        for each in found.logs
-    ]  # fmt: skip
-    return {"format": "dehyst-rig-fit", "numbers": numbers, "logs": logs, "offsets": found.offsets,
-            "changes": found.changes, "warnings": [finding.as_dict() for finding in findings]}  # fmt: skip
+    return {
+        "format": "dehyst-rig-fit",
+        "numbers": [asdict(number) | {"what_would_tell": _tells(number)} for number in found.numbers],
+        "logs": [{"log": each.log.name, "kinds": each.log.kinds, "quantity": each.log.quantity,
+                  "tested": each.log.tested, "rms": each.errors} for each in found.logs],
+        "offsets": found.offsets,
+        "changes": found.changes,
+        "warnings": [finding.as_dict() for finding in findings],
+    }  # fmt: skip
 
 
 def fitted_text(file: Path, out: Path, found: PlantFit, source: str) -> str:

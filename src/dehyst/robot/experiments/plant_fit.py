@@ -40,6 +40,7 @@ SAMPLES = {"angle": 250}  # of logs whose angle is solved for
 PARTS, HELD_OUT = 10, (2, 5, 8)  # of a log, and those that are not fitted
 SLACK = 0.005  # of the largest force: below, a muscle hangs loose
 NOTHING = 1e-3  # change of all errors together, in units of theirs, that a number's doubt makes if no sample tells it
+KINDS = {(True, True): "hold", (True, False): "isobaric", (False, True): "isometric"}  # pressure, length still?
 STILL = {"pressure": 5e3, "moved": 0.005, "response": 0.02}  # [Pa], of its range, of its range: does not move
 UNITS = {"force": (1.0, "N"), "torque": (1.0, "Nm"), "angle": (180.0 / math.pi, "deg"), "pressure": (1e-5, "bar")}
 
@@ -107,19 +108,17 @@ class RigLog:
             return {"points at rest": float(self.response.size)}
         if self.quantity == "pressure":
             return {"filling": float(np.ptp(self.time))}
-        parts = np.array_split(np.arange(self.response.size), min(60, self.response.size // 5))
         found: dict[str, float] = {}
-        angle = self.quantity == "angle"
-        moved, response = (self.response, np.zeros(self.response.size)) if angle else (self.moved, self.response)
-        for part in parts:
-            still = [float(np.ptp(v[part])) <= limit for v, limit in (
-                (self.pressure[:, : 1 + self.of_joint].max(axis=1), STILL["pressure"]),
-                (moved, STILL["moved"] * max(float(np.ptp(moved)), 0.01)),
-                (response, STILL["response"] * float(np.ptp(response))),
-            )]  # fmt: skip
-            kind = {(True, True): "hold", (True, False): "isobaric", (False, True): "isometric"}.get(
-                (still[0], still[1]), "isotonic" if still[2] else "both move"
-            )
+        pressure, angle = self.pressure[:, : 1 + self.of_joint], self.quantity == "angle"
+        moved = self.response if angle else self.moved
+        for part in np.array_split(np.arange(self.response.size), min(60, self.response.size // 5)):
+            p, k, f = (float(np.ptp(v[part], axis=0).max()) for v in (pressure, moved, self.response))
+            still = p <= STILL["pressure"], k <= STILL["moved"] * max(float(np.ptp(moved)), 0.01)
+            kind = KINDS.get(still, "both move")
+            if kind == "isometric" and np.abs(np.diff(pressure[part], axis=0)).max() > 0.5 * p:
+                kind = "step"
+            if kind == "both move" and (angle or f <= STILL["response"] * float(np.ptp(self.response))):
+                kind = "isotonic"
             found[kind] = found.get(kind, 0.0) + float(np.ptp(self.time[part]))
         return found
 
@@ -249,7 +248,7 @@ def fit_plant(robot: Robot, number: int, logs: Sequence[RigLog]) -> PlantFit:
     spread = np.linalg.inv(slopes.T @ slopes + np.diag(doubt**-2.0))
     told = own | shown & (2.0 * np.sqrt(np.diag(spread)) <= size)
     while True:
-        moved = problem.search(np.where(told, x, first), told)
+        moved = problem.search(np.where(told, x, first) if np.any(told & ~own) else first, told)
         problem.weigh(moved)
         slopes = problem.slopes(moved)
         interval = 2.0 * np.sqrt(_variance(slopes, told, doubt))
