@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from dehyst.robot.arm.parameters import Robot, load_robot
 from dehyst.robot.experiments import point
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.recipes import recipe
-from dehyst.robot.experiments.trials import follow_path, trial_arm
+from dehyst.robot.experiments.trials import run_trial
 
 SHORT = {"path.cycles_fast": 2, "path.slow_factor": 5.0}
 TOOL = (6398.4, 0.122366, 10.47143, 2.023288, 0.25, 620000.0)
@@ -55,10 +56,8 @@ def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
     for trial in ("slow", "fast"):
         off = 0.0
         for compensator in ("off", "paper", "best"):
-            equipment = prepared["paper" if compensator == "off" else compensator][0]
-            arm = trial_arm(plant, equipment, trial, (number,))
-            vars(arm)["feedforward"] = trial_arm(told, equipment, trial, (number,)).feedforward  # no payload in it
-            run, _ = follow_path(arm, path, equipment, trial, compensator)
+            equipment = replace(prepared["paper" if compensator == "off" else compensator][0], known=told)
+            run, _ = run_trial(plant, path, equipment, trial, compensator, (number,))
             rms = float(np.sqrt(np.mean(run.error[:, number - 1] ** 2)))
             off = off or rms
             flags = int(np.bitwise_or.reduce(run.flags[:, number - 1]))

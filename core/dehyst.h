@@ -785,7 +785,7 @@ typedef struct dehyst_fit {
     dehyst_real sum[DEHYST_FIT_SUMS];    /* of the strokes before, forgotten */
     dehyst_real strokes;                 /* number of these, forgotten alike */
     dehyst_real way;                     /* -1, 0, 1 of the joint */
-    dehyst_real rest, time;              /* integral of l - h since the last turning point, [Nm s], and time, [s] */
+    dehyst_real rest, time;              /* since the last turning point: integral of l - h under position control, [Nm s], and time, [s] */
     dehyst_real mean;                    /* of l - h over the stroke before, [Nm] */
     dehyst_real offset;                  /* of l - h, the same both ways, [Nm] */
     dehyst_real shifted;                 /* 1: it is large: of a pressure sensor, or a weight that is not known */

@@ -57,7 +57,8 @@ static uint32_t compare(const dehyst_joint *joint, dehyst_joint_state *state, ui
     now.velocity = position ? state->reference.velocity : state->observer.velocity;
     now.largest = state->at.b * dehyst_pressure_range(joint);
     now.position = position;
-    const int good = state->started && (flags & BAD) == 0u && (position || joint->direct);
+    const int followed = position && state->compensator_share >= 1; /* without it the joint leaves q_d, and its h */
+    const int good = state->started && (flags & BAD) == 0u && (followed || joint->direct);
     dehyst_fit_step(joint, &state->fit, &now, good);
     return (state->fit.stale > 0 ? (uint32_t)DEHYST_STALE : 0u) |
            (state->fit.shifted > 0 ? (uint32_t)DEHYST_SHIFTED : 0u);

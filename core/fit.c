@@ -12,6 +12,7 @@
 #define WHOLE ((dehyst_real)0.1)   /* share of a usual stroke's sum that makes a stroke */
 #define STROKES ((dehyst_real)2)   /* before anything is said: three, those before forgotten a little */
 #define HOMED ((dehyst_real)3.2)   /* the same where only pressures are applied: five */
+#define SWING ((dehyst_real)1)     /* a turning sooner than that under pressures alone ends no stroke: the joint swings, [s] */
 #define GROSS ((dehyst_real)2e-3)  /* share of the largest torque, times a second: of h h that shows a loop */
 #define OWN ((dehyst_real)0.1)     /* share of h h that does not follow the angle: with less nothing can be said */
 #define FAR ((dehyst_real)0.15)    /* distance of the scale from 1 that is none of noise */
@@ -55,9 +56,10 @@ static dehyst_real answered(dehyst_real *x, dehyst_real late, dehyst_real gain, 
 }
 
 /* What the means of two strokes, one each way, have in common is no hysteresis. */
-static void end_stroke(dehyst_fit *fit, dehyst_real largest)
+static void end_stroke(dehyst_fit *fit, const dehyst_compared *seen)
 {
-    if (!(fit->stroke[HH] > LEAST) || fit->stroke[HH] * fit->strokes < WHOLE * fit->sum[HH]) {
+    const int swings = !seen->position && fit->time < SWING;
+    if (swings || !(fit->stroke[HH] > LEAST) || fit->stroke[HH] * fit->strokes < WHOLE * fit->sum[HH]) {
         return;
     }
     for (int32_t i = 0; i < DEHYST_FIT_SUMS; ++i) {
@@ -71,7 +73,7 @@ static void end_stroke(dehyst_fit *fit, dehyst_real largest)
     fit->rest = 0;
     fit->time = 0;
     const dehyst_real size = fit->offset < 0 ? -fit->offset : fit->offset;
-    const dehyst_real limit = SHIFT * largest * (fit->shifted > 0 ? (dehyst_real)0.5 : (dehyst_real)1);
+    const dehyst_real limit = SHIFT * seen->largest * (fit->shifted > 0 ? (dehyst_real)0.5 : (dehyst_real)1);
     fit->shifted = fit->strokes > STROKES && size > limit ? (dehyst_real)1 : (dehyst_real)0;
 }
 
@@ -117,13 +119,13 @@ void dehyst_fit_step(const dehyst_joint *joint, dehyst_fit *fit, const dehyst_co
     }
     if (seen->position) { /* without it nothing is known of the load */
         fit->rest = dehyst_bounded(fit->rest + joint->period * (fit->load[0] - fit->scale * fit->torque[0]), HIGHEST);
-        fit->time = dehyst_bounded(fit->time + joint->period, HIGHEST);
     }
+    fit->time = dehyst_bounded(fit->time + joint->period, HIGHEST);
     const int moves = seen->velocity > joint->least_speed || seen->velocity < -joint->least_speed;
     if (moves) {
         const dehyst_real way = seen->velocity > 0 ? (dehyst_real)1 : (dehyst_real)-1;
         if (fit->way * way < 0) {
-            end_stroke(fit, seen->largest);
+            end_stroke(fit, seen);
         }
         fit->way = way;
     }

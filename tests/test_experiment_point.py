@@ -99,6 +99,28 @@ def test_identified_on_the_default_robot_is_not_identified_here():
 
 
 @pytest.mark.slow
+def test_controllers_of_the_default_robot_are_told_of_no_supply_valve_or_payload(monkeypatch):
+    class Heard(Exception):
+        pass
+
+    def hear(*words, **_):
+        raise Heard(*words[:3])
+
+    monkeypatch.setattr("dehyst.robot.experiments.point.learned_trial", hear)
+    changes = {**SHORT, "air.supply_bar": 6.3, "valve.mpye.dead_band": 0.09, "payload.mass_kg": 2.0}
+    with pytest.raises(Heard) as here:
+        evaluate_point(changes)
+    with pytest.raises(Heard) as default:
+        evaluate_point(changes, run_settings={"identified_on": "default"})
+    with pytest.raises(Heard) as unchanged:
+        evaluate_point(SHORT)
+    assert here.value.args[0] == default.value.args[0] != unchanged.value.args[0]
+    assert here.value.args[2].known is None and default.value.args[2].known == unchanged.value.args[0]
+    told, kind, knows = (found.value.args[2].controllers[1].pneumatics for found in (default, unchanged, here))
+    assert told == kind != knows
+
+
+@pytest.mark.slow
 def test_whole_tables_are_another_robot_also_where_the_default_is_identified():
     table = load_robot(changes={"hysteresis.scale": 2.0}).values["hysteresis"]
     robot = {**SHORT, "hysteresis": table}

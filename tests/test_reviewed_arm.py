@@ -196,7 +196,7 @@ def test_a_request_for_what_does_not_exist_is_refused():
         ({"controllers": ("pid",), "compensators": ("ilc",)}, "answers otherwise"),
     ):
         with pytest.raises(ParameterError, match=said):
-            _check(robot(), Request(**wrong))
+            _check(robot(), Request(joints=(1,), **wrong))
     with pytest.raises(ParameterError, match="controller = 'lqr'"):
         point.evaluate_point(QUICK, run_settings={"controller": "lqr"})
 

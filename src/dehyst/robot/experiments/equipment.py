@@ -50,6 +50,8 @@ class Equipment:
         the compensator is on. [Nm]
     laws
         Joint number -> a controller of the literature instead of the paper's; see `dehyst.control.reviewed`.
+    known
+        The robot whose weight and inertia are fed forward, where the trial's has changed since; None: the trial's own.
 
     Examples
     --------
@@ -74,6 +76,7 @@ class Equipment:
     adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
     learned: Mapping[int, Array] = field(default_factory=dict)
     laws: Mapping[int, Law] = field(default_factory=dict)
+    known: Robot | None = None
 
 
 def equip(

@@ -87,7 +87,8 @@ def evaluate_point(
     known = changes if settings["identified_on"] == "here" else _without_plant(changes)
     recipes = {name: _recipe(name, settings) for name in compensators}
     moving = (joint,) if experiment == "joint" else tuple(robot.joints)
-    prepared = _prepared(run_on, known, recipes, joint, experiment, seed)
+    told = _at_mean_pressure(load_robot(changes=known), settings["run_mean_pressure_bar"])
+    prepared = _prepared(told, known, recipes, joint, experiment, seed)
     figures: dict[str, float] = {}
     for name, chosen in recipes.items():
         equipment, found = prepared[name]
@@ -95,6 +96,8 @@ def evaluate_point(
         if chosen.direct and history is _unknown_history:
             history = _unseen_history
         equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=history)
+        if known is not changes:
+            equipment = replace(equipment, known=told)
         if settings["initial_state"] == "ramped":
             equipment = ramped(equipment)
         passes = 0 if name == "off" else chosen.passes
@@ -125,7 +128,7 @@ def _at_mean_pressure(robot: Robot, mean_bar: float) -> Robot:
 def _prepared(
     robot: Robot, known: Mapping[str, object], recipes: Mapping[str, Recipe], joint: int, experiment: str, seed: int
 ) -> dict[str, tuple[Equipment, dict[int, JointIdentification]]]:
-    """Calibrate and identify on the robot that is known, and equip the one that is run, for every compensator."""
+    """Calibrate and identify on the robot that is known, and make controllers for it, for every compensator."""
     base = load_robot(changes=_without(known, _LATER))
     moving = (joint,) if experiment == "joint" else robot.pneumatic
     compensated = (joint,) if experiment == "joint" else robot.compensated

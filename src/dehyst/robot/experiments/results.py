@@ -38,7 +38,8 @@ class RunSettings:
         Of the hysteresis when a trial begins: "homed"; "unknown", no homing before the trials but a random history, the
         compensator begins as if homed; "ramped", the same, and it answers with the middle of what is possible.
     identified_on
-        "here", or "default": calibrated and identified on the robot without changes of single keys of the plant.
+        "here", or "default": calibrated, identified and controlled as the robot without changes of single keys of the
+        plant: supply, valves and payload as they were too.
     run_mean_pressure
         Of the trials, whatever it was in the identification; 0 for the same.
     time_constants_factor

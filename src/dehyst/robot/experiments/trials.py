@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -124,7 +124,9 @@ def follow_path(
     equipment.history(arm, equipment.characteristics)
     hung = np.array([equipment.loads.get(number, 0.0) for number in moving])
     own = {n: one for n, one in equipment.own.items() if n in moving and compensator != "off"}
-    parts = _approach(arm, path, hung), _path(arm, path, motion, cycles, hung)
+    known = trial_arm(equipment.known, equipment, trial, moving) if equipment.known else arm
+    fed = known.feedforward
+    parts = _approach(arm, path, hung, fed), _path(arm, path, motion, cycles, hung, fed)
     approach, along_path = _with_extra(arm, parts, motion, equipment, own)
     mean = robot.controller.mean_pressure
     refuse_failed(arm, arm.run(approach.reference(mean, switches), every_s=1.0))
@@ -211,7 +213,7 @@ class _Part:
         return Reference.motion(self.spacing, self.motion, self.load, mean, switches, self.extra, self.hung)
 
 
-def _approach(arm: Arm, path: PlannedPath, hung: Array) -> _Part:
+def _approach(arm: Arm, path: PlannedPath, hung: Array, feedforward: Callable[..., Array]) -> _Part:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01
     start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
@@ -222,14 +224,16 @@ def _approach(arm: Arm, path: PlannedPath, hung: Array) -> _Part:
     rate = 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2
     way = end - start
     motion = (start + rise[:, None] * way, speed[:, None] * way, rate[:, None] * way)
-    return _Part(spacing, motion, arm.feedforward(*motion), rise[:, None] * hung)
+    return _Part(spacing, motion, feedforward(*motion), rise[:, None] * hung)
 
 
-def _path(arm: Arm, path: PlannedPath, motion: Timing, cycles: int, hung: Array) -> _Part:
+def _path(
+    arm: Arm, path: PlannedPath, motion: Timing, cycles: int, hung: Array, feedforward: Callable[..., Array]
+) -> _Part:
     """The path, as often as asked for."""
     times = _knots(arm.robot, motion, cycles)
     once = times[times <= motion.duration]
-    load = arm.feedforward(*_of(arm.moving, path.motion(motion, once)))
+    load = feedforward(*_of(arm.moving, path.motion(motion, once)))
     return _Part(
         float(times[1]),
         _of(arm.moving, path.motion(motion, times)),
