@@ -54,7 +54,7 @@ class Reader(HTMLParser):
             self.faults.append(f"</{tag}> closes something else")
 
     def handle_data(self, data):
-        if not self.open or self.open[-1] != "style":
+        if not self.open or self.open[-1] not in ("style", "script"):
             self.words.append(data)
 
     def ids(self, tag="", of="") -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
 import re
 import shutil
@@ -204,16 +206,75 @@ def test_pages_print_what_is_open(page, experiment, all_open, tmp_path):
 
 @pytest.mark.slow
 def test_no_name_of_a_log_runs_as_a_script(tmp_path):
-    name = '<script>document.title="x"</script>'
+    name = '</script><script>document.title="x"</script>'
     log = maxwell_slip_log(300, name=name, input_name=name, output_name=f"<img src=x onerror={name}>")
     fit = replace(fit_by_hand(log), verdict=f"</p></div></body>{name}")
     page = write_report(fit, tmp_path / "r.html")
     for text in (page.read_text(), page.read_text().replace("Content-Security-Policy", "x")):
         page.write_text(text)
         seen = browse(page, tmp_path / "profile", "--dump-dom")
-        assert "<script" not in seen.stdout and "<img" not in seen.stdout
+        assert seen.stdout.count("<script") == 1 and 'tabindex="0"' in seen.stdout and "<img" not in seen.stdout
         assert "hysteresis report</title>" in seen.stdout
         assert "CONSOLE" not in seen.stderr
+
+
+# Plays a reader with a mouse and a keyboard, and prints what the page tells.
+READER = """
+const svg = document.querySelectorAll("svg.plot")[1], path = svg.querySelector(".curve > path");
+const look = () => svg.outerHTML.replaceAll(' style=""', ""), drawn = look();
+const visible = () => [...document.querySelectorAll("output")].filter(one => !one.hidden).map(one => one.innerText);
+const points = [...path.getAttribute("d").matchAll(/[ML] (\\S+) (\\S+)/g)].map(found => found.slice(1).map(Number));
+const peak = points.reduce((a, b) => b[1] < a[1] ? b : a);
+const at = (kind, [x, y], on = svg) => {
+  const { x: clientX, y: clientY } = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+  on.dispatchEvent(new PointerEvent(kind, { clientX, clientY, bubbles: true }));
+  return visible();
+};
+const press = key => { svg.dispatchEvent(new KeyboardEvent("keydown", { key })); return visible(); };
+const drag = () => {
+  [["pointerdown", -20], ["pointermove", 0], ["pointerup", 40]].forEach(([kind, by]) => at(kind, [peak[0] + by, 100]));
+  return [...svg.querySelectorAll(".across .made text")].map(one => one.textContent);
+};
+const found = { nothing: visible(), hover: at("pointermove", peak) };
+found.gone = at("pointerleave", peak);
+found.ticks = drag();
+const match = path.getAttribute("d").match(new RegExp(`(\\\\S+) ${peak[1].toFixed(2)}`));
+found.zoomed = at("pointermove", [+match[1], peak[1]]);
+found.keys = [press("ArrowRight"), press("ArrowLeft"), press("Escape")];
+found.escaped = look() === drawn;
+found.again = drag();
+svg.dispatchEvent(new MouseEvent("dblclick"));
+found.doubled = look() === drawn;
+drag();
+dispatchEvent(new Event("beforeprint"));
+found.printed = look() === drawn;
+document.body.append(Object.assign(document.createElement("pre"), { id: "found", textContent: JSON.stringify(found) }));
+"""
+
+
+@pytest.mark.slow
+def test_a_panel_tells_its_samples_zooms_and_returns_by_mouse_and_keys(page, tmp_path):
+    text, allowed = page.read_text(encoding="utf-8"), hashlib.sha256(READER.encode()).digest()
+    text = text.replace("script-src", f"script-src 'sha256-{base64.b64encode(allowed).decode()}'")
+    copy = tmp_path / "copy.html"
+    copy.write_text(text.replace("</body>", f"<script>{READER}</script></body>"), encoding="utf-8")
+    seen = browse(copy, tmp_path / "profile", "--dump-dom", size=(1200, 6000))
+    assert "CONSOLE" not in seen.stderr, seen.stderr
+    found = json.loads(unescape(re.search(r'<pre id="found">(.*?)</pre>', seen.stdout, re.S).group(1)))
+    log = maxwell_slip_log()
+    highest = int(np.argmax(log.output))
+    time, fitted, _ = (float(re.search(r"[-−.\d]+", line).group()) for line in found["hover"][0].splitlines())
+    assert found["hover"][0].startswith("time ") and "\nfitted " in found["hover"][0]
+    assert time == pytest.approx(log.time[highest], abs=0.02)
+    assert fitted == pytest.approx(log.output[highest], abs=0.02)
+    assert len(found["hover"]) == 3 and all(
+        f"time {time}" in each for each in found["hover"]
+    )  # one cursor, three panels
+    assert found["nothing"] == found["gone"] == found["keys"][2] == []
+    assert found["zoomed"][0] == found["hover"][0] != found["keys"][0][0]
+    steps = np.diff([float(tick.replace("−", "-")) for tick in found["ticks"]])
+    assert len(steps) >= 3 and np.ptp(steps) < 1e-9 and found["again"] == found["ticks"]
+    assert found["escaped"] and found["doubled"] and found["printed"]
 
 
 def picture(page, tmp_path, name, *arguments):
@@ -234,3 +295,14 @@ def test_the_arm_moves_unless_the_reader_asked_for_less_motion(experiment, tmp_p
     assert np.array_equal(early, late)
     dark = np.sum(np.abs(early - early[0, 0]).max(axis=2) > 0.2)
     assert dark > 10_000  # the still picture is there instead
+
+
+@pytest.mark.slow
+def test_a_page_whose_script_does_not_run_is_the_same_picture(page, tmp_path):
+    bare = tmp_path / "bare.html"
+    bare.write_text(re.sub(r"<script>.*?</script>", "", page.read_text(encoding="utf-8"), flags=re.S), encoding="utf-8")
+    for attempt in range(3):  # as above: letters
+        shots = [picture(each, tmp_path, f"{each.stem}{attempt}") for each in (page, bare)]
+        if np.array_equal(*shots):
+            break
+    assert np.array_equal(*shots)

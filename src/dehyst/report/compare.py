@@ -24,7 +24,7 @@ CUT = 8.0
 
 
 def write_comparison_report(found: Comparison, path: str | os.PathLike[str]) -> Path:
-    """Write the page of a comparison: one HTML file that needs nothing else and runs nothing.
+    """Write the page of a comparison: one HTML file that needs nothing else.
 
     Parameters
     ----------

@@ -137,6 +137,7 @@ def _scaled(axis: Any, label: str, low: float, high: float) -> str:
     if largest == 0.0 or PLAIN[0] <= largest < PLAIN[1]:
         return short(label, LABEL_LENGTH)
     exponent = 3 * math.floor(math.log10(largest) / 3)
+    axis.unit = 10.0**exponent
     axis.set_major_formatter(lambda value, _: f"{value / 10.0**exponent:.6g}".replace("-", "−"))
     factor = power_of_ten(exponent)
     head, bracket, unit = label.rpartition(" [")

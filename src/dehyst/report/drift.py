@@ -35,7 +35,7 @@ LOGS_SHOWN = 6  # with a table of changes: the last ones
 
 
 def write_drift_report(found: Drift, path: str | os.PathLike[str], model_name: str = "the model") -> Path:
-    """Write the page of a check for drift: one HTML file that needs nothing else and runs nothing.
+    """Write the page of a check for drift: one HTML file that needs nothing else.
 
     Parameters
     ----------

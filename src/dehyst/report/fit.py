@@ -28,8 +28,9 @@ def write_report(
 ) -> Path:
     """Write the report of a fit: one HTML page that needs nothing else.
 
-    The page works offline, on a phone, in print, light and dark, without JavaScript. Nothing from a log can run in
-    it: names are escaped, and the page forbids scripts and every request.
+    The page works offline, on a phone, in print, light and dark, without JavaScript; with it, a drag zooms a panel,
+    and the values at the cursor are told. Nothing from a log can run in it: names are escaped, and the page forbids
+    every request and every script but its own.
 
     Parameters
     ----------

@@ -1,7 +1,9 @@
-"""Writes a page as one HTML file without scripts or outside references, and its figures as SVG and PNG."""
+"""Writes a page as one HTML file without outside references, and its figures as SVG and PNG."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import os
 from datetime import UTC, datetime
 from functools import cache
@@ -46,11 +48,14 @@ def write_figures_of(page: Page, folder: str | os.PathLike[str]) -> Path:
 
 def page_text(page: Page) -> str:
     """Return the HTML of a page."""
+    script = _template("page.js")
     return (
         _environment()
         .get_template("page.html")
         .render(
             page=page,
+            script=Markup(script),
+            allowed=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
             version=__version__,
             date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
             light=Markup(variables(dark=False)),
@@ -67,13 +72,16 @@ def _pictures(figure: Figure, prefix: str) -> list[tuple[str, Markup]]:
     ]
 
 
+def _template(name: str) -> str:
+    return (files("dehyst.report") / "templates" / name).read_text(encoding="utf-8")
+
+
 @cache
 def _environment() -> jinja2.Environment:
-    room = files("dehyst.report") / "templates"
     # finalize: whatever a log calls itself passes through clean() and then through escaping; only mark-up of this
     # room is exempt.
     made = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (room / name).read_text(encoding="utf-8")),
+        loader=jinja2.FunctionLoader(_template),
         autoescape=True,
         finalize=lambda value: value if isinstance(value, Markup) else clean(value),
         undefined=jinja2.StrictUndefined,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
@@ -53,6 +54,7 @@ def panel_svg(panel: Panel, prefix: str) -> str:
         canvas = Canvas()
         FigureCanvasSVG(canvas)
         draw_panels(canvas, (panel,), 1)
+        _tell_script(canvas.axes)
         stream = io.StringIO()
         _save(canvas, stream, format="svg", metadata=_NO_METADATA)
         root = ElementTree.fromstring(_body(stream.getvalue()))
@@ -60,6 +62,34 @@ def panel_svg(panel: Panel, prefix: str) -> str:
         root.set("role", "img")
         root.set("aria-label", clean(panel.alt))
         return ElementTree.tostring(root, encoding="unicode")
+
+
+def _tell_script(rows: Sequence[Axes]) -> None:
+    """Name what the script of the page reads: axes with their ranges and labels, both axes' ticks, and curves.
+
+    Only if each of the axes is a chart of lines over plain scales: the script makes ticks of its own when it zooms.
+    """
+    curves = [
+        [line for line in one.lines if not line.get_label().startswith("_child") and len(line.get_xdata())]
+        for one in rows
+    ]
+    scales = [type(axis.get_major_locator()) for one in rows for axis in (one.xaxis, one.yaxis)]
+    if not all(curves) or set(scales) != {AutoLocator}:
+        return
+    for one, lines in zip(rows, curves, strict=True):
+        limits = (
+            (one.xaxis, one.get_xlim(), rows[-1].get_xlabel()),
+            (one.yaxis, one.get_ylim(), one.get_title("left")),
+        )
+        told = [
+            [*(float(f"{v / getattr(axis, 'unit', 1.0):.9g}") for v in ends), label] for axis, ends, label in limits
+        ]
+        one.set_gid(f"axes:{json.dumps(told, ensure_ascii=False)}")
+        one.xaxis.set_gid("across:")
+        one.yaxis.set_gid("up:")
+        for line in lines:
+            name = line.get_label()
+            line.set_gid(f"curve:{'' if name.startswith('_') else name}")
 
 
 def write_figure(figure: Figure, folder: Path, stem: str) -> list[Path]:
@@ -264,7 +294,10 @@ def _make_inline(root: ElementTree.Element, prefix: str) -> None:
         element.attrib.clear()
         for name, value in attributes.items():
             if name == "id":
-                if value in used:
+                kind, told, about = value.partition(":")
+                if told:
+                    element.attrib.update({"class": kind, "data-about": about})
+                elif value in used:
                     element.set("id", f"{prefix}-{value}")
             elif name == f"{_XLINK}href":
                 element.set("href", f"#{prefix}-{value[1:]}")

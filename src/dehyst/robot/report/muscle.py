@@ -45,7 +45,7 @@ CONTRACTION, PRESSURE, FORCE = "contraction [%]", "pressure [bar]", "force [N]"
 def write_muscle_report(
     bench: Bench, path: str | os.PathLike[str], *, title: str = "", fit: MuscleFit | None = None
 ) -> Path:
-    """Write the page of a muscle on the bench: one HTML file that needs nothing else and runs nothing.
+    """Write the page of a muscle on the bench: one HTML file that needs nothing else.
 
     Examples
     --------

@@ -35,7 +35,8 @@ def write_reproduction_report(
     """Write the page of the paper's experiment: one HTML file that needs nothing else.
 
     The page works offline, on a phone, in print, light and dark, without JavaScript; the picture of the arm moves
-    unless the reader asked for less motion. Names are escaped, and the page forbids scripts and every request.
+    unless the reader asked for less motion. Names are escaped, and the page forbids every request and every script but
+    its own.
 
     Parameters
     ----------
