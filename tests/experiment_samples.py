@@ -17,7 +17,7 @@ from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.trials import run_trial
 
-ALL_JOINTS = tuple(load_robot().joints)
+ALL_JOINTS = tuple(load_robot(conditions="kind").joints)
 HOLDS = SWITCHES["position"] | SWITCHES["integrator"]
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 FASTER = {"homing.cycles": 3, "homing.period_s": 2.0, "path.cycles_fast": 1, "path.slow_factor": 1.5}
@@ -26,7 +26,7 @@ FASTER = {"homing.cycles": 3, "homing.period_s": 2.0, "path.cycles_fast": 1, "pa
 @cache
 def robot(mechanism="maxwell-slip"):
     """The arm with the settings of ``--quick``."""
-    return load_robot(changes={**QUICK, "hysteresis.mechanism": mechanism})
+    return load_robot(conditions="kind", changes={**QUICK, "hysteresis.mechanism": mechanism})
 
 
 @cache
@@ -74,7 +74,7 @@ def controllers(arm, moving=ALL_JOINTS):
 
 def arm(moving=ALL_JOINTS, seed=0, mechanisms=None, **changes):
     """An arm with dots of the changed keys written as two underscores."""
-    made = load_robot(changes={key.replace("__", "."): value for key, value in changes.items()})
+    made = load_robot(conditions="kind", changes={key.replace("__", "."): value for key, value in changes.items()})
     return Arm(made, moving=moving, controllers=controllers(made, moving), mechanisms=mechanisms, seed=seed)
 
 

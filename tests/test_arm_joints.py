@@ -9,7 +9,7 @@ from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot, mechanisms
 from dehyst.robot.arm.joints import FORCES, FORMS, map_coefficients, muscle_scatter, pneumatic_joint_parameters
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 EXACT = ROBOT.with_changes({"tolerance": {"force": 0.0, "hysteresis": 0.0}})
 
 # Table F of the literature, [N]: contraction 0, 5, 10, 15, 20 %

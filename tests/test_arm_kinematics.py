@@ -15,7 +15,7 @@ pytest.importorskip("mink")
 
 from dehyst.robot.arm.kinematics import InverseKinematics, joint_path
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 CUBE = TestCube(ROBOT.path.cube, ROBOT.path.center)
 PATH = test_path(CUBE, ROBOT.path.rounding)
 RANGE = np.array([ROBOT.joint(n).range for n in range(1, 8)])

@@ -146,7 +146,7 @@ class TestOwnMechanism:
         return made.run(swing(made), 0.01)
 
     def test_maxwell_slip_in_python_runs_as_the_built_in_one(self):
-        muscles = pneumatic_joint_parameters(load_robot(), 1, 0)["muscle"]
+        muscles = pneumatic_joint_parameters(load_robot(conditions="kind"), 1, 0)["muscle"]
         own = self.run(lambda side: MaxwellSlip(muscles[side]["hysteresis"]))
         assert np.abs(own.angle - self.run(None).angle).max() < 1e-6
 
@@ -191,7 +191,7 @@ class TestOwnMechanism:
         class Knows(MaxwellSlip):
             arm = None
 
-        muscles = pneumatic_joint_parameters(load_robot(), 1, 0)["muscle"]
+        muscles = pneumatic_joint_parameters(load_robot(conditions="kind"), 1, 0)["muscle"]
         own = tuple(Knows(muscle["hysteresis"]) for muscle in muscles)
         made = arm((1,), mechanisms={1: own})
         own[0].arm = made
@@ -208,7 +208,7 @@ class TestOwnMechanism:
 
 def test_an_arm_without_a_controller_says_how_to_make_one():
     with pytest.raises(ParameterError, match=r"joint 2 .* controller_parameters\(robot, 2, characteristic\)"):
-        Arm(load_robot(), moving=(1, 2), controllers=controllers(load_robot(), (1,)))
+        Arm(load_robot(conditions="kind"), moving=(1, 2), controllers=controllers(load_robot(conditions="kind"), (1,)))
 
 
 @pytest.mark.parametrize("moving", [(1,), ALL_JOINTS], ids=str)

@@ -15,7 +15,7 @@ from dehyst.robot.arm import rigid_body as rb
 
 mujoco = pytest.importorskip("mujoco")
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 MODEL = rb.arm_model(ROBOT)
 RNG = np.random.default_rng(7)
 POSES = RNG.uniform(-0.6, 0.6, (12, 7))
@@ -140,7 +140,7 @@ sys.modules["mujoco"] = sys.modules["mink"] = None
 from dehyst.errors import MissingExtraError
 from dehyst.robot.arm import load_robot, rigid_body
 import dehyst.robot.arm.kinematics, dehyst.robot.arm.joints
-for call in (lambda: rigid_body.arm_model(load_robot()), rigid_body.mj_step_address):
+for call in (lambda: rigid_body.arm_model(load_robot(conditions="kind")), rigid_body.mj_step_address):
     try:
         call()
     except MissingExtraError as fault:

@@ -14,7 +14,7 @@ from dehyst.robot.experiments.calibration import (
 )
 from dehyst.robot.experiments.path import INERTIA_SHARE, design_joint, flow_share, pressure_share, utilisation
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 
 
 @pytest.fixture(scope="module")

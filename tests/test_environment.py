@@ -12,7 +12,7 @@ import dehyst
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm import Drives, JointBench, load_robot
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 EXAMPLE = Path(__file__).parents[1] / "examples" / "learn_to_reach.py"
 
 

@@ -89,7 +89,7 @@ def test_up_and_down_of_a_sweep_mirror_each_other():
 
 
 def test_loops_for_the_test_of_a_fit_are_not_those_of_the_identification():
-    settings = load_robot().identification
+    settings = load_robot(conditions="kind").identification
     first = np.array([0.0, *settings.tips, 0.0])
     seen = [tuple(sorted(pair)) for scale in (1.0, settings.second_share) for pair in itertools.pairwise(scale * first)]
     tips = np.array(UNSEEN_TIPS)

@@ -100,7 +100,7 @@ def without_friction():
 
 
 def test_without_hysteresis_and_creep_only_viscosity_and_noise_are_left_over():
-    a, b, _ = map_of_the_plant(load_robot(), 1, GRID)
+    a, b, _ = map_of_the_plant(load_robot(conditions="kind"), 1, GRID)
     found = without_friction()
     assert found.residual < 1.0 < calibrated(1).residual  # [Nm]
     np.testing.assert_allclose(polyval(GRID, found.b), b, rtol=0.02)
@@ -109,7 +109,7 @@ def test_without_hysteresis_and_creep_only_viscosity_and_noise_are_left_over():
 
 def test_slack_samples_are_left_out_and_only_those():
     sweeps = {"mean_pressures_bar": [1.6, 3.0], "loads_bar": [0.0], "sweep_s": 10.0}
-    wide = load_robot(changes={"calibration": sweeps})
+    wide = load_robot(conditions="kind", changes={"calibration": sweeps})
     found = calibrate(wide, 1)
     least = SLACK * nominal_forces(wide, 1, np.zeros(1), np.full((1, 2), 3e5)).mean()
     kept = []
@@ -125,12 +125,12 @@ def test_slack_samples_are_left_out_and_only_those():
 def test_sweeps_with_slack_muscles_only_are_refused_with_their_cure():
     with pytest.raises(ParameterError, match=r"joint 1 left \d+ samples .* calibration\.mean_pressures_bar"):
         sweeps = {"mean_pressures_bar": [0.8, 0.9], "loads_bar": [0.0], "sweep_s": 5.0}
-        calibrate(load_robot(changes={"calibration": sweeps}), 1)
+        calibrate(load_robot(conditions="kind", changes={"calibration": sweeps}), 1)
 
 
 def test_a_sweep_that_is_slack_throughout_is_left_out():
     sweeps = {"mean_pressures_bar": [0.8, 3.0, 4.0], "loads_bar": [0.0], "sweep_s": 10.0}
-    found = calibrate(load_robot(changes={"calibration": sweeps}), 1)
+    found = calibrate(load_robot(conditions="kind", changes={"calibration": sweeps}), 1)
     assert [round(sweep[:, 2].mean() / 1e5) for sweep in found.sweeps] == [3, 4]
 
 
@@ -183,7 +183,7 @@ def through_the_loop(found, mean):
 
 @pytest.mark.slow
 def test_the_local_characteristic_goes_through_the_loop_at_3_bar():
-    full = load_robot(changes={"calibration.sweep_s": 10.0})
+    full = load_robot(conditions="kind", changes={"calibration.sweep_s": 10.0})
     found = calibrate(full, 1)
     sweep, middle = through_the_loop(found, 3e5)
     local = local_characteristic(full, found)
@@ -201,7 +201,7 @@ def test_without_a_sweep_at_3_bar_the_local_characteristic_goes_through_the_near
 
 
 def homed(changes):
-    arm = load_robot(changes={"homing.cycles": 3, **changes})
+    arm = load_robot(conditions="kind", changes={"homing.cycles": 3, **changes})
     plan = {2: nominal_characteristic(arm, 2)}
     joint = Arm(arm, moving=(2,), controllers={2: controller_parameters(arm, 2, plan[2])})
     home(joint, plan)
@@ -222,7 +222,7 @@ def test_a_homing_that_fails_names_the_load_or_the_supply(changes, cause):
 
 
 def test_a_homing_with_a_characteristic_that_is_25_Nm_off_is_none():
-    arm = load_robot(changes={"homing.cycles": 3})
+    arm = load_robot(conditions="kind", changes={"homing.cycles": 3})
     known = nominal_characteristic(arm, 4)
     plan = {4: replace(known, c=known.c + np.eye(known.c.size)[0] * 25.0)}  # [Nm]
     joint = Arm(arm, moving=(4,), controllers={4: controller_parameters(arm, 4, plan[4])})

@@ -136,7 +136,7 @@ def test_the_learned_torque_of_a_known_disturbance_is_that_disturbance():
     error = (transfer * np.exp(1j * w * t)).real
     held = (inertia * pole**3 * transfer / (1j * w) * np.exp(1j * w * t)).real
     made = replace(run, angle=run.desired - np.eye(7)[0] * error[:, None], integrator=np.eye(7)[0] * held[:, None])
-    fine = load_robot(changes={**QUICK, "sensors.encoder_bits": 24})
+    fine = load_robot(conditions="kind", changes={**QUICK, "sensors.encoder_bits": 24})
     torque = learned_torque(fine, made, controller, 1)
     knots = np.linspace(0.0, t[-1] + t[1] - t[0], torque.size)
     inside = (knots > 1.0) & (knots < knots[-1] - 1.0)

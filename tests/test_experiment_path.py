@@ -23,7 +23,7 @@ def test_the_tool_is_on_the_iso_path_to_20_um_at_any_time(share, slower):
     motion = path().timing.slower(slower)
     t = np.array([share * motion.duration])
     angles = path().motion(motion, t)[0][0]
-    there = tool(load_robot(), angles)  # forward kinematics by matrices, no MuJoCo
+    there = tool(load_robot(conditions="kind"), angles)  # forward kinematics by matrices, no MuJoCo
     assert np.linalg.norm(there - motion.position(t)[0]) < 20e-6
 
 
@@ -38,7 +38,7 @@ def test_velocities_and_accelerations_are_derivatives_of_the_angles(share):
 
 
 def test_every_joint_stays_within_its_range_with_room():
-    robot = load_robot()
+    robot = load_robot(conditions="kind")
     q = path().motion(path().timing, np.linspace(0, path().timing.duration, 2000))[0]
     used = np.abs(q).max(axis=0) / [robot.joint(n).range for n in range(1, 8)]
     assert (used < 0.75).all()
@@ -71,20 +71,20 @@ def needs(planned, robot):
 
 
 def test_the_planned_motion_leaves_room_in_pressures_and_valves():
-    assert max(needs(path(), load_robot())) <= 1.0 and path().timing.factor == 1.0
+    assert max(needs(path(), load_robot(conditions="kind"))) <= 1.0 and path().timing.factor == 1.0
 
 
 def test_a_speed_set_too_high_is_slowed_down_to_what_the_valves_can_do():
-    robot = load_robot(changes=HURRIED)
+    robot = load_robot(conditions="kind", changes=HURRIED)
     planned = plan_path(robot)
     assert planned.timing.factor > 1.5
     assert 0.7 < max(needs(planned, robot)) <= 1.0  # no slower than needed
 
 
 def test_a_fast_speed_alone_is_kept_by_the_acceleration():
-    planned = plan_path(load_robot(changes={"path.fast_speed_m_s": 2.0}))
+    planned = plan_path(load_robot(conditions="kind", changes={"path.fast_speed_m_s": 2.0}))
     assert planned.timing.duration < path().timing.duration
-    assert max(needs(planned, load_robot())) <= 1.0
+    assert max(needs(planned, load_robot(conditions="kind"))) <= 1.0
 
 
 @pytest.mark.parametrize(
@@ -98,4 +98,4 @@ def test_a_fast_speed_alone_is_kept_by_the_acceleration():
 )
 def test_a_cube_out_of_reach_or_a_load_too_large_is_refused_with_its_cure(changes, words):
     with pytest.raises(ParameterError, match=words):
-        plan_path(load_robot(changes=changes))
+        plan_path(load_robot(conditions="kind", changes=changes))

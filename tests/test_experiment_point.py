@@ -81,7 +81,7 @@ def test_another_pole_is_another_run_of_the_same_identification():
 
 @pytest.mark.slow
 def test_another_seed_is_another_plant_calibrated_and_identified_as_such(tmp_path):
-    robot = load_robot(changes=SHORT)
+    robot = load_robot(conditions="kind", changes=SHORT)
     found = identify_joint(robot, 1, calibrate(robot, 1, seed=1), tmp_path, seed=1)
     assert point(seed=1)["inverse_rms_ratio_unseen"] == found.inverse_rms_ratio
     assert point(seed=1)["slow/off/rms_deg"] != point()["slow/off/rms_deg"]
@@ -122,7 +122,7 @@ def test_controllers_of_the_default_robot_are_told_of_no_supply_valve_or_payload
 
 @pytest.mark.slow
 def test_whole_tables_are_another_robot_also_where_the_default_is_identified():
-    table = load_robot(changes={"hysteresis.scale": 2.0}).values["hysteresis"]
+    table = load_robot(conditions="kind", changes={"hysteresis.scale": 2.0}).values["hysteresis"]
     robot = {**SHORT, "hysteresis": table}
     figures = [evaluate_point(robot, run_settings={"identified_on": on}) for on in ("here", "default")]
     assert figures[0] == figures[1] == point(("hysteresis.scale", 2.0))

@@ -88,7 +88,7 @@ def test_the_fmu_in_the_loop_gives_the_run_of_the_controller_inside(fmu):
     from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 
     version, folder = fmu
-    robot = load_robot()
+    robot = load_robot(conditions="kind")
     t = 0.01 * np.arange(101)[:, None]
     switches = np.full(t.shape, sum(SWITCHES.values()), np.uint32)
     switches[30:50], switches[70:80] = SWITCHES["position"], 0

@@ -79,7 +79,7 @@ def test_every_family_can_be_the_hysteresis_of_a_muscle(name):
         with pytest.raises(ParameterError, match="output lags"):
             ModelMechanism(example(name), 10.0, 0.1, center=0.11)
         return
-    robot = dehyst.load_robot(changes={"homing.cycles": 1, "homing.period_s": 0.5})
+    robot = dehyst.load_robot(conditions="kind", changes={"homing.cycles": 1, "homing.period_s": 0.5})
     made = {1: tuple(ModelMechanism(relation, 10.0, 0.1, center=0.11) for _ in range(2))}
     assert isinstance(made[1][0], Mechanism)
     t = np.linspace(0.0, 1.0, 101)[:, None]
@@ -120,7 +120,7 @@ def test_the_compensator_of_the_mechanisms_own_family_beats_none(tmp_path):
     def factory(joint, muscle):
         return ModelMechanism(FRICTION, 55.0, 0.0125)
 
-    robot = dehyst.load_robot(changes=SHORT)
+    robot = dehyst.load_robot(conditions="kind", changes=SHORT)
     backbone = dehyst.calibrate(robot, 1)  # of the built-in mechanism: the controller knows another muscle's curve
     found = dehyst.identify_joint(robot, 1, backbone, tmp_path, mechanisms=factory)
     log = found.log

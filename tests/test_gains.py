@@ -48,7 +48,7 @@ def test_a_joint_that_nothing_holds_and_one_without_controller_are_refused():
 
 
 def test_joints_that_couple_take_less_gain_than_each_alone():
-    robot = load_robot()
+    robot = load_robot(conditions="kind")
     equipment = equip(robot, {n: nominal_characteristic(robot, n) for n in (2, 4)}, {})
     together = at_pole(equipment, 12.0)
     assert all(has_margins(robot, together, (n,)) for n in (2, 4))

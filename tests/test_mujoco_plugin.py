@@ -34,7 +34,7 @@ load()
 
 
 def robot_of(mechanism):
-    return load_robot(changes={"hysteresis.mechanism": mechanism, "joint.1.range_deg": 30.0})
+    return load_robot(conditions="kind", changes={"hysteresis.mechanism": mechanism, "joint.1.range_deg": 30.0})
 
 
 def as_plugin(robot, drive, fused=True):
@@ -223,7 +223,7 @@ def test_commands_that_are_no_numbers_do_not_poison_the_state(tmp_path, monkeypa
 
 @pytest.mark.parametrize(("number", "types"), [(1, ("dmsp40", "mpye")), (6, ("dmsp20", "mpye_small"))])
 def test_named_muscles_and_valves_are_those_of_the_robot(number, types):
-    robot = load_robot(changes={"tolerance.force": 0, "tolerance.hysteresis": 0})
+    robot = load_robot(conditions="kind", changes={"tolerance.force": 0, "tolerance.hysteresis": 0})
     text = (ROOT / "src" / "native" / "named_muscles.inc").read_text(encoding="utf-8")
     rows = re.findall(r'\{"(\w*)", "(\w+)",\s*((?:"[^"]*"\s*)+)\}', text)
     named = {key: re.sub(r'"\s*"|^"|"\s*$', "", value) for kind, key, value in rows if kind in ("", *types)}
@@ -234,9 +234,9 @@ def test_named_muscles_and_valves_are_those_of_the_robot(number, types):
 
 def test_a_muscle_that_is_not_there_is_refused():
     with pytest.raises(ParameterError, match="0 and 1"):
-        actuator_xml(load_robot(), 1, 2)
+        actuator_xml(load_robot(conditions="kind"), 1, 2)
     with pytest.raises(ParameterError, match="electric"):
-        actuator_xml(load_robot(), 3, 0)
+        actuator_xml(load_robot(conditions="kind"), 3, 0)
 
 
 def test_a_version_with_its_arrays_elsewhere_is_refused(monkeypatch):

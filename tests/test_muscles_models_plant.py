@@ -37,7 +37,7 @@ def test_the_plants_muscle_pulls_with_the_force_of_the_model(name):
     from dehyst.robot.arm.joints import pneumatic_joint_parameters
 
     model = joint_muscle(name)
-    robot = load_robot(changes={**ALONE, "muscle.dmsp40.length_m": model.length})
+    robot = load_robot(conditions="kind", changes={**ALONE, "muscle.dmsp40.length_m": model.length})
     angle = 0.3 * np.sin(np.linspace(0, 10, 2001))
     pressure = 3e5 + 5e4 * np.sin(np.linspace(0, 7, 2001))[:, None] * np.array([1.0, -1.0])
     physics = pneumatic_joint_parameters(robot, 1, seed=0)
@@ -54,7 +54,7 @@ def test_a_joint_of_two_such_muscles_runs_with_a_controller_that_knows_them(name
     from dehyst.robot.arm.arm import Reference
 
     model = joint_muscle(name)
-    robot = load_robot(changes={**ALONE, "muscle.dmsp40.length_m": model.length})
+    robot = load_robot(conditions="kind", changes={**ALONE, "muscle.dmsp40.length_m": model.length})
     joint = joint_characteristic(model, 0.05, 0.11, reach=0.4)
     controller = JointControllerParameters(**joint.fields())
     arm = Arm(robot, moving=(1,), controllers={1: controller}, mechanisms={1: pair(model)})

@@ -12,7 +12,7 @@ from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.parameters import PACKAGED
 from dehyst.robot.arm.tables import Tables
 
-ROBOT = load_robot()
+ROBOT = load_robot(conditions="kind")
 PACKAGED_LINES = PACKAGED.read_text(encoding="utf-8").splitlines()
 
 

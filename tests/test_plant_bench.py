@@ -16,7 +16,7 @@ ON = sum(SWITCHES.values())
 
 @pytest.fixture(scope="module")
 def robot():
-    return load_robot()
+    return load_robot(conditions="kind")
 
 
 def swing(spacing=0.01, duration=1.5):

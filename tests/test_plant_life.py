@@ -200,7 +200,9 @@ def test_the_supply_droops_with_what_is_taken_and_comes_back():
 
 def supplies(moving, filling, switches=0, volume=2.0):
     """Lowest supply of joint 1, and its pressures, while the joints of `filling` are filled from 2 to 5 bar."""
-    robot = load_robot(changes={"air.supply_volume_l": volume, "air.supply_conductance_l_s_bar": 10.0})
+    robot = load_robot(
+        conditions="kind", changes={"air.supply_volume_l": volume, "air.supply_conductance_l_s_bar": 10.0}
+    )
     arm = Arm(robot, moving=moving, controllers={n: JointControllerParameters() for n in moving})
     mean = np.full((41, len(moving)), 3e5)
     mean[20:, [moving.index(n) for n in filling]] = 5.5e5
@@ -332,7 +334,7 @@ def test_a_bench_takes_mechanisms_of_ones_own():
             return 0.0
 
     own = (Nothing(), Nothing())
-    bench = JointBench(load_robot(), 1, mechanisms=own)
+    bench = JointBench(load_robot(conditions="kind"), 1, mechanisms=own)
     for _ in range(10):
         bench.sense()
         bench.step(0.1, 0.0)

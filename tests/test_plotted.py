@@ -74,4 +74,4 @@ def test_dir_of_the_package_shows_public_names_only():
 
 
 def test_a_robot_is_shown_in_a_line():
-    assert len(repr(dehyst.load_robot())) < 250
+    assert len(repr(dehyst.load_robot(conditions="kind"))) < 250

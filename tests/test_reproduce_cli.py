@@ -247,7 +247,7 @@ def test_without_the_packages_of_the_plant_the_extra_is_named(package, monkeypat
 
 
 def test_quick_changes_nothing_of_the_plant():
-    quick, full = load_robot(changes=QUICK).values, load_robot().values
+    quick, full = load_robot(conditions="kind", changes=QUICK).values, load_robot(conditions="kind").values
     changed = {name for name in full if quick[name] != full[name]}
     assert changed == {"calibration", "identification", "homing", "path"}
     same = ("fast_speed_m_s", "acceleration_m_s2", "jerk_m_s3", "cube_m", "rounding_m")

@@ -27,7 +27,7 @@ def test_a_request_that_cannot_be_run_as_asked_is_refused_before_anything_moves(
     changes: dict[str, object], request_: Request, says: str, tmp_path: Path
 ) -> None:
     with pytest.raises(ParameterError, match=says):
-        reproduce(load_robot(changes=changes), request_, tmp_path)
+        reproduce(load_robot(conditions="kind", changes=changes), request_, tmp_path)
 
 
 def test_a_factory_that_makes_no_mechanism_is_named() -> None:
@@ -38,4 +38,4 @@ def test_a_factory_that_makes_no_mechanism_is_named() -> None:
 
 def test_a_degree_that_the_controller_cannot_hold_is_refused_with_the_file() -> None:
     with pytest.raises(ParameterError, match="degree"):
-        load_robot(changes={"calibration.degree": 8})
+        load_robot(conditions="kind", changes={"calibration.degree": 8})

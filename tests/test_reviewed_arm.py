@@ -36,7 +36,7 @@ QUICK = {
 
 @lru_cache
 def robot(plant="maxwell-slip"):
-    return load_robot(changes={**QUICK, "hysteresis.mechanism": plant})
+    return load_robot(conditions="kind", changes={**QUICK, "hysteresis.mechanism": plant})
 
 
 @lru_cache
@@ -205,7 +205,7 @@ def test_a_request_for_what_does_not_exist_is_refused():
 def test_a_run_under_a_law_is_a_trial_like_every_other():
     kit = equipment()
     used, kit = kits.under_controller(robot(), equipment(), "pid")
-    run, _ = run_trial(used, point._path(load_robot()), kit, "fast", "off", moving=(1,))
+    run, _ = run_trial(used, point._path(load_robot(conditions="kind")), kit, "fast", "off", moving=(1,))
     assert np.degrees(np.abs(run.error[:, 0])).max() < 4.0
 
 
@@ -219,7 +219,7 @@ def reproduced(controllers):
         plants=("dahl",), joints=(1,), seeds=(0,), trials=("fast",), studies=False, controllers=controllers
     )
     with TemporaryDirectory() as folder:
-        result = reproduce(load_robot(changes=SMALL), request, Path(folder))
+        result = reproduce(load_robot(conditions="kind", changes=SMALL), request, Path(folder))
         page = write_reproduction_report(result, Path(folder) / "page.html").read_text(encoding="utf-8")
         logs = sorted(file.relative_to(folder).as_posix() for file in Path(folder).rglob("fast_off.csv"))
     return result, page, logs

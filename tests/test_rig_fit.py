@@ -16,7 +16,7 @@ from dehyst.robot.experiments.plant_fit import ALIKE, ALL, RigLog, fit_plant, re
 from dehyst.robot.muscles import measured
 
 WRIST = Path(__file__).parents[1].parent / "shared" / "data" / "pam_wrist_joint" / "data.csv.gz"
-FILE = load_robot()
+FILE = load_robot(conditions="kind")
 DRAWN = (
     "map.tool.coefficients", "muscle.dmsp40.hysteresis_N", "hysteresis.pressure_share", "hysteresis.asymmetry",
     "muscle.dmsp40.viscous_force_N", "muscle.dmsp40.creep_force_N", "muscle.dmsp40.creep_pressure_N_bar",

@@ -26,7 +26,7 @@ from dehyst.robot.experiments.trials import run_trial
 from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.arm import plane_of
 
-PACKAGED = load_robot()
+PACKAGED = load_robot(conditions="kind")
 JOINT = """
 [joint.{n}]
 drive = "dmsp20"

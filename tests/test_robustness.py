@@ -37,8 +37,8 @@ SHORT = {"homing.cycles": 4, "path.slow_factor": 3.0, "hysteresis.mechanism": "d
 
 @pytest.fixture(scope="module")
 def joint():
-    robot = load_robot(changes=SHORT)
-    return Alone(robot, plan_path(load_robot()), calibrate(robot, 1), ROUGH, Adaptation())
+    robot = load_robot(conditions="kind", changes=SHORT)
+    return Alone(robot, plan_path(load_robot(conditions="kind")), calibrate(robot, 1), ROUGH, Adaptation())
 
 
 @pytest.fixture(scope="module")

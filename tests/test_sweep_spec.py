@@ -92,7 +92,7 @@ def test_a_robot_of_ones_own_is_what_is_changed(tmp_path):
     spec = load_sweep(tmp_path / "s.toml")
     assert spec.keys.nominal["hysteresis.scale"] == 1.25
     changes = {**spec.keys.foreign, **expand(spec)[0].changes}
-    assert load_robot(changes=changes) == load_robot(tmp_path / "my.toml", {"hysteresis.creep": 0.0})
+    assert load_robot(conditions="kind", changes=changes) == load_robot(tmp_path / "my.toml", {"hysteresis.creep": 0.0})
 
 
 def test_the_example_is_the_sensitivity_table_of_the_three_mechanisms():

@@ -57,10 +57,7 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
     ([[0.05], [-0.05]], 801300.0, 0)
     """
     joint = robot.joint(number)
-    if not joint.pneumatic:
-        raise ParameterError(
-            f"joint {number} is electric: it has no muscles. Joints with muscles: {robot.pneumatic}.", joint=number
-        )
+    arms = moment_arms(robot, number)
     valve, air = robot.valve(joint.valve), robot.air
     fitted = fitting_scatter(robot, number, seed)
     muscles = [
@@ -87,7 +84,7 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
         "muscle": muscles,
         "valve": [_valve(valve, each) for each in fitted],
         "sensors": _sensors(robot.sensors),
-        "arm": [arm.tolist() for arm in moment_arms(robot, number)],
+        "arm": [arm.tolist() for arm in arms],
         "contraction": joint.middle,
         "substeps": robot.simulation.substeps,
         "command_delay": robot.simulation.command_delay,
@@ -430,16 +427,12 @@ class JointBench:
     """
 
     def __init__(self, robot: Robot, number: int, *, seed: int = 0, mechanisms: Sequence[Mechanism] = ()) -> None:
-        if not robot.joint(number).pneumatic:
-            raise ParameterError(
-                f"joint {number} is electric: it has no valves. Joints with muscles: {robot.pneumatic}.", joint=number
-            )
+        self._plant: PneumaticJoint = built_plant(robot, number, seed, mechanisms)
         self._period = robot.simulation.period
         self._mean = robot.controller.mean_pressure
         self._seed = noise_seed(seed, number)
         self._model = arm_model(robot, moving=(number,), fused=True)
         self._data = new_data(self._model)
-        self._plant: PneumaticJoint = built_plant(robot, number, seed, mechanisms)
         self._advance = mujoco().mj_step
         self._start = self.reset()
 

@@ -228,7 +228,8 @@ def moment_arms(robot: Robot, number: int) -> Arms:
     Raises
     ------
     ParameterError
-        If a tendon is not there, depends on other joints too or has an arm that is no polynomial.
+        If the joint is electric, or a tendon is not there, depends on other joints too or has an arm that is no
+        polynomial.
 
     Examples
     --------
@@ -237,6 +238,11 @@ def moment_arms(robot: Robot, number: int) -> Arms:
     [-0.05]
     """
     joint, where = robot.joint(number), f"joint.{number}"
+    if not joint.pneumatic:
+        raise ParameterError(
+            f"joint {number} is electric: it has no muscles and no valves. Joints with muscles: {robot.pneumatic}.",
+            joint=number,
+        )
     if joint.routing != "tendon":
         return told_arms(joint, where)
     model = arm_model(robot)
