@@ -15,8 +15,11 @@
 #define SWING ((dehyst_real)1)     /* a turning sooner than that under pressures alone ends no stroke: the joint swings, [s] */
 #define GROSS ((dehyst_real)2e-3)  /* share of the largest torque, times a second: of h h that shows a loop */
 #define OWN ((dehyst_real)0.1)     /* share of h h that does not follow the angle: with less nothing can be said */
-#define FAR ((dehyst_real)0.15)    /* distance of the scale from 1 that is none of noise */
+#define ALONG ((dehyst_real)2.5)   /* the same of a compensator along q_d: four */
+#define FAR ((dehyst_real)0.15)    /* distance of the scale of a direct inverse below 1 that is none of noise */
 #define NEAR ((dehyst_real)0.1)    /* and that ends it */
+#define WIDE ((dehyst_real)0.25)   /* the same above 1, which changes nothing, and of a compensator along q_d, which misses small loops */
+#define CLOSE ((dehyst_real)0.2)
 #define LESS ((dehyst_real)0.15)   /* found where there is nothing: a little too much of a compensator costs more than too little */
 #define SHIFT ((dehyst_real)0.01)  /* share of the largest torque that is an offset; half of it ends it */
 
@@ -77,15 +80,16 @@ static void end_stroke(dehyst_fit *fit, const dehyst_compared *seen)
     fit->shifted = fit->strokes > STROKES && size > limit ? (dehyst_real)1 : (dehyst_real)0;
 }
 
-static void judge(dehyst_fit *fit, const dehyst_compared *seen)
+static void judge(dehyst_fit *fit, const dehyst_compared *seen, int direct)
 {
     dehyst_real sum[DEHYST_FIT_SUMS] = {0, 0, 0, 0, 0, 0};
     for (int32_t i = 0; i < DEHYST_FIT_SUMS; ++i) {
         sum[i] = fit->sum[i] + fit->stroke[i];
     }
-    const int both_ways = fit->strokes > (seen->position ? STROKES : HOMED);
+    const dehyst_real needed = direct ? STROKES : ALONG;
+    const int both_ways = fit->strokes > (seen->position ? needed : HOMED);
     const dehyst_real gross = GROSS * seen->largest;
-    const int loud = seen->position && sum[HH] > gross * gross; /* what is quite another loop is seen in the first one */
+    const int loud = seen->position && fit->strokes > 1 && sum[HH] > gross * gross; /* quite another loop is seen soon */
     const dehyst_real slope = sum[QQ] > SMALLEST ? dehyst_bounded(sum[HQ] / sum[QQ], HIGHEST) : (dehyst_real)0;
     const dehyst_real elastic = sum[QQ] > SMALLEST ? dehyst_bounded(sum[LQ] / sum[QQ], HIGHEST) : (dehyst_real)0;
     const dehyst_real own = sum[HH] - slope * sum[HQ];
@@ -95,9 +99,12 @@ static void judge(dehyst_fit *fit, const dehyst_compared *seen)
         const dehyst_real rest = sum[LL] - elastic * sum[LQ] - scale * both;
         const dehyst_real doubt = dehyst_root(rest / (own * (fit->strokes + 1)));
         const dehyst_real distance = scale > 1 ? scale - 1 : 1 - scale;
-        const dehyst_real most = both_ways ? FAR + (dehyst_real)0.5 * doubt : (dehyst_real)0.5 + doubt;
+        const int wide = !direct || scale > 1;
+        const dehyst_real raised = wide ? WIDE + (dehyst_real)1.25 * doubt : FAR + (dehyst_real)0.5 * doubt;
+        const dehyst_real most = both_ways ? raised : (dehyst_real)0.5 + (dehyst_real)1.5 * doubt;
+        const dehyst_real cleared = wide ? CLOSE : NEAR;
         fit->found = scale;
-        fit->stale = distance > most || (fit->stale > 0 && distance > NEAR) ? (dehyst_real)1 : (dehyst_real)0;
+        fit->stale = distance > most || (fit->stale > 0 && distance > cleared) ? (dehyst_real)1 : (dehyst_real)0;
     }
 }
 
@@ -129,7 +136,7 @@ void dehyst_fit_step(const dehyst_joint *joint, dehyst_fit *fit, const dehyst_co
         }
         fit->way = way;
     }
-    judge(fit, seen);
+    judge(fit, seen, joint->direct ? 1 : 0);
     const dehyst_real careful = (fit->found - LESS) / (1 - LESS);
     const dehyst_real wanted = fit->stale > 0 ? dehyst_within(careful, 0, 1) : (dehyst_real)1;
     fit->scale = dehyst_faded(fit->scale, wanted, dehyst_fade_part(joint));

@@ -1,6 +1,7 @@
 """One point of a sweep on the real evaluator: its keys, what it keeps in mind, and a tiny sweep end to end."""
 
 import csv
+import warnings
 from functools import cache
 
 import pytest
@@ -77,6 +78,14 @@ def test_another_pole_is_another_run_of_the_same_identification():
     other = point(("controller.pole_1_s", 12.0))
     assert other["inverse_rms_ratio_unseen"] == point()["inverse_rms_ratio_unseen"]
     assert other["slow/off/rms_deg"] < 0.5 * point()["slow/off/rms_deg"]
+
+
+def test_a_compensator_is_taken_for_stale_where_hysteresis_is_gone_and_not_where_it_was_identified():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        point(("controller.pole_1_s", 11.0))
+    with pytest.warns(UserWarning, match="the compensator's model does not fit"):
+        point(("hysteresis.scale", 0.0), run_settings=(("identified_on", "default"),))
 
 
 @pytest.mark.slow

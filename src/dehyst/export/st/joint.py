@@ -235,7 +235,9 @@ def _fit(real: str, adaptation: Mapping[str, float], direct: bool) -> tuple[Vari
     """Constants and states of the comparison of the compensator with what the observer sees."""
     constants = {
         "FitMost": 1e3, "FitMost2": 2e3, "FitLeast": 1e-3, "FitHighest": 1e9, "FitSmallest": 1e-12, "FitKept": 0.8,
-        "FitWhole": 0.1, "FitHomed": 3.2, "FitGross": 2e-3, "FitOwnShare": 0.1, "FitFar": 0.15, "FitNear": 0.1,
+        "FitWhole": 0.1, "FitHomed": 3.2, "FitGross": 2e-3, "FitOwnShare": 0.1,
+        "FitNeeded": 2.0 if direct else 2.5, "FitFar": 0.15 if direct else 0.25, "FitDoubt": 0.5 if direct else 1.25,
+        "FitNear": 0.1 if direct else 0.2, "FitWide": 0.25, "FitWideDoubt": 1.25, "FitClose": 0.2, "FitEarlyDoubt": 1.5,
         "FitShift": 0.01, "FitLess": 0.15,
     }  # fmt: skip
     tables = {"FitTorque": 4, "FitLoad": 4, "FitAngle": 4, "FitStroke": 6, "FitSum": 6, "FitAll": 6}

@@ -293,8 +293,8 @@ class TrialRun(Plotted):
 
     def _stale(self, j: int, last: int) -> str:
         return (
-            f"the compensator's model does not fit: {self.hysteresis[last, j]:.2f} of its hysteresis is there, where "
-            f"0.85 to 1.15 is usual. It is scaled by {self.scale[last, j]:.2f} to do no harm. Identify again, as warm "
+            f"the compensator's model does not fit: {self.hysteresis[last, j]:.2f} of its hysteresis is there. "
+            f"It is scaled by {self.scale[last, j]:.2f} to do no harm. Identify again, as warm "
             f"and at the pressure at which it runs."
         )
 
