@@ -33,3 +33,17 @@ def test_what_is_missing_is_told_with_the_line_to_type(monkeypatch, capsys):
     assert found["cc"]["install"] == "apt-get install gcc"
     doctor.run_doctor(DoctorRequest())
     assert "missing" in capsys.readouterr().out
+
+
+def test_a_narrow_terminal_cuts_no_line_to_type(monkeypatch, capsys):
+    def missing(name):
+        if name.startswith("nonlinear"):
+            raise PackageNotFoundError(name)
+        return "10.20.30"
+
+    monkeypatch.setattr(doctor, "version", missing)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setenv("COLUMNS", "80")
+    doctor.run_doctor(DoctorRequest())
+    out = capsys.readouterr().out
+    assert "'dehyst[benchmarks]'" in out and "libnewlib-arm-none-eabi" in out and "apt-get install make" in out

@@ -59,7 +59,7 @@ def test_inspect_looks_at_a_frame():
 
 
 def test_a_frame_without_the_column_says_which_it_has():
-    with pytest.raises(ColumnError, match=r"p \[bar\]"):
+    with pytest.raises(ColumnError, match=r"p \[bar\].* they hold: dehyst\.inspect_log\(df\)"):
         dehyst.Recording.from_frame(pandas.DataFrame(COLUMNS), input="pressure", output="angle")
 
 
@@ -70,6 +70,8 @@ class Odd:
 def test_what_is_no_frame_is_refused_with_what_to_type():
     with pytest.raises(LogError, match=r"dehyst\.Recording\(input=u"):
         dehyst.read_log(Odd(), "p", "angle")
+    with pytest.raises(LogError, match="a Series cannot be read as a table"):
+        dehyst.read_log(pandas.Series([0.0, 1.0, 2.0], index=[0.0, 0.1, 0.2]), "p", "angle")
 
 
 def test_a_backend_that_is_none_is_refused_with_those_that_are():

@@ -9,6 +9,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 
+from rich.table import Column
 from rich.text import Text
 
 from dehyst.app.requests import DoctorRequest
@@ -60,11 +61,13 @@ def run_doctor(request: DoctorRequest) -> None:
     core = "with its compiled core" if find_spec("dehyst._native") else "WITHOUT its compiled core: install it again"
     out.print(f"dehyst {__version__} {core}, Python {platform.python_version()} at {sys.executable}")
     out.print(f"{platform.platform()}\n")
+    # A narrow terminal may wrap what is to be typed, but must not cut it; 24 holds the longest word, a package.
+    line = Column("to have it, type", width=24 if out.width < 120 else None, overflow="fold")
     shown = [
         (name, Text(found or "missing", style="green" if found else "yellow"), purpose, "" if found else install)
         for name, found, purpose, install in rows
     ]
-    out.print(table(("part", "found", "what it is for", "to have it, type"), shown))
+    out.print(table((Column("part", no_wrap=True), "found", "what it is for", line), shown))
 
 
 def _extras() -> list[tuple[str, str, str, str]]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, RunError
-from dehyst.io.table import Table, finite, list_names
+from dehyst.io.table import FRAME, Table, finite, list_names
 from dehyst.units import parse_unit, words
 
 RUN_WORDS = frozenset(
@@ -68,7 +68,8 @@ def _match(table: Table, wanted: str) -> list[str]:
 
 
 def _available(table: Table) -> str:
-    return f"Its columns of numbers are: {list_names(table.columns)}. To see what they hold: dehyst inspect LOG"
+    look = "dehyst.inspect_log(df)" if table.name == FRAME else "dehyst inspect LOG"
+    return f"Its columns of numbers are: {list_names(table.columns)}. To see what they hold: {look}"
 
 
 def run_column(table: Table) -> str | None:

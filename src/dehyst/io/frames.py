@@ -10,9 +10,7 @@ import numpy as np
 from dehyst.errors import LogError
 from dehyst.io.collect import Collector
 from dehyst.io.foreign import optional
-from dehyst.io.table import Table, unique_names
-
-FRAME = "data frame"
+from dehyst.io.table import FRAME, Table, unique_names
 
 
 def is_frame(log: object) -> bool:
@@ -35,7 +33,7 @@ def table_of_frame(frame: Any) -> Table:
     """
     nw = optional("narwhals", "frames", FRAME, instead="pass arrays: dehyst.Recording(input=u, output=y, time=t)")
     index = getattr(frame, "index", None)
-    if index is not None and hasattr(frame, "reset_index") and type(index).__name__ != "RangeIndex":
+    if index is not None and hasattr(frame, "columns") and type(index).__name__ != "RangeIndex":
         frame = frame.reset_index(names=None if index.names[0] is not None or index.nlevels > 1 else "time")
     try:
         known = nw.from_native(frame)

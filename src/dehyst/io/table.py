@@ -17,6 +17,7 @@ from dehyst.units import parse_unit
 # No sensor reads this much; beyond it squares overflow and every later number is lost.
 LARGEST = 1e100
 SHOWN = 4  # rows that a message names
+FRAME = "data frame"  # name of a table that was in memory
 
 
 @dataclass(frozen=True, eq=False)
