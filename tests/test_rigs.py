@@ -11,7 +11,7 @@ import pytest
 from dehyst.app.reproduce import QUICK
 from dehyst.app.requests import RigRequest
 from dehyst.app.rig import run_rig
-from dehyst.errors import OutputError, ParameterError
+from dehyst.errors import ColumnError, OutputError, ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
 from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
@@ -201,6 +201,9 @@ def test_a_reference_is_read_from_a_log_and_led_back_to_its_start(tmp_path):
     (tmp_path / "moves.csv").write_text(f"time_s,joint1_deg,joint2_rad\n{rows.replace('20.0', '200.0')}\n")
     with pytest.raises(ParameterError, match="asks joint 1 for 200 deg, its range ends at 25 deg"):
         read_moves(robot, tmp_path / "moves.csv")
+    (tmp_path / "moves.csv").write_text(f"time_s,joint1_deg,knee_deg\n{rows}\n")
+    with pytest.raises(ColumnError, match="has no joint 2 column 'joint2'"):
+        read_moves(robot, tmp_path / "moves.csv")
 
 
 def test_moves_that_the_valves_cannot_follow_are_slowed_down(tmp_path):
@@ -272,6 +275,11 @@ def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file
         new_rig(file, body=_written(tmp_path / "none.xml", "<mujoco/>"))
 
 
+def test_two_joints_on_one_hinge_of_the_body_are_refused_by_its_name(tmp_path):
+    with pytest.raises(ParameterError, match=r"2 joints have body_joint = 'elbow'.*shoulder, elbow"):
+        rb.arm_model(of_a_body(tmp_path, URDF, ["elbow", "elbow"], "two.urdf"))
+
+
 def _written(file, text):
     file.write_text(text, encoding="utf-8")
     return file
@@ -340,6 +348,7 @@ def test_each_muscle_of_a_joint_has_its_own_type(tmp_path):
         ("", "lacks joint.1.drive"),
         ('drives = ["dmsp20", "electric"]', "joint.1.drives"),
         ('drives = ["dmsp20"]', "of 2"),
+        ('drive = "dmsp20"\ndrives = ["dmsp20", "dmsp20"]', "has both drives and joint.1.drive"),
     ],
 )
 def test_drives_that_are_none_are_refused(tmp_path, said, says):

@@ -105,6 +105,11 @@ def _read(lib: Any, robot: Robot) -> tuple[Any, MjModel]:
         joint.range, joint.limited = [-unit * told.range, unit * told.range], lib.mjtLimited.mjLIMITED_TRUE
     whole, named = spec.compile(), [told.body_joint for told in robot.joints.values()]
     order = [whole.joint(name).id for name in named]
+    if twice := [name for name in named if named.count(name) > 1]:
+        raise ParameterError(
+            f"{len(twice)} joints have body_joint = {twice[0]!r}. Give each a hinge of its own: {', '.join(hinges)}.",
+            order=order,
+        )
     if order != sorted(set(order)):
         raise ParameterError(
             f"the joints of '{robot.body.file}' are numbered in another order than they have there. Number them from "

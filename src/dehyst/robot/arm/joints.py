@@ -373,11 +373,14 @@ def refuse_beyond(robot: Robot, moving: Sequence[int], angles: Array) -> None:
     if reached[worst] <= allowed[worst]:
         return
     number = moving[worst]
+    preload = f" or joint.{number}.spring_preload_N" if robot.joint(number).sprung else ""
+    side = angles[np.abs(angles[:, worst]).argmax(), worst]
     raise SimulationError(
-        f"joint {number} went to {np.degrees(reached[worst]):.0f} deg, its range ends at "
-        f"{np.degrees(robot.joint(number).range):.0f} deg: what is simulated there is no arm any more. A gain "
-        f"is too high, a path too fast or a parameter out of proportion: change back controller.pole_1_s, "
-        f"path.fast_speed_m_s or what was changed last.",
+        f"joint {number} went to {np.degrees(side):.0f} deg, its range ends at "
+        f"{math.copysign(np.degrees(robot.joint(number).range), side):.0f} deg: what is simulated there is no arm any "
+        f"more. Its loop or its motion is too fast, or something stronger than its muscles pulls: make "
+        f"joint.{number}.pole_1_s (without it controller.pole_1_s), the speed{preload} smaller, or change back what "
+        f"was changed last.",
         joint=number,
         angle=float(reached[worst]),
     )

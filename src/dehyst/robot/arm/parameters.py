@@ -409,8 +409,8 @@ def _check_joint(robot: Robot, number: int, source: str) -> None:
     where = f"joint.{number}"
     if (joint.drive is None) == (joint.drives is None):
         raise ParameterError(
-            f'{source} lacks {where}.drive. Write one of drive = "electric", the type of both muscles, or drives = '
-            f'["dmsp40", "dmsp20"] for muscle 1 and 2.',
+            f"{source} {'lacks' if joint.drive is None else 'has both drives and'} {where}.drive. Write one of drive = "
+            f'"electric", the type of both muscles, or drives = ["dmsp40", "dmsp20"] for muscle 1 and 2.',
             key=f"{where}.drive",
         )
     for m, name in enumerate(joint.driven):

@@ -125,7 +125,7 @@ def read_moves(robot: Robot, file: str | Path) -> Moves:
     ParameterError
         If there is no time, too little of it, or an angle lies beyond the joint's range.
     """
-    names = {str(n): joint.body_joint or f"joint{n}" for n, joint in robot.joints.items()}
+    names = {f"joint {n}": joint.body_joint or f"joint{n}" for n, joint in robot.joints.items()}
     table = read_columns(file, names)
     if table.time is None or table.time.size < LEAST_SAMPLES:
         raise ParameterError(

@@ -134,7 +134,7 @@ def cautions(robot: Robot, found: dict[int, JointCheck]) -> list[str]:
             said.append(
                 f"joint {number}: with a pole of {pole:g} 1/s its position loop is softer than its own muscles "
                 f"({check.stiffness:.3g} Nm/rad). Write joint.{number}.pole_1_s = {math.ceil(check.least_pole):g} or "
-                f"more, if delays allow."
+                f"more, if delays and the loops of coupled joints allow."
             )
     return said
 
