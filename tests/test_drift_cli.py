@@ -163,7 +163,7 @@ def test_the_page_begins_with_the_error_over_the_cycles_and_runs_nothing(run, fo
     assert status == 1
     assert read(page).ids("section")[:3] == ["error", "parts", "loop"]
     assert "default-src 'none'" in text
-    assert "<script" not in text
+    assert text.count("<script") == 1
     assert not re.search(r"https?://", re.sub(r'xmlns[^"=]*="[^"]*"', "", text))
     assert "hysteresis size" in text
 

@@ -231,6 +231,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "the input still pushes outward: end of the sensor's range, or a mechanical stop.",
             "Reduce the input's range, or cut it away. What lies beyond cannot be learned.",
         ),
+        "sheet": (
+            "A spreadsheet holds several sheets; the one with the most rows is read.",
+            "If another one is meant, save it as a file of its own.",
+        ),
         "quantised-input": (
             "The input takes {COARSE_LEVELS} different values or fewer.",
             "Log it with more digits.",

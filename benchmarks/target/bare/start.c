@@ -7,6 +7,13 @@ void start(void);
 void io_end(int status);
 
 /* What a compiler may call for the copy of a struct; a library would bring its own. */
+void *memset(void *to, int value, unsigned count)
+{
+    unsigned char *t = to;
+    while (count--) *t++ = (unsigned char)value;
+    return to;
+}
+
 void *memcpy(void *to, const void *from, unsigned count)
 {
     for (unsigned i = 0; i < count; ++i) ((unsigned char *)to)[i] = ((const unsigned char *)from)[i];

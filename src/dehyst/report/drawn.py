@@ -88,7 +88,7 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     >>> from dehyst.robot.experiments import example_recording
     >>> ax = dehyst.plot(example_recording())
     >>> ax.get_xlabel(), ax.get_title(loc="left")
-    ('dp [bar]', 'angle [deg]')
+    ('pressure_difference [bar]', 'angle [deg]')
     """
     panel = figure_of(thing).panels[0]
     if ax is None:

@@ -252,8 +252,8 @@ def number(value: float, single: bool = False) -> str:
 
     Examples
     --------
-    >>> number(0.1), number(0.1 + 1e-12), number(0.1 + 1e-12, single=True)
-    ('0.1', '0.100000000001', '0.1')
+    >>> number(0.1), number(0.25), number(0.1 + 1e-12, single=True)
+    ('0.1', '0.25', '0.1')
     """
     return str(np.float32(value)) if single else repr(float(value))
 
