@@ -265,7 +265,7 @@ def test_the_command_line_writes_it_and_says_what_a_step_takes(model_file, tmp_p
     [
         (("--target", "c"), "--period 0.001"),
         (("--target", "st"), "--period 0.001"),
-        (("--target", "c", "--period", "-1"), "positive"),
+        (("--target", "c", "--period", "-1"), "above 0"),
         (("--target", "c", "--period", "0.001", "--what", "forward"), "--what forward"),
         (("--target", "c", "--period", "0.001", "--log", "x.csv", "--column", "y"), "--log"),
     ],

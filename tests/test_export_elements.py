@@ -135,8 +135,8 @@ def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):
         subject_of(creeps, name="unit_1")
     still = subject_of(ElementModel((Element("input"), Element("play", 0.1)), card=play_model().card), name="unit_1")
     assert still.period is None and "period" not in still.settings
-    with pytest.raises(ParameterError, match="--period"):
-        subject_of(play_model(), name="unit_1", period=0.1)
+    with pytest.raises(ParameterError, match="period"):
+        subject_of(play_model(), name="unit_1", period=-0.1)
     with pytest.raises(ParameterError, match=r"too long|switching"):
         subject_of(element_model(), name="unit_1", real="float", ramp=10_000_000)
     parameters = dehyst.control.JointControllerParameters
