@@ -105,10 +105,10 @@ def _print(robot: Robot, found: dict[int, JointCheck]) -> None:
 
 def _said(robot: Robot, file: Path) -> dict[str, str]:
     """Where each number of the robot comes from: what its file says, else the packaged one."""
-    own = sources(file)
+    own, packaged = sources(file), sources()
     told: dict[str, str] = {}
     for key in _numbers(robot.values):
-        given = own.get(key, "" if key in own or key.startswith(("joint.", "body.")) else sources().get(key, ""))
+        given = own.get(key, "" if key in own or key.startswith(("joint.", "body.")) else packaged.get(key, ""))
         told[key] = given.rpartition(";")[2].strip() or "nothing said"
     return told
 
