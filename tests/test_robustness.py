@@ -75,7 +75,8 @@ def test_endurance_without_a_direct_inverse_is_refused(off):
         endure(off, 50.0)
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+# At rest a frozen reading is a reading like any other, and a supply that fails is felt by who needs air.
+@pytest.mark.parametrize("fault", [fault for fault in FAULTS if "frozen" not in fault and fault != "supply_lost"])
 def test_an_injected_fault_is_flagged(joint, fault):
     arm = joint.arm()
     zero = np.zeros((101, 1))
@@ -84,8 +85,7 @@ def test_an_injected_fault_is_flagged(joint, fault):
     reference = Reference.pressures(0.01, zero, zero + 3e5, zero)
     clean, hurt = arm.run(reference, 0.01), arm.run(replace(reference, switches=switches), 0.01)
     assert not clean.flags.any()
-    # At rest a frozen reading is a reading like any other, and a supply that fails is felt by who needs air.
-    assert hurt.flags[50:].any() or "frozen" in fault or fault == "supply_lost"
+    assert hurt.flags[50:].any()
 
 
 def test_a_stored_state_is_restored_into_an_equal_arm_and_no_other(joint):
