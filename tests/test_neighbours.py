@@ -1,5 +1,8 @@
 """Models in other packages answer as they do here: python-control, scikit-learn, nonlinear_benchmarks."""
 
+import importlib
+import sys
+
 import control
 import nonlinear_benchmarks
 import numpy as np
@@ -8,7 +11,7 @@ from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, TimeSeriesSplit
 
 import dehyst
-from dehyst.errors import ParameterError
+from dehyst.errors import MissingExtraError, ParameterError
 from dehyst.families import example
 from dehyst.neighbours.benchmarks import apply_model, recording_of
 from dehyst.neighbours.control import to_control
@@ -75,3 +78,14 @@ def test_a_benchmark_is_identified_and_scored_as_its_package_does():
     curve = apply_model(dehyst.identify(recording_of(train), "static").model, 0.1)(test.u, test.y[:n])
     assert error < 0.6 * nonlinear_benchmarks.error_metrics.RMSE(test.y[n:], curve[n:])
     np.testing.assert_array_equal(answer[:n], test.y[:n])
+
+
+@pytest.mark.parametrize(
+    ("module", "package", "extra"),
+    [("dehyst.neighbours.scikit", "sklearn.base", "scikit"), ("dehyst.robot.environment", "gymnasium", "gym")],
+)
+def test_a_package_that_is_missing_is_named_with_the_line_to_type(monkeypatch, module, package, extra):
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    with pytest.raises(MissingExtraError, match=rf"pip install 'dehyst\[{extra}\]'"):
+        importlib.import_module(module)

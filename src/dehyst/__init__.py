@@ -71,7 +71,6 @@ if TYPE_CHECKING:
     from dehyst.robot.arm import Reference as Reference
     from dehyst.robot.arm import Robot as Robot
     from dehyst.robot.arm import load_robot as load_robot
-    from dehyst.robot.environment import gym as gym
     from dehyst.robot.experiments.calibration import calibrate as calibrate
     from dehyst.robot.experiments.equipment import Equipment as Equipment
     from dehyst.robot.experiments.equipment import equip as equip
@@ -81,6 +80,7 @@ if TYPE_CHECKING:
     from dehyst.robot.experiments.reproduce import reproduce as reproduce
     from dehyst.robot.experiments.results import Reproduction as Reproduction
     from dehyst.robot.experiments.trials import run_trial as run_trial
+    from dehyst.robot.gym import gym as gym
     from dehyst.robot.report import write_reproduction_report as write_reproduction_report
     from dehyst.version import __version__ as __version__
 
@@ -122,7 +122,7 @@ _ROOMS = {
     "dehyst.monitoring.evaluate": "Evaluation evaluate",
     "dehyst.report": "as_html plot write_comparison_report write_drift_report write_report",
     "dehyst.robot.arm": "Arm Drives Mechanism Reference Robot load_robot",
-    "dehyst.robot.environment": "gym",
+    "dehyst.robot.gym": "gym",
     "dehyst.robot.experiments.calibration": "calibrate",
     "dehyst.robot.experiments.equipment": "Equipment equip",
     "dehyst.robot.experiments.identification": "identify_joint",

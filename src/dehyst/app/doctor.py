@@ -56,25 +56,30 @@ def run_doctor(request: DoctorRequest) -> None:
                 "parts": [dict(zip(("name", "found", "purpose", "install"), row, strict=True)) for row in rows],
             }
         )
-        return  # fmt: skip
+        return
     out = terminal()
     core = "with its compiled core" if find_spec("dehyst._native") else "WITHOUT its compiled core: install it again"
     out.print(f"dehyst {__version__} {core}, Python {platform.python_version()} at {sys.executable}")
     out.print(f"{platform.platform()}\n")
-    # A narrow terminal may wrap what is to be typed, but must not cut it; 24 holds the longest word, a package.
-    line = Column("to have it, type", width=24 if out.width < 120 else None, overflow="fold")
     shown = [
-        (name, Text(found or "missing", style="green" if found else "yellow"), purpose, "" if found else install)
-        for name, found, purpose, install in rows
+        (name, Text(found or "missing", style="green" if found else "yellow"), purpose)
+        for name, found, purpose, _ in rows
     ]
-    out.print(table((Column("part", no_wrap=True), "found", "what it is for", line), shown))
+    out.print(table((Column("part", no_wrap=True), "found", "what it is for"), shown))
+    missing = [install for _, found, _, install in rows if not found]
+    if missing:
+        out.print("\nTo have what is missing, type:")
+        for install in missing:
+            out.print(f"  {install}", soft_wrap=True)
 
 
 def _extras() -> list[tuple[str, str, str, str]]:
     """A row an extra: its packages with their versions, "" where one is missing."""
     needed: dict[str, list[str]] = {}
     for line in requires("dehyst") or ():
-        if (extra := re.search(r"extra\s*==\s*['\"](\w+)['\"]", line)) and (name := re.match(r"[\w.-]+", line)):
+        if (extra := re.search(r"extra\s*==\s*['\"](\w+)['\"]", line)) and (
+            name := re.match(r"(?!dehyst)[\w.-]+", line)
+        ):
             needed.setdefault(extra[1], []).append(name[0])
     return [
         (f"dehyst[{extra}]", _versions(needed.get(extra, ())), purpose, f"pip install 'dehyst[{extra}]'")

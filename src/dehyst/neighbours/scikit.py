@@ -6,12 +6,20 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from sklearn.base import BaseEstimator, RegressorMixin
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
-from dehyst.errors import ParameterError
+from dehyst.errors import MissingExtraError, ParameterError
 from dehyst.families import identify
+
+try:
+    from sklearn.base import BaseEstimator, RegressorMixin
+except ImportError as fault:
+    raise MissingExtraError(
+        f"a regressor needs the package scikit-learn, which is not installed ({fault}). Type: pip install "
+        f"'dehyst[scikit]' - or call dehyst.identify.",
+        extra="scikit",
+    ) from None
 
 
 class HysteresisRegressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]

@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium.spaces import Box
 
 from dehyst.arrays import Array
-from dehyst.errors import SimulationError
+from dehyst.errors import MissingExtraError, SimulationError
 from dehyst.robot.arm.drives import Drives
 from dehyst.robot.arm.parameters import Robot, load_robot
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box
+except ImportError as fault:
+    raise MissingExtraError(
+        f"an environment of the robot needs the package gymnasium, which is not installed ({fault}). Type: pip install "
+        f"'dehyst[gym]' - or drive the robot with dehyst.Drives.",
+        extra="gym",
+    ) from None
 
 DEGREES = 180.0 / np.pi
 Values = npt.NDArray[np.float32]
@@ -118,14 +126,3 @@ class ReachEnv(gymnasium.Env[Values, Values]):
     def _told(self) -> dict[str, Any]:
         angle = self.drives.data.qpos * DEGREES
         return {"angle_deg": angle, "error_deg": self._wanted * DEGREES - angle}
-
-
-def gym(robot: Robot | None = None, joints: tuple[int, ...] | None = (1,), **more: Any) -> ReachEnv:
-    """Return the environment `ReachEnv` of a robot: ``dehyst.gym(robot)``; needs ``pip install 'dehyst[gym]'``.
-
-    Examples
-    --------
-    >>> gym(joints=(1, 2)).action_space.shape
-    (4,)
-    """
-    return ReachEnv(robot, joints, **more)
